@@ -16,7 +16,7 @@ from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.report import PairReport, later
+from cqos_core.model.report import PairReport, later_of
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.plugins import load_plugins
 
@@ -54,14 +54,18 @@ def _letters(stated: _Texts) -> int:
 
 
 class _Side:
-    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text."""
+    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text.
 
-    __slots__ = ("end", "stated", "types")
+    ``key``: names and values of one that is remembered and has texts only.
+    """
+
+    __slots__ = ("end", "key", "stated", "types")
 
     def __init__(self, stated: _Texts) -> None:
         self.stated = stated
         self.end: PairEnd | None = None
         self.types: tuple[tuple[str, type], ...] = ()
+        self.key: tuple[str, ...] | None = None
 
     def spelt_alike(self, settings: Settings) -> bool:
         """Whether settings that are equal are of the same types: True equals 1, and is another text."""
@@ -83,6 +87,9 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
+        # Of these, by names and texts, the ends of those that state nothing but texts and are known.
+        self.offering: dict[tuple[str, ...], PairEnd] = {}
+        self.requesting: dict[tuple[str, ...], PairEnd] = {}
         # Both are set with the first end: a pair without two ends is explained instead.
         self.judge: Callable[[PairEnd, PairEnd], Verdict]
         self._known: Resolved | None = None
@@ -116,23 +123,19 @@ class StatedPairs:
         return found
 
     def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
-        found: list[PairReport] = []
-
-        def whole() -> PairReport:
-            if not found:
-                found.append(explained(self._pipeline(offer, request), PUBLISHER, SUBSCRIBER))
-            return found[0]
-
+        whole = _Whole(self, offer, request).report
         return PairReport(
             verdict,
-            later(lambda: whole().findings),
-            later(lambda: whole().policies),
-            later(lambda: whole().guarantees),
-            derived=later(lambda: whole().derived),
-            assumed=later(lambda: whole().assumed),
+            later_of(whole, "findings"),
+            later_of(whole, "policies"),
+            later_of(whole, "guarantees"),
+            (),
+            later_of(whole, "derived"),
+            later_of(whole, "assumed"),
         )
 
-    def _pipeline(self, offer: _Side, request: _Side) -> Pipeline:
+    def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
+        """Return the system of two sides, to be explained."""
         options, topic, needs = map(dict, self.around)
         system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
         return Pipeline(system, self.where)
@@ -140,15 +143,15 @@ class StatedPairs:
     def _first(self, offer: _Side, request: _Side) -> PairReport:
         """Report on two sides that may be new; where anything is unusual the pair is explained at once."""
         if not (self._resolved(offer, PUBLISHER) and self._resolved(request, SUBSCRIBER)):
-            pipeline = self._pipeline(offer, request)
+            pipeline = self.pipeline(offer, request)
             preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
             ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
             if ends is None or ends[1].profile.needs:
                 return explained(pipeline, PUBLISHER, SUBSCRIBER)
             verdicts = verdicts_of(ends[0].pack)
             self.judge = verdicts.verdict
-            offer.end = verdicts.end(ends[0].profile, PUBLISHER)
-            request.end = verdicts.end(ends[1].profile, SUBSCRIBER)
+            self._keep(offer, PUBLISHER, verdicts.end(ends[0].profile, PUBLISHER))
+            self._keep(request, SUBSCRIBER, verdicts.end(ends[1].profile, SUBSCRIBER))
             self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
@@ -167,18 +170,41 @@ class StatedPairs:
         if resolver.reader.remarks != before or not self._left:
             self._resolver = None  # what it would report is that of another pair, and its memories grow
         elif end.key == known.key and not end.profile.from_peers:
-            side.end = verdicts_of(end.pack).end(end.profile, role)
+            self._keep(side, role, verdicts_of(end.pack).end(end.profile, role))
         return side.end is not None
+
+    def _keep(self, side: _Side, role: Role, end: PairEnd) -> None:
+        side.end = end
+        if side.key is not None:
+            known = self.offering if role == PUBLISHER else self.requesting
+            if len(known) >= _MOST_SIDES:
+                known.clear()
+            known[side.key] = end
+
+
+class _Whole:
+    """The report on two sides, made when any part of it is first read."""
+
+    __slots__ = ("_offer", "_pairs", "_report", "_request")
+
+    def __init__(self, pairs: StatedPairs, offer: _Side, request: _Side) -> None:
+        self._pairs, self._offer, self._request = pairs, offer, request
+        self._report: PairReport | None = None
+
+    def report(self) -> PairReport:
+        """Return the report."""
+        if self._report is None:
+            self._report = explained(self._pairs.pipeline(self._offer, self._request), PUBLISHER, SUBSCRIBER)
+        return self._report
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     """Return what is known of settings; types tell apart what text tells apart, so that True is not 1."""
-    values = settings.values()
-    plain = (*settings, *values)
+    plain = (*settings, *settings.values())
     try:
         found = known.get(plain)
         if found is not None and not found.spelt_alike(settings):
-            found = known.get((*plain, *map(type, values)))
+            found = known.get((*plain, *map(type, settings.values())))
     except TypeError:  # a list
         found = None
     return found or _new_side(known, settings)
@@ -194,6 +220,7 @@ def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     side.types = tuple((name, kind) for name, kind in zip(settings, types, strict=True) if kind is not str)
     plain = (*settings, *settings.values())
     known[(*plain, *types) if plain in known else plain] = side
+    side.key = None if side.types else plain
     return side
 
 
@@ -269,7 +296,7 @@ class PairJudge:
         """
         are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
-        self._offer, self._request = self._pairs.offers.__getitem__, self._pairs.requests.__getitem__
+        self._offers, self._requests = self._pairs.offering, self._pairs.requesting
         self.verdict({}, {})
 
     def profile(self, settings: Settings) -> PairProfile:
@@ -284,21 +311,13 @@ class PairJudge:
             TypeError: a value is no setting.
             CqosError: a profile is of another judge.
         """
-        pairs = self._pairs
-        if offered.__class__ is dict:
-            try:
-                offer = self._offer((*offered, *offered.values()))
-                request = self._request((*requested, *requested.values()))  # type: ignore[misc, union-attr]
-            except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
-                return pairs.verdict(pairs.offer(offered), self._requested(requested))
-            if not (offer.types or request.types) or (
-                offer.spelt_alike(offered) and request.spelt_alike(requested)  # type: ignore[arg-type]
-            ):
-                first, second = offer.end, request.end
-                return pairs.judge(first, second) if first and second else pairs.verdict(offer, request)
-            return pairs.verdict(pairs.offer(offered), self._requested(requested))
-        offer = self._own(offered).offer if isinstance(offered, PairProfile) else pairs.offer(offered)
-        return pairs.verdict(offer, self._requested(requested))
+        try:
+            first = self._offers[(*offered, *offered.values())]  # type: ignore[union-attr, arg-type]
+            second = self._requests[(*requested, *requested.values())]  # type: ignore[union-attr, arg-type]
+        except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
+            offer = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
+            return self._pairs.verdict(offer, self._requested(requested))
+        return self._pairs.judge(first, second)
 
     def _requested(self, requested: Settings | PairProfile) -> _Side:
         return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)

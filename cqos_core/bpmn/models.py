@@ -84,7 +84,7 @@ class Models:
         return Model(found, [texts.get(each) or texts.setdefault(each, each.decode()) for each in quantities])
 
     def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
-        """Return the kind of events with attributes, of which ``parts`` are what stands around quantities."""
+        """Return the kind of events with attributes; ``parts`` are what stands around quantities in them."""
         if any(each in part for each in _OF_FLOW for part in parts):
             return None
         count, words = len(parts) // 2, 0

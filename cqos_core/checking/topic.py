@@ -67,8 +67,6 @@ class TopicResult:
     @cached_property
     def made(self) -> tuple[Made, ...]:
         """Findings, to be put together with those of other topics."""
-        if self.outcomes is QUIET and self.checks is None and not self._internal:
-            return ()
         return (
             *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
@@ -76,17 +74,9 @@ class TopicResult:
             *_within_participants(self.topic, self.groups),
         )
 
-    @property
-    def _internal(self) -> bool:
-        """Whether a participant has endpoints of both roles."""
-        publishing = {each.endpoint.participant for each in self.endpoints if each.role == PUBLISHER}
-        return any(each.endpoint.participant in publishing for each in self.endpoints if each.role != PUBLISHER)
-
     @cached_property
     def lonely(self) -> tuple[Resolved, ...]:
         """The endpoints that have no other side."""
-        if self.outcomes is QUIET:
-            return ()
         alone = () if self.topic.publishers and self.topic.subscribers else self.topic.endpoints
         return tuple([each for each in alone if not each.is_copy])
 
@@ -99,7 +89,12 @@ def check_topic(
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     team = checks.get(id(endpoints[0].pack)) if checks else None
     if len(endpoints) == 2 and is_quiet(*endpoints):  # noqa: PLR2004 - a pair
-        return TopicResult((*endpoints,), QUIET, acceptances, team)
+        one, other = endpoints
+        found = TopicResult((one, other), QUIET, acceptances, team)
+        found.lonely = ()
+        if team is None and one.endpoint.participant != other.endpoint.participant:
+            found.made = ()
+        return found
     topic = settled(endpoints, acceptances)
     found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
     found.topic = topic

@@ -321,6 +321,12 @@ def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> 
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
+def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `Alike` says
+    """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
+    rules = of_one(profile.pack, role, observed), refusing_rules(profile.pack, observed)
+    return not any(each.that_report(profile, profile) for each in rules)
+
+
 def of_end(
     profile: QosProfile,
     role: str,
@@ -328,8 +334,9 @@ def of_end(
     wired: bool,  # noqa: FBT001 - likewise
 ) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
     """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
-    refused = profile.refused if wired else refusals(profile, role, observed)
-    undecided = () if wired else undecided_of(profile, role, observed)
+    alone = wired or is_silent(profile, role, observed)
+    refused = profile.refused if alone else refusals(profile, role, observed)
+    undecided = () if alone else undecided_of(profile, role, observed)
     codes = tuple(each.bound.rule.code for each in undecided if each.bound.rule.severity == "error")
     found = ((Verdict.INCOMPATIBLE, refused), (Verdict.UNKNOWN, (*profile.unread, *codes)))
     return tuple(each for each in found if each[1])

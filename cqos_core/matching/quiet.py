@@ -1,4 +1,4 @@
-"""Topics of one publisher and one subscriber of which no rule has anything to say, which most topics are.
+"""Topics of one publisher and one subscriber about which no rule reports anything, as are most topics.
 
 The functions that say so are those of `cqos_core.matching.rule_set`, looked up once for what many profiles have in common.
 `cqos_core.matching.topic_shape` is what it means, and takes all other topics.
@@ -33,7 +33,7 @@ _TESTS: Final[dict[tuple[ProfileFrame, ProfileFrame, bool, bool], _Tests]] = {}
 
 
 def is_quiet(one: Resolved, other: Resolved) -> bool:
-    """Whether two endpoints that are alone on their topic certainly form a compatible pair without a finding."""
+    """Whether two endpoints that are alone on their topic form a compatible pair without a finding."""
     if one.endpoint.role != PUBLISHER:
         one, other = other, one
     if one.endpoint.role != PUBLISHER or other.endpoint.role != SUBSCRIBER or one.is_copy or other.is_copy:

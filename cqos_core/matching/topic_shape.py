@@ -21,13 +21,13 @@ from cqos_core.matching.judge import (
     Violation,
     already_reported,
     ask,
+    is_silent,
     judge_endpoint,
     meeting_rules,
     of_end,
     pair_rules,
     passed_over,
     read_in_worlds,
-    refusals,
     undecided_meeting,
     undecided_meetings,
     undecided_of,
@@ -173,8 +173,8 @@ def _end_is_quiet(alike: Alike, role: str) -> bool:
         alike.carried
         or alike.wired
         or profile.unread
-        or judge_endpoint(profile, role, alike.observed)
-        or refusals(profile, role, alike.observed)
+        or profile.refused
+        or not is_silent(profile, role, alike.observed)
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import (
@@ -38,19 +38,54 @@ if TYPE_CHECKING:
 _COMPATIBLE, _UNKNOWN, _INCOMPATIBLE, _APART = range(4)
 _VERDICTS: Final = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE, Verdict.UNKNOWN)
 _MOST_ANSWERS: Final = 200_000
+_MOST_BESIDE: Final = 1_000
+_MOST_RANKS: Final = 10_000
 
 
 @dataclass(slots=True, eq=False)
 class PairEnd:
-    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best; the others are those of `Surrounding`."""
+    """One end of a pair.
+
+    Attributes:
+        open: as that of `Surrounding`.
+        beside: what else decides; equal ones are one object.
+        parts: numbers of values, by the rules that read them.
+    """
 
     profile: QosProfile
     values: Values
     open: int
+    beside: _Beside
+    parts: dict[int, int] = field(default_factory=dict)
+
+
+class _Beside(NamedTuple):
+    """What decides beside the values of an end.
+
+    Attributes:
+        passed, options: those of `Surrounding`.
+        rank: of the verdict that any pair of it has at best.
+        plain: none of these says anything.
+    """
+
     passed: int
     options: Values
-    rank: int = _COMPATIBLE
-    parts: dict[int, int] = field(default_factory=dict)
+    rank: int
+    plain: bool
+
+
+class _Ranks(dict[int, int]):
+    """The rank of what rules certainly report, by their bits; worked out once for the same ones."""
+
+    def __init__(self, rank: Callable[[int], int]) -> None:
+        super().__init__()
+        self._rank = rank
+
+    def __missing__(self, reported: int) -> int:
+        if len(self) >= _MOST_RANKS:
+            self.clear()
+        rank = self[reported] = self._rank(reported)
+        return rank
 
 
 class Verdicts:
@@ -72,49 +107,53 @@ class Verdicts:
         self._next = count(1)
         self._numbers: dict[tuple[object, ...], int] = {}
         self._answers: dict[tuple[int, int], int] = {}
+        self._beside: dict[_Beside, _Beside] = {}
 
     def end(self, profile: QosProfile, role: str) -> PairEnd:
         """Return a profile as an end of pairs."""
         around = self._rules.surrounding(profile, second=role == SUBSCRIBER)
         rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
-        return PairEnd(profile, profile.known, around.open | self._always, around.passed, around.options, rank)
+        beside = _Beside(around.passed, around.options, rank, not (around.passed or rank))
+        if len(self._beside) >= _MOST_BESIDE:
+            self._beside.clear()
+        beside = self._beside.setdefault(beside, beside)
+        return PairEnd(profile, profile.known, around.open | self._always, beside)
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:
         """Return what gives the verdict of a publisher and a subscriber: one function, whose look-ups are done before."""
         reporting, exact = self._rules.compiled
         inexact, by_options = ~exact, self._rules.by_options
-        set_apart, incompatible, unknown = self._apart, self._incompatible, self._unknown
-        part, ask_open, answers, verdicts = self._part, self._ask, self._answers.get, _VERDICTS
+        answers, verdicts, ask_open = self._answers, _VERDICTS, self._asked
+        ranks = _Ranks(self._certain)
 
         def verdict(offering: PairEnd, requesting: PairEnd) -> Verdict:
             found = reporting(offering.values, requesting.values)
             asked = offering.open | requesting.open | found & inexact
-            if offering.options != requesting.options:
-                asked |= by_options
-            passed = offering.passed | requesting.passed
-            if passed:
-                found &= ~passed
-                asked &= ~passed
-            rank = max(requesting.rank, offering.rank)
-            certain = found & ~asked
-            if certain:
-                if certain & set_apart:
-                    return Verdict.UNKNOWN
-                if certain & incompatible:
-                    rank = _INCOMPATIBLE
-                elif certain & unknown and rank < _UNKNOWN:
-                    rank = _UNKNOWN
+            here, there = offering.beside, requesting.beside
+            if here is there and here.plain:
+                rank = ranks[found & ~asked]
+            else:
+                if here.options != there.options:
+                    asked |= by_options
+                counted = ~(here.passed | there.passed)
+                asked &= counted
+                rank = max(ranks[found & ~asked & counted], here.rank, there.rank)
             if asked:
-                first = offering.parts.get(asked) or part(asked, offering, second=False)
-                second = requesting.parts.get(asked) or part(asked, requesting, second=True)
-                said = answers((first, second))
-                if said is None:
-                    said = ask_open((first, second), asked, offering.profile, requesting.profile)
+                try:
+                    said = answers[offering.parts[asked], requesting.parts[asked]]
+                except KeyError:
+                    said = ask_open(asked, offering, requesting)
                 rank = max(rank, said)
             return verdicts[rank]
 
         return verdict
+
+    def _certain(self, reported: int) -> int:
+        """Return the rank of what rules certainly report."""
+        if reported & self._apart:
+            return _APART
+        return _INCOMPATIBLE if reported & self._incompatible else _UNKNOWN if reported & self._unknown else _COMPATIBLE
 
     def _part(self, asked: int, end: PairEnd, *, second: bool) -> int:
         """Return the number of the values that some rules, and those over topics, read of an end; none is 0."""
@@ -133,8 +172,15 @@ class Verdicts:
         number = end.parts[asked] = self._numbers.setdefault(key, next(self._next))
         return number
 
+    def _asked(self, asked: int, offering: PairEnd, requesting: PairEnd) -> int:
+        """Return the rank of what the rules say that their function leaves open, and those over topics."""
+        first = offering.parts.get(asked) or self._part(asked, offering, second=False)
+        second = requesting.parts.get(asked) or self._part(asked, requesting, second=True)
+        said = self._answers.get((first, second))
+        return self._ask((first, second), asked, offering.profile, requesting.profile) if said is None else said
+
     def _ask(self, key: tuple[int, int], asked: int, offering: QosProfile, requesting: QosProfile) -> int:
-        """Ask the rules that their function leaves open, and those over topics; return the rank of what they say."""
+        """Ask these rules."""
         rank = _COMPATIBLE
         for position in positions(asked & ~self._always):
             rank = max(rank, _rank(self._rules.rules[position], offering, requesting))

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
-from cqos_core.model.memory import MOST_LETTERS, keep, letters, remember
+from cqos_core.model.memory import MOST_LETTERS, keep, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases
@@ -241,7 +241,7 @@ class Resolver:
 
     def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
         """Topic-level layers, nearest first, and whether the topic is external."""
-        of_topic = conventions if letters(naming.key) <= MOST_LETTERS else conventions.__wrapped__
+        of_topic = conventions if len(naming.key or "") <= MOST_LETTERS else conventions.__wrapped__
         if not self.system.topics:
             return of_topic(pack, naming.key)
         key = (id(pack), naming.key or "", written)

@@ -1,4 +1,4 @@
-"""A topic that functions alone find quiet is one of which no rule has anything to say."""
+"""The functions that find a topic quiet agree with the rules: nothing reports on it."""
 
 from unittest.mock import patch
 

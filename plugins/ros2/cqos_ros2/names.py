@@ -52,7 +52,7 @@ def resolve(written: str, context: NameContext) -> Naming:
     if "rmw" in context.settings and normalise(context.settings["rmw"]) == "zenoh_bridge":
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
-    node = _node(*_placed(context.participant, context.settings), context.dialect in FREE_TEXT)
+    node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
     expanded = _expand(text, node.namespace, node.name)
     legal = is_legal(expanded)
     rewritten = node.free_text and not legal
@@ -91,13 +91,14 @@ class _Node:
 
 
 @lru_cache(maxsize=4096)
-def _remembered(namespace: str, name: str, free_text: bool) -> _Node:  # noqa: FBT001 - a cache key
-    return _Node(namespace, name, free_text=free_text)
+def _remembered(participant: str, namespace: str | None, free_text: bool) -> _Node:  # noqa: FBT001 - a cache key
+    settings = {} if namespace is None else {"namespace": namespace}
+    return _Node(*_placed(participant, settings), free_text=free_text)
 
 
-def _node(namespace: str, name: str, free_text: bool) -> _Node:  # noqa: FBT001 - as the above
-    of = _remembered if len(namespace) + len(name) <= LONGEST else _remembered.__wrapped__
-    return of(namespace, name, free_text)
+def _node(participant: str, namespace: str | None, free_text: bool) -> _Node:  # noqa: FBT001 - as the above
+    of = _remembered if len(participant) + len(namespace or "") <= LONGEST else _remembered.__wrapped__
+    return of(participant, namespace, free_text)
 
 
 def _placed(participant: str, settings: Mapping[str, str]) -> tuple[str, str]:
