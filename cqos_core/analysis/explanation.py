@@ -28,6 +28,7 @@ from cqos_core.matching.outline import Outline
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.peer_values import settled
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import (
@@ -38,7 +39,6 @@ from cqos_core.model.report import (
     PolicyComparison,
     Severity,
     Verdict,
-    later,
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK

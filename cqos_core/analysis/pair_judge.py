@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from cqos_core.analysis.explanation import ends_alone, explained
 from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_end, pair_system
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
+from cqos_core.model.later import later_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.report import PairReport, later_of
+from cqos_core.model.report import PairReport
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.plugins import load_plugins
 
@@ -65,7 +66,7 @@ class _Side:
         self.stated = stated
         self.end: PairEnd | None = None
         self.types: tuple[tuple[str, type], ...] = ()
-        self.key: tuple[str, ...] | None = None
+        self.key: tuple[Any, ...] | None = None
 
     def spelt_alike(self, settings: Settings) -> bool:
         """Whether settings that are equal are of the same types: True equals 1, and is another text."""
@@ -88,8 +89,8 @@ class StatedPairs:
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
         # Of these, by names and texts, the ends of those that state nothing but texts and are known.
-        self.offering: dict[tuple[str, ...], PairEnd] = {}
-        self.requesting: dict[tuple[str, ...], PairEnd] = {}
+        self.offering: dict[tuple[Any, ...], PairEnd] = {}
+        self.requesting: dict[tuple[Any, ...], PairEnd] = {}
         # Both are set with the first end: a pair without two ends is explained instead.
         self.judge: Callable[[PairEnd, PairEnd], Verdict]
         self._known: Resolved | None = None
@@ -312,11 +313,12 @@ class PairJudge:
             CqosError: a profile is of another judge.
         """
         try:
-            first = self._offers[(*offered, *offered.values())]  # type: ignore[union-attr, arg-type]
-            second = self._requests[(*requested, *requested.values())]  # type: ignore[union-attr, arg-type]
+            offer = (*offered, *offered.values())  # type: ignore[misc, union-attr]
+            request = (*requested, *requested.values())  # type: ignore[misc, union-attr]
+            first, second = self._offers[offer], self._requests[request]
         except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
-            offer = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
-            return self._pairs.verdict(offer, self._requested(requested))
+            side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
+            return self._pairs.verdict(side, self._requested(requested))
         return self._pairs.judge(first, second)
 
     def _requested(self, requested: Settings | PairProfile) -> _Side:

@@ -22,7 +22,7 @@ from cqos_core.bpmn.document import (
 from cqos_core.bpmn.names import fold, is_computed, whole_number
 from cqos_core.bpmn.timers import read_timer
 from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Timer, Trigger
-from cqos_core.model.report import later
+from cqos_core.model.later import later
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

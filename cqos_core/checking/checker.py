@@ -22,9 +22,10 @@ from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
-from cqos_core.model.report import Finding, Report, Severity, Side, Verdict, later
+from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames
 
 if TYPE_CHECKING:

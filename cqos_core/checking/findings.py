@@ -11,7 +11,8 @@ from cqos_core.language.values import Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.peer_values import START_ORDER
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict, later
+from cqos_core.model.later import later
+from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
 

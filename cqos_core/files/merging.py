@@ -6,8 +6,8 @@ from dataclasses import replace
 from itertools import chain, count
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.later import later
 from cqos_core.model.remarks import listed
-from cqos_core.model.report import later
 from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import later
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,

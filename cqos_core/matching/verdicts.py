@@ -55,11 +55,11 @@ class PairEnd:
     profile: QosProfile
     values: Values
     open: int
-    beside: _Beside
+    beside: _Weight
     parts: dict[int, int] = field(default_factory=dict)
 
 
-class _Beside(NamedTuple):
+class _Weight(NamedTuple):
     """What decides beside the values of an end.
 
     Attributes:
@@ -107,13 +107,13 @@ class Verdicts:
         self._next = count(1)
         self._numbers: dict[tuple[object, ...], int] = {}
         self._answers: dict[tuple[int, int], int] = {}
-        self._beside: dict[_Beside, _Beside] = {}
+        self._beside: dict[_Weight, _Weight] = {}
 
     def end(self, profile: QosProfile, role: str) -> PairEnd:
         """Return a profile as an end of pairs."""
         around = self._rules.surrounding(profile, second=role == SUBSCRIBER)
         rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
-        beside = _Beside(around.passed, around.options, rank, not (around.passed or rank))
+        beside = _Weight(around.passed, around.options, rank, not (around.passed or rank))
         if len(self._beside) >= _MOST_BESIDE:
             self._beside.clear()
         beside = self._beside.setdefault(beside, beside)

@@ -8,7 +8,8 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Finding, Group, Verdict, later
+from cqos_core.model.later import later
+from cqos_core.model.report import Finding, Group, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
