@@ -7,6 +7,7 @@ from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.behaviour.paths.growth import grown
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solve import restated, solutions
@@ -242,6 +243,7 @@ def _remedy(
     ):
         return []  # more on this topic may be too much for another one, which is not judged here
     improves, breaks = effect(topic, changing, index, value)
+    after = {id(members): _with(members.profile, index, value) for members in changing}
     members = member_ids(groups)
     text_value = policy.domain.format(value)
     return [
@@ -256,6 +258,7 @@ def _remedy(
             breaks=breaks,
             weakens=weakens,
             edits=edits_of((each for members in groups for each in members.endpoints), index, value),
+            costs=grown(topic, changing, {}, after),
         )
     ]
 
@@ -375,8 +378,9 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             parts = [remedy.edits for _, remedy in same]
             edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()
             weakens = any(remedy.weakens for _, remedy in same)
+            costs = tuple(dict.fromkeys(cost for _, remedy in same for cost in remedy.costs))
             merged = replace(same[0][1], members=members, text=text, mends=improves, breaks=breaks)
-            found.append(replace(merged, weakens=weakens, edits=edits))
+            found.append(replace(merged, weakens=weakens, edits=edits, costs=costs))
     return tuple(sorted(found, key=_rank))
 
 

@@ -62,12 +62,12 @@ class Store:
 
     Attributes:
         when: over the values of the endpoint, written as those of a publisher.
-        samples: the policy with the number.
+        samples: the policy with the number; None: nothing limits it.
         each_instance: it holds for each instance.
     """
 
     when: Condition
-    samples: Policy
+    samples: Policy | None
     each_instance: bool = False
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from math import ceil
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.behaviour.paths.delivery_paths import Arrivals
 from cqos_core.behaviour.paths.link_facts import LinkFacts, facts_of
@@ -20,7 +20,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.behaviour.paths.link_facts import LinkFault
     from cqos_core.language.expression import Condition
@@ -175,9 +175,24 @@ def _value(profile: QosProfile, level: str, name: str) -> Any:
     return value if index is not None and is_plain(value) else None
 
 
+class Reader(NamedTuple):
+    """A subscriber that matches a publisher; ``passes``: whether samples pass, None where it is not known."""
+
+    participant: str
+    profile: QosProfile
+    passes: bool | None
+
+
 def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Stream | None:
-    """Return what a publisher sends; None where its period or size is not stated."""
-    profile = arrivals.profile(publisher)
+    readers = (
+        Reader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
+        for pair in meeting.pairs(publisher)
+    )
+    return stream_of(publisher, arrivals.profile(publisher), readers)
+
+
+def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Reader]) -> Stream | None:
+    """Return what a publisher with these values sends; None where its period or size is not stated."""
     period, size = _value(profile, "topic", "period"), _value(profile, "topic", "size")
     if not (isinstance(period, int) and isinstance(size, int) and 0 < period < INFINITE and 0 < size < INFINITE):
         return None
@@ -186,11 +201,9 @@ def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Strea
     perhaps: set[str] = set()
     confirming: dict[str, bool | None] = {}
     late: dict[str, int] = {}
-    for pair in meeting.pairs(publisher):
-        passes, other = arrivals.passes(pair), pair[1].endpoint.participant
+    for other, reader, passes in readers:
         if passes is False:
             continue
-        reader = arrivals.profile(pair[1])
         thinned = profile.pack.costs.thinned
         (certain if passes and (thinned is None or _holds(thinned, profile, reader) is False) else perhaps).add(other)
         if framing is not None:
@@ -238,13 +251,19 @@ def _framing(profile: QosProfile) -> Framing | None:
 
 def _history(endpoint: Resolved, arrivals: Arrivals) -> History | None:
     """Return how much an endpoint keeps at most; None where the size of its samples is not stated."""
-    profile, costs = arrivals.profile(endpoint), endpoint.pack.costs
-    size = _value(profile, "topic", "size")
+    return None if endpoint.is_copy else history_of(endpoint, arrivals.profile(endpoint))
+
+
+def history_of(endpoint: Resolved, profile: QosProfile) -> History | None:
+    """Return how much an endpoint with these values keeps at most; None where the size of its samples is not stated."""
+    costs, size = profile.pack.costs, _value(profile, "topic", "size")
+    if not isinstance(size, int):
+        return None
     values, vocabulary = profile.values, profile.pack.vocabulary
     store = next((each for each in costs.stores if bind(each.when, vocabulary).judge(values, values).result), None)
-    if store is None or not isinstance(size, int) or endpoint.is_copy:
+    if store is None:
         return None
-    samples = _value(profile, store.samples.level, store.samples.name)
+    samples: Any = None if store.samples is None else _value(profile, store.samples.level, store.samples.name)
     if store.each_instance and not _is_single(profile):
         most = None if costs.instances is None else _value(profile, costs.instances.level, costs.instances.name)
         samples = samples * most if isinstance(samples, int) and most and most < INFINITE else None

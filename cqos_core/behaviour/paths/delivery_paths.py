@@ -80,17 +80,8 @@ class Arrivals:
 
     def passes(self, pair: Pair) -> bool | None:
         """Whether samples pass between two that meet, and over other ways too; None where it is not known."""
-        publisher, subscriber = (self.profile(each) for each in pair)
-        if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
-            return False
-        refusals = [
-            each
-            for each in judge_pair(publisher, subscriber).spoken
-            if each.bound.rule.kind == "requires" and not each.bound.rule.guarantee
-        ]
-        if any(not each.unknown for each in refusals):
-            return False
-        return None if refusals else True
+        publisher, subscriber = pair
+        return samples_pass(self.profile(publisher), self.profile(subscriber))
 
     def profile(self, endpoint: Resolved) -> QosProfile:
         """The values of an endpoint, those from its peers too."""
@@ -99,6 +90,20 @@ class Arrivals:
         if found is None:
             found = self._settled[id(beside)] = settled_profiles(beside)
         return found[id(endpoint)]
+
+
+def samples_pass(publisher: QosProfile, subscriber: QosProfile) -> bool | None:
+    """Whether samples pass between two settled profiles that meet; None where it is not known."""
+    if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
+        return False
+    refusals = [
+        each
+        for each in judge_pair(publisher, subscriber).spoken
+        if each.bound.rule.kind == "requires" and not each.bound.rule.guarantee
+    ]
+    if any(not each.unknown for each in refusals):
+        return False
+    return None if refusals else True
 
 
 def repetition(publisher: str, at: str, ways: Sequence[Way], *, sure: bool) -> str:

@@ -108,5 +108,12 @@ def rate_text(rate: float) -> str:
     return f"{number}{letter}bit/s"
 
 
+def size_text(size: float) -> str:
+    """Return a number of bytes: ``1.5MB``."""
+    factor, letter = next(((many, name) for many, name in _LETTERS if size >= many), (1, ""))
+    number = f"{size / factor:.3g}" if size < _THREE_DIGITS * factor else f"{size / factor:.0f}"
+    return f"{number}{letter}B"
+
+
 _LETTERS: Final = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
 _THREE_DIGITS: Final = 999

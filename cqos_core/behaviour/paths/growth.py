@@ -1,0 +1,116 @@
+"""What changes of values multiply: memory of histories, and traffic of a topic."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.behaviour.paths.budgets import Reader, history_of, stream_of
+from cqos_core.behaviour.paths.delivery_paths import samples_pass
+from cqos_core.behaviour.paths.link_facts import rate_text, size_text
+from cqos_core.matching.judge import apart
+from cqos_core.model.remarks import plural
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.behaviour.paths.budgets import Stream
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.resolving.resolved import QosProfile
+
+    Profiles = Mapping[int, QosProfile]
+
+LEAST_FACTOR: Final = 2.0
+"""A smaller growth is not named."""
+_MOST_PAIRS: Final = 500
+"""Pairs of groups that are asked for the traffic of one topic; of more it is not known."""
+
+
+class Memory(NamedTuple):
+    """What histories keep at most; ``size`` in bytes, None where nothing limits it."""
+
+    size: int | None
+    endpoints: int
+
+
+class Traffic(NamedTuple):
+    """Bytes a second on a topic, with a copy for each receiver: at least, and at most."""
+
+    least: float
+    most: float
+
+
+def memory_of(groups: Iterable[EndpointGroup], profiles: Profiles) -> Memory | None:
+    """Return what endpoints keep with other profiles, by the identity of their group; None where a size is not stated."""
+    total, count, limited = 0, 0, True
+    for members in groups:
+        own = [each for each in members.endpoints if not each.is_copy]
+        kept = history_of(members.first, profiles.get(id(members), members.profile)) if own else None
+        if kept is not None:
+            count += len(own)
+            limited = limited and kept.size is not None
+            total += (kept.size or 0) * len(own)
+    return Memory(total if limited else None, count) if count else None
+
+
+def traffic_of(topic: MatchedTopic, profiles: Profiles) -> Traffic | None:
+    """Return the traffic of a topic with other profiles of groups; None where its period or size is not stated.
+
+    With headers where the implementation of all publishers is known, else the samples alone.
+    """
+    if len(topic.publishers) * len(topic.subscribers) > _MOST_PAIRS:
+        return None
+    streams = []
+    for members in topic.publishers:
+        profile = profiles.get(id(members), members.profile)
+        stream = stream_of(members.first, profile, _readers(topic.subscribers, profile, profiles))
+        if stream is None:
+            return None
+        streams.append((stream, len(members.endpoints)))
+    known = all(stream.wire() is not None for stream, _ in streams)
+    least = sum(_rate(stream, known=known) * len(stream.receivers) * many for stream, many in streams)
+    most = sum(_rate(stream, known=known) * len(stream.receivers | stream.perhaps) * many for stream, many in streams)
+    return Traffic(least, most) if streams else None
+
+
+def _rate(stream: Stream, *, known: bool) -> float:
+    return (stream.wire() or 0.0) if known else stream.payload
+
+
+def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: Profiles) -> Iterable[Reader]:
+    for members in groups:
+        profile = profiles.get(id(members), members.profile)
+        if not apart(publisher, profile):
+            passes = samples_pass(publisher, profile)
+            yield from (Reader(each.endpoint.participant, profile, passes) for each in members.endpoints)
+
+
+def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles) -> tuple[str, ...]:
+    """Return in words what a change of the profiles of groups certainly multiplies: ``multiplies memory by 100: …``.
+
+    Nothing where a fact is absent, and nothing of traffic where none flowed before.
+    """
+    found = []
+    kept, keeps = memory_of(changing, before), memory_of(changing, after)
+    if kept is not None and keeps is not None and (text := memory_growth(kept, keeps)):
+        found.append(text)
+    flowed, flows = traffic_of(topic, before), traffic_of(topic, after)
+    if flowed is not None and flows is not None and 0 < flowed.most * LEAST_FACTOR <= flows.least:
+        factor = f"{flows.least / flowed.most:.3g}"
+        found.append(
+            f"multiplies traffic of `{topic.shown}` by {factor}: {rate_text(flows.least)} with a copy for each "
+            f"receiver, {rate_text(flowed.most)} before"
+        )
+    return tuple(found)
+
+
+def memory_growth(before: Memory, after: Memory) -> str:
+    """Return in words what a growth of histories amounts to; nothing where it is small."""
+    if before.size is None or before.size == 0:
+        return ""
+    several = f" of {plural(after.endpoints, 'endpoint')}" if after.endpoints > 1 else ""
+    if after.size is None:
+        return f"removes the limit of memory: at most {size_text(before.size)}{several} before"
+    if after.size < before.size * LEAST_FACTOR:
+        return ""
+    factor = f"{after.size / before.size:.3g}"
+    return f"multiplies memory by {factor}: at most {size_text(after.size)}{several}, {size_text(before.size)} before"
