@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile
-    from cqos_core.analysis.planning.search import PlannedChange, RepairPlan
+    from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, check_pair, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
     from cqos_core.files.applying import Edited
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 _HOMES: Final = {
     "files.applying": ("Edited",),
     "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
-    "analysis.planning.search": ("RepairPlan", "PlannedChange"),
+    "analysis.planning.plan": ("RepairPlan", "PlannedChange"),
     "analysis.differences": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
     "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),

@@ -22,7 +22,7 @@ from cqos_core.model.report import Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.analysis.planning.search import PlannedChange, RepairPlan
+    from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
@@ -44,11 +44,19 @@ class PlanRun:
 
 @dataclass(frozen=True, slots=True)
 class PlanWords:
-    """What a command says where nothing has to change, where nothing can, and of a plan that is proven."""
+    """What a command says.
+
+    Attributes:
+        nothing: where nothing has to change.
+        impossible, rest: of a conflict, where nothing can be reached, and where all else is.
+        least: of a plan that is proven; `tried`: that only among some values.
+    """
 
     nothing: str
     impossible: str
+    rest: str
     least: str
+    tried: str
 
 
 def carry_out(
@@ -98,7 +106,8 @@ def carry_out(
             severity="note",
             choice=run.color,
         )
-    return _DONE if plan.confirmed and not plan.left and (run.fix or not plan.changes) else _OPEN
+    reached = plan.confirmed and not plan.left and not plan.conflicts
+    return _DONE if reached and (run.fix or not plan.changes) else _OPEN
 
 
 def _as_text(plan: RepairPlan, run: PlanRun, words: PlanWords) -> str:
@@ -106,11 +115,13 @@ def _as_text(plan: RepairPlan, run: PlanRun, words: PlanWords) -> str:
     if plan.confirmed and not plan.changes:
         return f"{words.nothing}\n"
     lines: list[str] = []
-    if plan.conflict:
-        lines.append(colors(words.impossible, "title"))
-        for part in plan.conflict:
-            lines += _wrapped(f"- {clean(part)}", "  ")
-        return "\n".join(lines) + "\n"
+    conflicts: list[str] = []
+    for each in plan.conflicts:
+        conflicts += _wrapped(colors(words.rest if plan.changes else words.impossible, "title"), "")
+        for part in each:
+            conflicts += _wrapped(f"- {clean(part)}", "  ")
+    if conflicts and not plan.changes:
+        return "\n".join(conflicts) + "\n"
     if not plan.confirmed:
         return f"no plan was confirmed: a check refused each of {plural(plan.tried, 'plan')}; nothing is written\n"
     at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
@@ -120,12 +131,21 @@ def _as_text(plan: RepairPlan, run: PlanRun, words: PlanWords) -> str:
         lines += [f"  --> {clean(str(at[edit.place]))}" for edit in change.edits]
         for reason in change.because:
             lines += _wrapped(f"because of {clean(reason)}", "  ")
+        for cost in change.costs:
+            lines += _wrapped(clean(cost), "  ")
         lines.append("")
+    lines += [*conflicts, ""] if conflicts else []
     done = "written" if run.fix else "not written: --fix writes them, --diff prints them"
-    least = words.least if plan.proven else f"the time was too short to prove that {words.least}"
-    for cost in plan.costs:
-        lines += _wrapped(clean(cost), "")
-    lines += [""] if plan.costs else []
+    least = words.tried if plan.cut else words.least
+    least = least if plan.proven else f"the time was too short to prove that {least}"
+    remarks = [
+        *plan.costs,
+        *plan.grown,
+        *(f"brings {each.severity}[{each.code}] {each.message}" for each in plan.brought),
+    ]
+    for remark in (*remarks, *plan.cut):
+        lines += _wrapped(clean(remark), "")
+    lines += [""] if remarks or plan.cut else []
     total = f"{plural(len(plan.changes), 'change')} of weight {plan.weight}, {least}; checked again; {done}"
     lines += _wrapped(total, "")
     return "\n".join(lines) + "\n"
@@ -161,7 +181,11 @@ def _as_json(plan: RepairPlan, *, written: bool) -> str:
         "written": written,
         "changes": [change(each) for each in plan.changes],
         "conflict": list(plan.conflict),
+        "conflicts": [list(each) for each in plan.conflicts],
         "costs": list(plan.costs),
+        "grown": list(plan.grown),
+        "cut": list(plan.cut),
+        "brought": [{"code": each.code, "message": each.message} for each in plan.brought],
         "left": [{"code": each.code, "message": each.message} for each in plan.left] if plan.confirmed else [],
     }
     return json.dumps(document, indent=2) + "\n"

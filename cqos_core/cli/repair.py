@@ -13,7 +13,7 @@ from cqos_core.cli.reading import ReadingOptions, reading_options
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.analysis.planning.search import RepairPlan
+    from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 _WORDS = PlanWords(
     nothing="nothing has to change: no pair is incompatible, and no requirement is violated",
     impossible="there is no repair: these exclude each other, and none of them can be left out",
+    rest="these are not repaired: they exclude each other, and none of them can be left out",
     least="no repair has less",
+    tried="no repair with the values that were tried has less",
 )
 
 
@@ -61,7 +63,7 @@ def repair(
     All requirements (`needs:`) hold then, too. A setting weighs less than a promise that the program must keep, one endpoint
     less than a shared profile, a stronger value less than a weaker one, and a near value less than a far one. C-QoS checks the
     changed files before it prints or writes anything. Where there is no repair, it prints a conflicting set: without any one
-    part of it, the others can be reached.
+    part of it, the others can be reached. All else is repaired.
 
     It needs the extra `repair`: pip install 'cqos-core[repair]'.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -14,14 +13,16 @@ from cqos_core.cli.reading import ReadingOptions, reading_options
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.analysis.planning.search import RepairPlan
+    from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
 _WORDS = PlanWords(
     nothing="nothing to suggest: no endpoint without settings has a requirement that needs any",
     impossible="no settings meet all requirements: these exclude each other, and none of them can be left out",
+    rest="no settings meet these: they exclude each other, and none of them can be left out",
     least="no weaker settings meet the requirements",
+    tried="no weaker settings among the values that were tried meet the requirements",
 )
 
 
@@ -61,12 +62,8 @@ def suggest(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
     def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> RepairPlan:
-        from cqos_core.analysis.planning.suggestion import costs, find_suggestion
+        from cqos_core.analysis.planning.suggestion import find_suggestion
 
-        found = find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)
-        if found.confirmed and found.changes:
-            changed = read({**found.edited.before, **found.edited.texts})
-            return replace(found, costs=costs(found, changed, reader.context))
-        return found
+        return find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)
 
     ctx.exit(carry_out(ctx, PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff), plan, _WORDS))

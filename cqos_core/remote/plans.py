@@ -16,7 +16,7 @@ from cqos_core.remote.request_problems import FieldProblem
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.analysis.planning.search import RepairPlan
+    from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
 
@@ -107,8 +107,11 @@ def plan_message(plan: RepairPlan) -> plan_pb2.Plan:
         weight=plan.weight,
         confirmed=plan.confirmed,
         proven=plan.proven,
-        conflicts=[plan_pb2.PlanConflict(parts=plan.conflict)] if plan.conflict else [],
+        conflicts=[plan_pb2.PlanConflict(parts=each) for each in plan.conflicts],
         costs=plan.costs,
+        grown=plan.grown,
+        brought=[to_message(each, report_pb2.Finding) for each in plan.brought],
+        cut=plan.cut,
         left=[to_message(each, report_pb2.Finding) for each in plan.left] if plan.confirmed else [],
     )
     for each in plan.changes:
@@ -123,6 +126,7 @@ def plan_message(plan: RepairPlan) -> plan_pb2.Plan:
             kind=each.kind,
             shared=each.shared,
             because=each.because,
+            costs=each.costs,
         )
         for edit in each.edits:
             change.edits.append(to_message(edit, report_pb2.Edit))

@@ -101,11 +101,40 @@ def test_a_conflicting_set_names_rules_needs_and_what_is_kept(cqos, files):
     assert "there is no repair" in done.out
     assert "ROS101" in done.out
     assert "`--keep lidar` keeps reliability" in done.out
+
+
+def test_what_can_be_repaired_is_repaired_and_the_rest_is_named(cqos, files):
+    more = "  camera:\n    publishes:\n      /image: {reliability: best_effort}\n  viewer:\n    subscribes:\n      /image: {}\n"
+    (files / "a.yaml").write_text(SYSTEM + more, encoding="utf-8")
+    done = cqos("repair", "--fix", "a.yaml", "--keep", "lidar", "--keep", "planner")
+    assert done.code == 1
+    assert "offer reliability `reliable` on camera/publisher/image" in done.out
+    words = " ".join(done.out.split())
+    assert "these are not repaired: they exclude each other, and none of them can be left out" in words
+    assert "`--keep lidar` keeps reliability" in words
+    assert "ROS101 stays" in done.err
+    text = (files / "a.yaml").read_text(encoding="utf-8")
+    assert "/scan: {reliability: best_effort}   # cheap" in text
+    assert "/image: {reliability: reliable}" in text
+    plan = json.loads(cqos("repair", "--format", "json", "a.yaml", "--keep", "lidar", "--keep", "planner").out)
+    assert plan["changes"] == []
+    assert len(plan["conflicts"]) == 1
+    assert plan["conflict"] == plan["conflicts"][0]
     shutil.copy(EXAMPLES / "mqtt_greenhouse.yaml", files)
     done = cqos("repair", "--fix", "mqtt_greenhouse.yaml")
     assert done.code == 1
     assert "needs late_join" in done.out
-    assert (files / "mqtt_greenhouse.yaml").read_bytes() == (EXAMPLES / "mqtt_greenhouse.yaml").read_bytes()
+
+
+def test_a_plan_names_the_warnings_that_it_brings(cqos, files):
+    text = (
+        "cqos: 1\nprotocol: dds\nparticipants:\n"
+        "  a: {publishes: {t: {durability: transient_local}}}\n"
+        "  b: {subscribes: {t: {durability: transient, reliability: best_effort}}}\n"
+    )
+    (files / "a.yaml").write_text(text, encoding="utf-8")
+    done = cqos("repair", "a.yaml")
+    assert "brings warning[" in done.out
 
 
 def test_errors_that_no_setting_repairs_stay_and_are_named(cqos, files):

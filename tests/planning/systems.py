@@ -11,15 +11,15 @@ from cqos_core.analysis.planning.constraints import Goals
 from cqos_core.analysis.planning.model import build
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.model.report import Severity
+from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from tests.worlds import POST
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.analysis.planning.model import RepairModel
-    from cqos_core.analysis.planning.search import RepairPlan
+    from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
 
@@ -94,6 +94,27 @@ def is_repaired(before: Report, after: Report) -> bool:
     return fine and errors(after) <= errors(before)
 
 
+def repaired_pairs(before: Report, after: Report) -> set[tuple[str, str]] | None:
+    """Return the pairs that are incompatible no more, and the errors of endpoints alone that are gone.
+
+    None where any pair is worse, or an error is new that is not about a pair that was and is incompatible.
+    """
+    ranks = {(each.publisher, each.subscriber): each.verdict.rank for each in before.pairs}
+    now = {(each.publisher, each.subscriber): each.verdict.rank for each in after.pairs}
+    worst = Verdict.INCOMPATIBLE.rank
+    stay = {pair for pair, rank in now.items() if rank == worst == ranks[pair]}
+    fine = {(code, member) for code, member in errors(after) if any(member in pair for pair in stay)}
+    if errors(after) - errors(before) - fine or any(rank > ranks[pair] for pair, rank in now.items()):
+        return None
+    alone = {
+        (each.code, member)
+        for each in before.findings
+        if each.severity is Severity.ERROR and len(each.sides) == 1
+        for member in each.sides[0].members
+    }
+    return {pair for pair, rank in now.items() if rank < ranks[pair] == worst} | (alone - errors(after))
+
+
 def errors(report: Report) -> set[tuple[str, str]]:
     return {
         (each.code, member)
@@ -104,10 +125,10 @@ def errors(report: Report) -> set[tuple[str, str]]:
     }
 
 
-def model_of(text: bytes) -> RepairModel:
+def model_of(text: bytes, keep: Sequence[str] = ()) -> RepairModel:
     """Return the model of a repair of a whole system."""
     topics = Pipeline(again({NAME: text}), WHERE).topics
-    return build(topics, [*topics], Goals())
+    return build(topics, [*topics], Goals(), keep)
 
 
 def cheaper(model: RepairModel, limit: int) -> Iterator[dict[Any, int]]:
@@ -120,6 +141,8 @@ def cheaper(model: RepairModel, limit: int) -> Iterator[dict[Any, int]]:
                 yield chosen
             return
         for number, candidate in enumerate(model.slots[places[at]].candidates):
+            if number and model.slots[places[at]].pin:
+                break
             if weight + candidate.weight < limit:
                 yield from further(
                     at + 1, weight + candidate.weight, {**chosen, places[at]: number} if number else chosen

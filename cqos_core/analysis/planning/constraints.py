@@ -57,6 +57,7 @@ class Constraint:
     Attributes:
         topic: as messages print it.
         broken: the rule reports at the moment, so the repair has to change something.
+        refuses: it certainly reports, so a pair is incompatible already.
     """
 
     bound: BoundRule
@@ -65,6 +66,7 @@ class Constraint:
     second: ChangingEnd
     wanted: Wanted
     broken: bool
+    refuses: bool = False
 
     @property
     def label(self) -> tuple[str, str, str, str]:
@@ -83,13 +85,20 @@ class Goals:
 
     Attributes:
         decide: pairs that are unknown have to become compatible.
-        severities: of the ``forbids`` rules that must stay silent.
+        severities: of the ``forbids`` rules that must be silent.
+        quiet: further severities; rules of these must stay silent where they are silent now.
         excused: codes with members of findings that the system accepts.
     """
 
     decide: bool = False
     severities: frozenset[str] = frozenset({"error"})
+    quiet: frozenset[str] = frozenset()
     excused: Collection[tuple[str, str]] = frozenset()
+
+    @property
+    def heard(self) -> frozenset[str]:
+        """All severities that a change must not bring."""
+        return self.severities | self.quiet
 
 
 def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
@@ -112,7 +121,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
 
 
 def _asked_of(bound: BoundRule, end: ChangingEnd, goals: Goals) -> bool:
-    if bound.rule.severity not in goals.severities or (bound.rule.creation and end.observed):
+    if bound.rule.severity not in goals.heard or (bound.rule.creation and end.observed):
         return False
     return bound.role in {None, end.first.role} and end.first.carried is None
 
@@ -121,7 +130,7 @@ def _rules_of_pair(publisher: QosProfile, subscriber: QosProfile, goals: Goals) 
     """Yield the rules that decide the verdict of a pair and the requirements on it."""
     for bound in publisher.pack.by_scope.get("pair", ()):
         rule = bound.rule
-        if rule.kind == "forbids" and rule.severity not in goals.severities:
+        if rule.kind == "forbids" and rule.severity not in goals.heard:
             continue
         if not passed_over(bound, publisher, subscriber):
             yield bound
@@ -148,9 +157,12 @@ def _constraint(
     else:
         lenient = found.wanted
     broken = (result is not None and result is not found.wanted.answer) or (result is None and certain)
-    if broken and _is_excused(bound, (first, second), goals):
+    is_advice = bound.rule.severity not in goals.severities and (
+        bound.rule.kind == "forbids" or bound.scope == "endpoint"
+    )
+    if broken and (is_advice or _is_excused(bound, (first, second), goals)):
         return None
-    return Constraint(bound, topic.shown, first, second, lenient, broken)
+    return Constraint(bound, topic.shown, first, second, lenient, broken, broken and result is not None)
 
 
 def _is_excused(bound: BoundRule, ends: tuple[ChangingEnd, ChangingEnd], goals: Goals) -> bool:

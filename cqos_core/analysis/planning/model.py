@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.planning.constraints import ChangingEnd, constraints_of, ends_of
 from cqos_core.analysis.planning.formulas import ReadValues, Variable, formula_of
@@ -40,6 +40,34 @@ if TYPE_CHECKING:
 PINNED: Final = "pinned"
 
 
+class Unit(NamedTuple):
+    """A part of the goal: a topic with two ends, one end twice for what is asked of it alone, or without ends as a whole."""
+
+    topic: str
+    first: ChangingEnd | None = None
+    second: ChangingEnd | None = None
+
+
+def unit_of(constraint: Constraint) -> Unit:
+    """Return the part of the goal that a broken rule belongs to."""
+    return Unit(constraint.topic, constraint.first, constraint.second)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusals:
+    """What checks objected to.
+
+    Attributes:
+        cuts: combinations of choices, each with a name: code and topic.
+        words: of each name.
+        open: names that only say that a pair stays as it is.
+    """
+
+    cuts: list[tuple[tuple[str, str], Mapping[Hashable, int]]] = field(default_factory=list)
+    words: dict[tuple[str, str], str] = field(default_factory=dict)
+    open: set[tuple[str, str]] = field(default_factory=set)
+
+
 def pin_of(endpoint: Resolved, patterns: Sequence[str]) -> str:
     """Return the first pattern that names an endpoint or its participant; nothing if none does."""
     return _named((endpoint.id, endpoint.stated_id, endpoint.participant.participant.id), patterns)
@@ -64,6 +92,7 @@ class RepairModel:
         variables: by end and index.
         loose: by end and index what else may change a value, in a way that only a check shows.
         topics: by topic as messages print it, the places that its ends read.
+        cut: by topic and policy, how many values were tried and how many there are, where not all were tried.
     """
 
     constraints: list[Constraint]
@@ -71,9 +100,15 @@ class RepairModel:
     variables: dict[ChangingEnd, dict[int, Variable]] = field(default_factory=dict)
     loose: dict[ChangingEnd, dict[int, Variable]] = field(default_factory=dict)
     topics: dict[str, set[Hashable]] = field(default_factory=dict)
+    cut: dict[tuple[str, str], tuple[int, int]] = field(default_factory=dict)
 
-    def task(self, cuts: Sequence[tuple[Hashable, Mapping[Hashable, int]]] = ()) -> Task:
-        """Return the task for the solver."""
+    def task(self, refusals: Refusals, most: int | None = None) -> Task:
+        """Return the task for the solver.
+
+        Args:
+            refusals: what checks objected to.
+            most: the greatest weight; None: any.
+        """
         formulas = []
         for each in self.constraints:
             first, second = self._source(each, each.first, 0), self._source(each, each.second, 1)
@@ -86,7 +121,28 @@ class RepairModel:
             for place, slot in self.slots.items()
             if slot.pin
         }
-        return Task(weights, formulas, pins, cuts)
+        broken = {each.label: each for each in self.constraints if each.broken}
+        # What else holds of a pair that is incompatible anyway is given up with it.
+        refused = {unit_of(each) for each in broken.values() if each.refuses}
+        units: dict[Hashable, tuple[Hashable, ...]] = {}
+        for each in self.constraints:
+            own = unit_of(each)
+            ends = (Unit(each.topic, each.first, each.first), Unit(each.topic, each.second, each.second))
+            pair = () if each.first is each.second else (own, *ends)
+            units[each.label] = (own,) if each.broken else tuple(unit for unit in pair if unit in refused)
+        worth: dict[Hashable, int] = {
+            unit_of(each): len(each.first.endpoints) * len(each.second.endpoints) for each in broken.values()
+        }
+        rests_on = [
+            (unit, end)
+            for unit, each in ((unit_of(each), each) for each in broken.values())
+            for end in (Unit(each.topic, each.first, each.first), Unit(each.topic, each.second, each.second))
+            if end in worth and end != unit
+        ]
+        for name in sorted(refusals.open):
+            units[name] = (Unit(name[1]),)
+            worth[Unit(name[1])] = 1
+        return Task(weights, formulas, pins, refusals.cuts, units, worth, rests_on, most)
 
     def _source(self, constraint: Constraint, end: ChangingEnd, side: int) -> ReadValues:
         return ReadValues(constraint.values[side], self.variables.get(end, {}), self.loose.get(end, {}))
@@ -128,7 +184,7 @@ def build(
         for first in parts[each.first]
         for second in ([first] if each.first is each.second else parts[each.second])
     ]
-    model = RepairModel(constraints)
+    model = RepairModel(constraints, cut=stated.cut)
     _fill(model, stated)
     _loosen(model)
     for each in constraints:
@@ -196,6 +252,7 @@ class _Places:
     may: Callable[[Resolved, int], bool]
     found: dict[tuple[str, int], list[Statement]] = field(default_factory=dict)
     owners: dict[Hashable, set[str]] = field(default_factory=dict)
+    cut: dict[tuple[str, str], tuple[int, int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Count the topics of each endpoint, and find the endpoints that share a place."""
@@ -215,7 +272,9 @@ class _Places:
             if absent or not self.may(endpoint, index):
                 continue
             values = self.pools[endpoint.pack.id, endpoint.shown, index]
-            known = spellable(policy, values, [endpoint.profile.values[index]])
+            known, all_known = spellable(policy, values, [endpoint.profile.values[index]])
+            if len(known) < all_known:
+                self.cut[endpoint.shown, policy.name] = (len(known), all_known)
             stated = self.found.setdefault((endpoint.id, index), [])
             for each in statements(endpoint, index, known):
                 same = next((other for other in stated if other.place == each.place), None)

@@ -2,107 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import field, replace
+from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.planning.constraints import Constraint, Goals, ends_of
-from cqos_core.analysis.planning.model import PINNED, RepairModel, build, pin_of
-from cqos_core.analysis.planning.slots import changeable
+from cqos_core.analysis.planning.model import PINNED, Refusals, RepairModel, Unit, build, pin_of
+from cqos_core.analysis.planning.plan import CheckedSystem, PlannedChange, RepairPlan, is_known, members_of
 from cqos_core.analysis.planning.solver import conflict, solve
+from cqos_core.analysis.planning.spending import priced
+from cqos_core.analysis.planning.wording import ConflictWords, change_text, reason_of
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.fixes import remedy_text
 from cqos_core.files.applying import Edited, apply_edits
-from cqos_core.language.policy import BROKER, TOPIC
 from cqos_core.language.solve import restated
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError
-from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.planning.slots import Slot
+    from cqos_core.analysis.planning.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Edit, Finding, Report
-    from cqos_core.model.system import Role, System
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 
 _ROUNDS: Final = 200
 """So many plans are checked before C-QoS says that it found no repair that a check confirms."""
 
 
+_MOST_CONFLICTS: Final = 20
+"""Of so many parts of the goal that are given up, C-QoS says why."""
 _ENOUGH: Final = "no requirement needs more"
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedChange:
-    """One change of a plan.
-
-    Attributes:
-        text: the change in words.
-        members: the endpoints whose value it changes.
-        old, new: the values as text.
-        weakens: it promises or demands less than before.
-        kind: ``configuration``, or ``needs_code`` where the program must keep a stronger promise.
-        shared: the place that changes is shared by several endpoints.
-        because: the rules that report without this change, each with its code and reason.
-        edits: the change as new texts.
-    """
-
-    text: str
-    policy: str
-    old: str
-    new: str
-    members: tuple[str, ...]
-    weight: int
-    weakens: bool
-    kind: str
-    shared: bool
-    because: tuple[str, ...]
-    edits: tuple[Edit, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class RepairPlan:
-    """What came of a search for changes.
-
-    Attributes:
-        changes: none where nothing has to change, or nothing can.
-        weight: of all changes.
-        confirmed: a check of the changed texts shows that the goal is reached.
-        proven: no other changes have less weight.
-        conflict: where no changes reach the goal, what excludes each other; none of it can be left out.
-        tried: how many plans were checked.
-        edited: the texts.
-        before, after: reports of the texts.
-        costs: what is known of the cost of the changes.
-    """
-
-    changes: tuple[PlannedChange, ...]
-    weight: int
-    confirmed: bool
-    proven: bool
-    conflict: tuple[str, ...]
-    tried: int
-    edited: Edited
-    before: Report
-    after: Report
-    costs: tuple[str, ...] = ()
-
-    @property
-    def left(self) -> tuple[Finding, ...]:
-        """The errors that are still there, which no change of settings was looked for."""
-        return tuple(each for each in self.after.findings if each.severity is Severity.ERROR and each.accepted is None)
-
-
-class CheckedSystem(NamedTuple):
-    """A system with its report and its endpoints by topic."""
-
-    pipeline: Pipeline
-    report: Report
 
 
 def find_repair(
@@ -130,7 +67,32 @@ def find_repair(
     before = checked(read(sources), context)
     goals = Goals(decide=decide, excused=accepted_of(before.report))
     active = [key for key in before.pipeline.topics if _is_broken(key, before, decide=decide)]
-    return Search(sources, read, context, importer, before, goals, active, keep).run()
+    return quietest(Search(sources, read, context, importer, before, goals, active, keep), everything=False)
+
+
+def quietest(search: Search, *, everything: bool) -> RepairPlan:
+    """Run a search; of plans with the same weight prefer one that brings no warning.
+
+    Args:
+        search: what to run.
+        everything: the plan has all costs of its changes, not only what they multiply.
+    """
+    found = _quietest(search)
+    after = search.after
+    return found if after is None or not found.changes else priced(found, search.before, after, everything=everything)
+
+
+def _quietest(search: Search) -> RepairPlan:
+    found = search.run()
+    if not found.brought or found.conflicts or not found.changes:
+        return found
+    goals = replace(search.goals, quiet=frozenset({"warning"}))
+    other = replace(search, goals=goals, active=[*search.active], most=found.weight, partial=False)
+    silent = other.run()
+    if not silent.confirmed or silent.brought:
+        return found
+    search.after = other.after
+    return silent
 
 
 def checked(system: System, context: Context) -> CheckedSystem:
@@ -171,6 +133,9 @@ class Search:
         before: the system as it is.
         active: the topics in the model; those that a check finds in trouble are added.
         may: whether a policy of an endpoint may change, by its index.
+        most: the greatest weight; None: any.
+        partial: where not all can be reached, as much as possible is reached.
+        after: the system with the confirmed changes.
     """
 
     sources: Mapping[str, bytes]
@@ -182,66 +147,69 @@ class Search:
     active: list[TopicKey]
     keep: Sequence[str] = ()
     may: Callable[[Resolved, int], bool] = lambda _endpoint, _index: True
+    most: int | None = None
+    partial: bool = True
+    after: CheckedSystem | None = field(default=None, init=False)
 
     def run(self) -> RepairPlan:
         """Solve and check, until a check confirms a plan or none is left."""
-        cuts: list[tuple[Hashable, Mapping[Hashable, int]]] = []
-        refused: dict[Hashable, str] = {}
-        model = self._model()
+        refusals, model, give_up = Refusals(), self._model(), False
         for tried in range(1, _ROUNDS + 1):
-            task = model.task(cuts)
-            found = solve(task)
+            task = model.task(refusals, self.most)
+            found = solve(task, give_up=give_up)
             if found is None:
-                words = _ConflictWords(model, refused)
-                return self._plan((), 0, tried - 1, conflict=tuple(words.of(name) for name in conflict(task)))
+                if give_up or not self.partial:
+                    break
+                give_up = True
+                continue
             changes = self._changes(model, found.chosen)
             edited = self._applied(changes)
-            after, objections = self._objections(edited, found.chosen, model)
+            after, objections = self._objections(edited, found, model)
             if after is not None and not objections:
-                return self._plan(changes, found.weight, tried, edited, after, proven=found.proven)
+                return self._reached(_Reached(model, refusals, task, found, changes, edited, after), tried)
             if self._widened(objections):
-                model, cuts = self._model(), []
+                refusals, model, give_up = Refusals(), self._model(), False
                 continue
-            for name, text, places in objections:
-                refused[name] = text
-                cuts.append((name, {place: found.chosen.get(place, 0) for place in places or model.slots}))
-        return self._plan((), 0, _ROUNDS)
+            for each in objections:
+                name = (each.code, each.topic)
+                refusals.words[name] = each.text
+                refusals.cuts.append(
+                    (name, {place: found.chosen.get(place, 0) for place in each.places or model.slots})
+                )
+                if each.stays:
+                    refusals.open.add(name)
+        nothing = Edited(dict(self.sources), {})
+        return RepairPlan((), 0, False, False, (), tried, nothing, self.before.report, self.before.report)
 
     def _model(self) -> RepairModel:
         return build(self.before.pipeline.topics, self.active, self.goals, self.keep, self.may)
 
-    def _plan(
-        self,
-        changes: tuple[PlannedChange, ...],
-        weight: int,
-        tried: int,
-        edited: Edited | None = None,
-        after: Report | None = None,
-        *,
-        proven: bool = False,
-        conflict: tuple[str, ...] = (),
-    ) -> RepairPlan:
-        confirmed = after is not None
-        nothing = Edited(dict(self.sources), {})
-        before = self.before.report
+    def _reached(self, at: _Reached, tried: int) -> RepairPlan:
+        """Return the plan that a check confirmed."""
+        self.after = at.after
+        conflicts = _conflicts(at)
         return RepairPlan(
-            changes,
-            weight,
-            confirmed,
-            proven,
-            conflict,
+            at.changes,
+            at.found.weight,
+            bool(at.changes) or not at.found.given_up,
+            at.found.proven,
+            conflicts,
             tried,
-            edited or nothing,
-            before,
-            before if after is None else after,
+            at.edited,
+            self.before.report,
+            at.after.report,
+            cut=tuple(
+                f"{policy} on `{topic}`: {tried_values} of {count} values were tried, those nearest to what is stated"
+                for (topic, policy), (tried_values, count) in sorted(at.model.cut.items())
+            ),
         )
 
     def _applied(self, changes: Sequence[PlannedChange]) -> Edited:
         return apply_edits(self.sources, (edit for each in changes for edit in each.edits), self.importer)
 
-    def _widened(self, objections: Iterable[tuple[Hashable, str, object]]) -> bool:
+    def _widened(self, objections: Iterable[_Objection]) -> bool:
         """Take topics on which a check found something into the model; whether there is any that was not in it."""
-        names = {name[1] for name, _, _ in objections if isinstance(name, tuple)}
+        names = {each.topic for each in objections}
         keys = [
             key
             for key, endpoints in self.before.pipeline.topics.items()
@@ -255,13 +223,13 @@ class Search:
         for place, number in chosen.items():
             slot, new = model.slots[place], model.slots[place].candidates[number]
             without = {other: at for other, at in chosen.items() if other != place}
-            broken = dict.fromkeys(_reason(each) for each in _violated(model, without, slot)) or (_ENOUGH,)
+            broken = dict.fromkeys(reason_of(each) for each in _violated(model, without, slot)) or (_ENOUGH,)
             members = tuple(sorted({each.id for end, _ in slot.readers for each in end.endpoints}))
             end, index = slot.readers[0]
             value = slot.policy.domain.format(new.value)  # type: ignore[arg-type]
             made.append(
                 PlannedChange(
-                    text=_text(slot, value, members),
+                    text=change_text(slot, value, members),
                     policy=slot.policy.name,
                     old=slot.policy.format(end.profile.values[index]),
                     new=value,
@@ -277,25 +245,33 @@ class Search:
         return tuple(sorted(made, key=lambda each: (each.members, each.policy)))
 
     def _objections(
-        self, edited: Edited, chosen: Mapping[Hashable, int], model: RepairModel
-    ) -> tuple[Report | None, list[tuple[Hashable, str, set[Hashable]]]]:
-        """Read and check new texts; return the report, and what speaks against them: a name, words, and the places in question."""
+        self, edited: Edited, found: Solution, model: RepairModel
+    ) -> tuple[CheckedSystem | None, list[_Objection]]:
+        """Read and check new texts; return the result, and what speaks against them."""
         if edited.left:
             edit, reason = edited.left[0]
+            chosen = found.chosen
             places = {place for place in chosen if edit in model.slots[place].candidates[chosen[place]].edits}
-            return None, [(("edit", "", str(edit.place)), f"{edit.place} cannot be edited: {reason}", places)]
+            text = f"{edit.place} cannot be edited: {reason}"
+            return None, [_Objection("edit", "", text, stays=False, places=frozenset(places))]
         try:
             after = checked(self.read({**self.sources, **edited.texts}), self.context)
         except InputError as error:
-            return None, [(("read", ""), f"the changed texts cannot be read: {error}", set())]
-        found: dict[Hashable, tuple[str, set[Hashable]]] = {}
-        for code, topic, text in self._faults(after):
-            whole = any(each.any_change for by in model.loose.values() for each in by.values())
-            found[code, topic] = (text, set() if whole else model.topics.get(topic, set()))
-        return after.report, [(name, *rest) for name, rest in found.items()]
+            return None, [_Objection("read", "", f"the changed texts cannot be read: {error}", stays=False)]
+        given_up: frozenset[Unit] = found.given_up  # type: ignore[assignment]
+        whole = any(each.any_change for by in model.loose.values() for each in by.values())
+        faults: dict[tuple[str, str], _Objection] = {}
+        for each in self._faults(after, _GivenUp(given_up)):
+            known = faults.get((each.code, each.topic), each)
+            # Of a topic on which pairs stay and others are worse, the worse ones count.
+            worse = each if known.stays else known
+            faults[each.code, each.topic] = worse._replace(
+                places=frozenset(() if whole else model.topics.get(each.topic, ()))
+            )
+        return after, [*faults.values()]
 
-    def _faults(self, after: CheckedSystem) -> Iterable[tuple[str, str, str]]:
-        """Yield what is not as it has to be: code, topic and words."""
+    def _faults(self, after: CheckedSystem, given_up: _GivenUp) -> Iterable[_Objection]:
+        """Yield what is not as it has to be."""
         before, report = self.before.report, after.report
         ranks = {
             (p, s, each.topic): each.verdict.rank
@@ -306,23 +282,102 @@ class Search:
         names = {each.shown for key in self.active for each in self.before.pipeline.topics[key]}
         allowed = Verdict.COMPATIBLE if self.goals.decide else Verdict.UNKNOWN
         for group in report.groups:
-            was = max(ranks.get((p, s, group.topic), 0) for p in group.publishers for s in group.subscribers)
-            limit = min(was, allowed.rank) if group.topic in names else was
-            accepted = any((code, each) in self.goals.excused for code in group.codes for each in group.subscribers)
-            if group.verdict.rank > limit and not accepted:
-                code, ends = next(iter(group.codes), ""), f"`{group.publishers[0]}` and `{group.subscribers[0]}`"
-                yield code, group.topic, f"{code}: {ends} on `{group.topic}` are {group.verdict}"
-        known = {(each.code, member) for each in before.findings for member in _members(each)}
+            rank, topic = group.verdict.rank, group.topic
+            if not rank or any(
+                (code, each) in self.goals.excused for code in group.codes for each in group.subscribers
+            ):
+                continue
+            for p, s in product(group.publishers, group.subscribers):
+                was = ranks.get((p, s, topic), 0)
+                limit = min(was, allowed.rank) if topic in names and not given_up.has(topic, p, s) else was
+                if rank > limit:
+                    text = f"`{p}` and `{s}` on `{topic}` are {group.verdict}"
+                    code = next(iter(group.codes), "")
+                    yield _Objection(code, topic, f"{code}: {text}" if code else text, stays=rank <= was)
+                    break
+        known = {(each.code, member) for each in before.findings for member in members_of(each)}
         for each in report.findings:
-            loud = each.severity.value in self.goals.severities and each.accepted is None
-            if loud and not known.issuperset((each.code, member) for member in _members(each)):
-                yield each.code, each.topic or "", f"{each.code}: {each.message}"
+            loud = each.severity.value in self.goals.heard and each.accepted is None
+            if loud and not is_known(each, known) and not given_up.covers(each):
+                yield _Objection(each.code, each.topic or "", f"{each.code}: {each.message}", stays=False)
         if self.keep and _kept(after, self.keep) != _kept(self.before, self.keep):
-            yield PINNED, "", f"the change reaches endpoints that --keep {' --keep '.join(self.keep)} names"
+            text = f"the change reaches endpoints that --keep {' --keep '.join(self.keep)} names"
+            yield _Objection(PINNED, "", text, stays=False)
 
 
-def _members(finding: Finding) -> list[str]:
-    return [member for side in finding.sides for member in side.members]
+class _Objection(NamedTuple):
+    """What a check has against a plan.
+
+    Attributes:
+        stays: a pair is not better than before, and not worse.
+        places: where another choice may help; all if empty.
+    """
+
+    code: str
+    topic: str
+    text: str
+    stays: bool
+    places: frozenset[Hashable] = frozenset()
+
+
+class _Reached(NamedTuple):
+    """A solution that a check confirmed."""
+
+    model: RepairModel
+    refusals: Refusals
+    task: Task
+    found: Solution
+    changes: tuple[PlannedChange, ...]
+    edited: Edited
+    after: CheckedSystem
+
+
+class _GivenUp:
+    """The pairs that a plan leaves as they are."""
+
+    def __init__(self, units: Iterable[Unit]) -> None:
+        """Take the parts of the goal that are given up; see `unit_of`."""
+        self._topics: set[str] = set()
+        self._ends: set[tuple[str, str]] = set()
+        self._pairs: set[tuple[str, str, str]] = set()
+        for topic, first, second in units:
+            if first is None or second is None:
+                self._topics.add(topic)
+            elif first is second:
+                self._ends.update((topic, each.id) for each in first.endpoints)
+            else:
+                self._pairs.update((topic, p.id, s.id) for p in first.endpoints for s in second.endpoints)
+
+    def covers(self, finding: Finding) -> bool:
+        """Whether a finding is about nothing but these pairs."""
+        offering, requesting = (
+            [member for side in finding.sides if side.role == role for member in side.members]
+            for role in (PUBLISHER, SUBSCRIBER)
+        )
+        pairs = [*product(offering, requesting)]
+        return bool(pairs) and all(self.has(finding.topic or "", p, s) for p, s in pairs)
+
+    def has(self, topic: str, publisher: str, subscriber: str) -> bool:
+        """Whether a pair is among them."""
+        return (
+            topic in self._topics
+            or (topic, publisher, subscriber) in self._pairs
+            or not self._ends.isdisjoint(((topic, publisher), (topic, subscriber)))
+        )
+
+
+def _conflicts(at: _Reached) -> tuple[tuple[str, ...], ...]:
+    """Return what keeps each part of the goal that was given up, in words; equal conflicts once."""
+    words = ConflictWords(at.model, at.refusals.words)
+    found: dict[frozenset[Hashable], tuple[str, ...]] = {}
+    # What is asked of one end alone comes first: its pairs follow from it.
+    given_up: Iterable[Unit] = at.found.given_up  # type: ignore[assignment]
+    units = sorted(given_up, key=lambda unit: (unit.first is not unit.second, unit.topic))
+    for unit in units[:_MOST_CONFLICTS]:
+        names = conflict(at.task, at.found.given_up - {unit})
+        if names:
+            found.setdefault(frozenset(names), tuple(words.of(name) for name in names))
+    return tuple(found.values())
 
 
 def _kept(checked: CheckedSystem, keep: Sequence[str]) -> dict[str, object]:
@@ -354,50 +409,3 @@ def _answer(model: RepairModel, constraint: Constraint, chosen: Mapping[Hashable
     spoken = ask(constraint.bound, sides[0], sides[1])
     silent = constraint.wanted.answer
     return silent if spoken is None else spoken.outcome.result
-
-
-def _reason(constraint: Constraint) -> str:
-    return f"{constraint.bound.rule.code}: {constraint.bound.rule.because}"
-
-
-def _text(slot: Slot, value: str, members: tuple[str, ...]) -> str:
-    role: Role = slot.role  # type: ignore[assignment]
-    level, shared = slot.policy.level, ""
-    first = slot.endpoints[0]
-    if level == BROKER and first.participant.broker is not None:
-        shared = f"of broker {first.participant.broker.id}"
-    elif level == TOPIC:
-        shared = f"of topic {first.shown}"
-    elif slot.shared and level == "endpoint":
-        more = f" and {plural(len(members) - 1, 'other endpoint')}" if len(members) > 1 else ""
-        shared = f"in what {members[0]}{more} share" if more else f"in the profile of {members[0]}"
-    return remedy_text(role, slot.policy.name, value, members, level, shared)
-
-
-@dataclass(frozen=True, slots=True)
-class _ConflictWords:
-    """Puts the parts of a conflicting set into words."""
-
-    model: RepairModel
-    refused: Mapping[Hashable, str]
-
-    def of(self, name: Hashable) -> str:
-        """Return one part in words."""
-        if isinstance(name, tuple) and name[0] == PINNED:
-            return f"`--keep {name[1]}` keeps {name[2]} of `{name[3]}` as it is"
-        if name in self.refused:
-            return self.refused[name]
-        constraint = next(each for each in self.model.constraints if each.label == name)
-        rule, (first, second) = constraint.bound.rule, (constraint.first, constraint.second)
-        ends = (
-            f"`{second.first.id}`" if first is second else f"`{second.first.id}` and its publisher `{first.first.id}`"
-        )
-        required = f" (needs {rule.guarantee})" if rule.guarantee else ""
-        fixed = dict.fromkeys(
-            f"{use.term.name} of `{end.first.id}`"
-            for end, use in changeable(constraint)
-            if use.index not in self.model.variables.get(end, {})
-        )
-        where = f"; no file has a place to change {', '.join(fixed)}" if fixed else ""
-        text = f"{rule.code}{required}: {ends} on `{constraint.topic}`: {rule.because}{where}"
-        return f"{text} ({rule.help})" if rule.help else text

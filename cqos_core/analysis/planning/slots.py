@@ -190,13 +190,13 @@ def usual(policy: Policy, role: str) -> set[Plain]:
     return found
 
 
-def spellable(policy: Policy, values: Iterable[Plain], current: Iterable[object]) -> list[Plain]:
-    """Return the values that files can state, in order; of many those nearest to the current ones."""
+def spellable(policy: Policy, values: Iterable[Plain], current: Iterable[object]) -> tuple[list[Plain], int]:
+    """Return the values that files can state, in order, and their number; of many those nearest to the current ones."""
     known = sorted(each for each in values if policy.domain.has(each) and policy.spelling(each) is not None)
-    numbers = [each for each in current if isinstance(each, int)]
+    count, numbers = len(known), [each for each in current if isinstance(each, int)]
     if len(known) > MOST_VALUES and numbers and all(isinstance(each, int) for each in known):
         known = sorted(sorted(known, key=lambda each: min(abs(each - other) for other in numbers))[:MOST_VALUES])  # type: ignore[operator]
-    return known
+    return known, count
 
 
 class Statement(NamedTuple):

@@ -10,7 +10,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Collection, Hashable, Mapping, Sequence
 
     from cqos_core.analysis.planning.formulas import Formula, Variable
 
@@ -25,11 +25,13 @@ class Solution(NamedTuple):
         chosen: number of the choice, of places that change.
         weight: in total.
         proven: no choices have less.
+        given_up: units that are not reached.
     """
 
     chosen: Mapping[Hashable, int]
     weight: int
     proven: bool
+    given_up: frozenset[Hashable] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,28 +43,45 @@ class Task:
         formulas: what has to hold, each with what it is called in a conflicting set.
         pins: places that must not change, each with what pins it.
         cuts: combinations of choices that a check refused, each with what it is called.
+        units: by name of a formula or cut, the parts of the goal with which it is given up; the others always have to hold.
+        worth: per unit, how much is lost where it is given up.
+        rests_on: units that are reached only with another one.
+        most: the greatest weight; None: any.
     """
 
     weights: Mapping[Hashable, Sequence[int]]
     formulas: Sequence[tuple[Hashable, Formula]]
     pins: Mapping[Hashable, Hashable] = field(default_factory=dict)
     cuts: Sequence[tuple[Hashable, Mapping[Hashable, int]]] = ()
+    units: Mapping[Hashable, Sequence[Hashable]] = field(default_factory=dict)
+    worth: Mapping[Hashable, int] = field(default_factory=dict)
+    rests_on: Sequence[tuple[Hashable, Hashable]] = ()
+    most: int | None = None
 
 
-def solve(task: Task) -> Solution | None:
+def solve(task: Task, *, give_up: bool = False) -> Solution | None:
     """Return the choices of least weight; None where nothing is possible.
+
+    Args:
+        task: what to solve.
+        give_up: units may be given up, of the least worth; of equal worth the least weight decides.
 
     Raises:
         CqosError: OR-tools is not installed, or found no answer in time.
     """
-    problem = _Problem(task, named=False)
+    problem = _Problem(task, give_up=give_up)
     weighted = [
         weight * literal
         for place, weights in task.weights.items()
         for weight, literal in zip(weights, problem.places[place], strict=True)
         if weight
     ]
-    problem.model.minimize(sum(weighted))
+    total = sum(weighted)
+    if task.most is not None:
+        problem.model.add(total <= task.most)
+    heaviest = 1 + sum(max(weights) for weights in task.weights.values())
+    lost = sum(heaviest * task.worth[unit] * literal for unit, literal in problem.given_up.items())
+    problem.model.minimize(total + lost)
     status, solver = problem.run()
     if status == "INFEASIBLE":
         return None
@@ -75,15 +94,20 @@ def solve(task: Task) -> Solution | None:
         if number and solver.boolean_value(literal)
     }
     weight = sum(weights[chosen.get(place, 0)] for place, weights in task.weights.items())
-    return Solution(chosen, weight, status == "OPTIMAL")
+    given_up = frozenset(unit for unit, literal in problem.given_up.items() if solver.boolean_value(literal))
+    return Solution(chosen, weight, status == "OPTIMAL", given_up)
 
 
-def conflict(task: Task) -> list[Hashable]:
-    """Return names of parts that exclude each other; without any one of them, the others can be reached."""
-    left = [
-        *dict.fromkeys([*(name for name, _ in task.formulas), *task.pins.values(), *(name for name, _ in task.cuts)])
-    ]
-    left = _core(task, left) or left
+def conflict(task: Task, without: Collection[Hashable] = ()) -> list[Hashable]:
+    """Return names of parts that exclude each other; without any one of them, the others can be reached.
+
+    Args:
+        task: what cannot be solved.
+        without: units to leave out; the result is empty where the rest can be reached.
+    """
+    stated = [*(name for name, _ in task.formulas), *task.pins.values(), *(name for name, _ in task.cuts)]
+    whole = [name for name in dict.fromkeys(stated) if not any(unit in without for unit in task.units.get(name, ()))]
+    left = _core(task, whole) or []
     for name in [*left]:
         fewer = _core(task, [each for each in left if each != name]) if name in left else None
         left = left if fewer is None else fewer
@@ -92,7 +116,7 @@ def conflict(task: Task) -> list[Hashable]:
 
 def _core(task: Task, names: Sequence[Hashable]) -> list[Hashable] | None:
     """Return some of the named parts that exclude each other; None where all of them can be reached."""
-    problem = _Problem(task, named=True)
+    problem = _Problem(task, names=frozenset(names))
     problem.model.add_assumptions([problem.guards[name] for name in names if name in problem.guards])
     status, solver = problem.run()
     if status != "INFEASIBLE":
@@ -116,24 +140,32 @@ def load() -> Any:
 
 
 class _Problem:
-    """A task in terms of CP-SAT; with ``named`` each part holds only where its guard does."""
+    """A task in terms of CP-SAT; with ``names`` only these parts, and each holds only where its guard does."""
 
-    def __init__(self, task: Task, *, named: bool) -> None:
+    def __init__(self, task: Task, *, names: Collection[Hashable] | None = None, give_up: bool = False) -> None:
         self.cp = load()
         self.model = self.cp.CpModel()
         self.guards: dict[Hashable, Any] = {}
         self.places: dict[Hashable, list[Any]] = {}
-        self.named = named
+        self.names = names
+        self.units = task.units if give_up else {}
+        self.given_up = {unit: self.model.new_bool_var("") for unit in (task.worth if give_up else ())}
         self._variables: dict[Variable, list[Any]] = {}
         self._parts: dict[Formula, Any] = {}
         for place, weights in task.weights.items():
             self.places[place] = [self.model.new_bool_var("") for _ in weights]
             self.model.add_exactly_one(self.places[place])
+        for unit, needed in task.rests_on if give_up else ():
+            self.model.add_implication(self.given_up[needed], self.given_up[unit])
         for name, formula in task.formulas:
-            self.require(formula, self._unless(name))
+            if self._is_asked(name):
+                self.require(formula, self._unless(name))
         for place, name in task.pins.items():
-            self.model.add_bool_or([*self._unless(name), self.places[place][0]])
+            if self._is_asked(name):
+                self.model.add_bool_or([*self._unless(name), self.places[place][0]])
         for name, choices in task.cuts:
+            if not self._is_asked(name):
+                continue
             other = [~self.places[place][number] for place, number in choices.items()]
             self.model.add_bool_or([*self._unless(name), *other])
 
@@ -147,9 +179,12 @@ class _Problem:
         status = solver.solve(self.model)
         return solver.status_name(status), solver
 
+    def _is_asked(self, name: Hashable) -> bool:
+        return self.names is None or name in self.names
+
     def _unless(self, name: Hashable) -> list[Any]:
-        if not self.named:
-            return []
+        if self.names is None:
+            return [self.given_up[unit] for unit in self.units.get(name, ())]
         if name not in self.guards:
             self.guards[name] = self.model.new_bool_var("")
         return [~self.guards[name]]

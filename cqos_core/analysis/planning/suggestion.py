@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.planning.constraints import Goals
-from cqos_core.analysis.planning.search import RepairPlan, Search, accepted_of, checked
+from cqos_core.analysis.planning.search import Search, accepted_of, checked, quietest
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.system import SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
@@ -43,13 +43,13 @@ def find_suggestion(
     active = [key for key, endpoints in topics.items() if _asks(endpoints)]
     accepted = accepted_of(before.report)
 
-    def plan(*severities: str) -> RepairPlan:
+    def search(*severities: str, partial: bool) -> Search:
         goals = Goals(decide=True, severities=frozenset(severities), excused=accepted)
-        return Search(sources, read, context, importer, before, goals, [*active], may=_is_open).run()
+        return Search(sources, read, context, importer, before, goals, [*active], may=_is_open, partial=partial)
 
     # Without any warning if that is possible.
-    found = plan("error", "warning")
-    return found if found.confirmed else plan("error")
+    found = quietest(search("error", "warning", partial=False), everything=True)
+    return found if found.confirmed else quietest(search("error", partial=True), everything=True)
 
 
 def _asks(endpoints: list[Resolved]) -> bool:
@@ -75,26 +75,3 @@ def _is_open(endpoint: Resolved, index: int) -> bool:
     level = endpoint.pack.policies[index].level
     stated = any(index in layer.settings for layer in endpoint.participant.layers if not layer.assumed)
     return level == ENDPOINT or (level == "participant" and not stated)
-
-
-_WORDS: Final = frozenset({"yes", "no", "unknown", "none"})
-
-
-def costs(plan: RepairPlan, system: System, context: Context) -> tuple[str, ...]:
-    """Return what is known of the cost of a plan: for each pair of changed endpoints the bounds of its guarantees.
-
-    Args:
-        plan: what changed.
-        system: with the changes.
-        context: the packs.
-    """
-    members = {member for each in plan.changes for member in each.members}
-    found: dict[str, None] = {}
-    for pair in plan.after.pairs:
-        if members.isdisjoint((pair.publisher, pair.subscriber)):
-            continue
-        explained = explain_pair(system, pair.publisher, pair.subscriber, context)
-        bounds = [f"{each.word} {each.value}" for each in explained.guarantees if each.value not in _WORDS]
-        if bounds:
-            found[f"from {pair.publisher} to {pair.subscriber}: {', '.join(bounds)}"] = None
-    return tuple(found)
