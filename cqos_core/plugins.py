@@ -77,6 +77,22 @@ class RulePackInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class ImporterOption:
+    """An option of the commands that read systems, which sets a switch of an importer.
+
+    Attributes:
+        option: as on the command line (``--launch``).
+        switch: of the importer; its value has one line for each time that the option is given.
+        metavar: what its value is called in the help (``FILE``).
+    """
+
+    option: str
+    switch: str
+    metavar: str
+    help: str
+
+
+@dataclass(frozen=True, slots=True)
 class ImporterInfo:
     """A file format that can be read.
 
@@ -93,6 +109,9 @@ class ImporterInfo:
         drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none. The reader of a drawing has the switch
             ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
+        options: what it adds to the command line.
+        folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
+            The reader then has the folder as the name of a source without bytes.
     """
 
     name: str
@@ -106,6 +125,8 @@ class ImporterInfo:
     inserter: str = ""
     shares_names: bool = False
     drawn: str = ""
+    options: tuple[ImporterOption, ...] = ()
+    folders_with: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""

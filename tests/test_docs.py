@@ -44,6 +44,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/ros2-files.md",
     "docs/repair.md",
     "docs/ros2-launch.md",
+    "docs/ros2-workspace.md",
     "docs/dds.md",
     "docs/dds-xml.md",
     "docs/convert-and-diff.md",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli import INTERRUPTED
-from cqos_core.cli.parameters import Run, debug_option
+from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.streams import say, say_problems, width
 from cqos_core.model.problems import CqosError, InputError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
@@ -47,6 +47,10 @@ class Commands(click.Group):
             what = f"The command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
             keep_traceback(what, error)
             raise click.UsageError(f"{what} cannot be loaded: {describe(error)}", ctx) from error
+        if getattr(command.callback, READS_SYSTEMS, False):
+            from cqos_core.cli.reading import with_importer_options
+
+            return with_importer_options(command)
         return command
 
     def resolve_command(

@@ -14,6 +14,9 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+READS_SYSTEMS = "reads_systems"
+"""The attribute of functions of commands that read systems, and so take the options that importers declare."""
+
 
 _FEW = 40
 

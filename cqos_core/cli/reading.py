@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import click
 
 from cqos_core.checking.trial import tried_out
-from cqos_core.cli.parameters import Assignment, AssignmentType, Registered, nearest, packs_option
+from cqos_core.cli.parameters import READS_SYSTEMS, Assignment, AssignmentType, Registered, nearest, packs_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
-from cqos_core.importers.source import VARIABLES
+from cqos_core.importers.source import OPTIONS, VARIABLES
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, InvalidValueError, Problem
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.plugins import ImporterOption
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -56,6 +57,7 @@ class ReadingOptions:
     excluded: tuple[str, ...]
     config_file: str | None
     no_config: bool
+    of_importers: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 _OPTIONS = (
@@ -125,13 +127,45 @@ _OPTIONS = (
 
 def reading_options(command: Callable[..., R]) -> Callable[..., R]:
     """Add the options about reading to a command, which gets them as one parameter ``reading``."""
-    names = [each.name for each in fields(ReadingOptions)]
+    names = [each.name for each in fields(ReadingOptions) if each.name != "of_importers"]
 
     @functools.wraps(command)
     def folded(*args: Any, **kwargs: Any) -> R:
-        return command(*args, reading=ReadingOptions(**{name: kwargs.pop(name) for name in names}), **kwargs)
+        own: dict[str, dict[str, str]] = {}
+        for importer, option in _declared():
+            if values := kwargs.pop(_parameter(option), ()):
+                own.setdefault(importer, {})[option.switch] = "\n".join(values)
+        given = {name: kwargs.pop(name) for name in names}
+        return command(*args, reading=ReadingOptions(**given, of_importers=own), **kwargs)
 
+    setattr(folded, READS_SYSTEMS, True)
     return functools.reduce(lambda inner, option: option(inner), reversed(_OPTIONS), folded)
+
+
+def with_importer_options(command: click.Command) -> click.Command:
+    """Add the options that importers declare to a command that reads systems, once."""
+    known = [each.name for each in command.params]
+    if getattr(command.callback, READS_SYSTEMS, False):
+        at = known.index(_LAST) + 1
+        command.params[at:at] = [
+            click.Option(
+                [each.option, _parameter(each)], metavar=each.metavar, multiple=True, help=each.help, show_default=False
+            )
+            for _, each in _declared()
+            if _parameter(each) not in known
+        ]
+    return command
+
+
+_LAST = "no_config"
+
+
+def _declared() -> list[tuple[str, ImporterOption]]:
+    return [(info.name, each) for info in load_plugins().importers.values() for each in info.options]
+
+
+def _parameter(option: ImporterOption) -> str:
+    return option.option.lstrip("-").replace("-", "_")
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +203,7 @@ class InputReader:
 
     def _load(self, paths: Sequence[str], step: Callable[[int, int], None]) -> Loaded:
         stdin = self._stdin() if STDIN in paths else None
+        self._refuse_options(paths)
         return load_paths(
             paths,
             self.options.importer,
@@ -181,6 +216,19 @@ class InputReader:
             ),
             step=step,
         )
+
+    def _refuse_options(self, paths: Sequence[str]) -> None:
+        """Refuse options of importers that would have no effect."""
+        for name, own in self.options.of_importers.items():
+            info = load_plugins().importers[name]
+            first = next((each for each in info.options if each.switch == info.folders_with), None)
+            if first is None:
+                continue
+            if first.switch not in own:
+                other = next(each.option for each in info.options if each.switch in own)
+                raise click.UsageError(f"{other} has no effect without {first.option}.")
+            if not any(map(os.path.isdir, paths)):
+                raise click.UsageError(f"{first.option} needs a folder among the paths, whose files are looked up.")
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
         """Read ``paths`` as one system; without one, say why and end the command.
@@ -302,6 +350,10 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
         if switch.owner not in importers:
             raise _refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
+    for importer, own in options.of_importers.items():
+        switches.setdefault(importer, {}).update(own)
+    if options.assumptions:
+        switches[OPTIONS] = {f"{each.owner}.{each.name}": each.value for each in options.assumptions}
     if options.variables:
         switches[VARIABLES] = {each.name: each.value for each in options.variables}
     return switches

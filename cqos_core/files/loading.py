@@ -315,6 +315,12 @@ class Loaded:
         return [*self.unsearched, *dict.fromkeys(found)]
 
 
+def folder_reader(plugins: Plugins, switches: Mapping[str, Mapping[str, str]]) -> str:
+    """Return the importer that reads folders as one system, as its switch asks for; empty where none does."""
+    asked = (info.name for info in plugins.importers.values() if info.folders_with in switches.get(info.name, ()))
+    return next(asked, "")
+
+
 def load_paths(
     paths: Iterable[str],
     importer: str | None = None,
@@ -337,7 +343,11 @@ def load_paths(
         step: called after each file with the number of read files and the number of all.
     """
     plugins = load_plugins()
-    found = find_files(paths, plugins, importer, excluded)
+    paths = [*paths]
+    reader = folder_reader(plugins, switches or {})
+    whole = {path for path in paths if os.path.isdir(path)} if reader else set()  # noqa: PTH112 - as in `find_files`
+    found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
+    found.files[:0] = [File(path) for path in paths if path in whole]
     loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
     outcomes: dict[int, FileOutcome] = {}
     waiting = dict(enumerate(found.files))
@@ -348,6 +358,10 @@ def load_paths(
         later: dict[int, File] = {}
         for position, file in waiting.items():
             try:
+                if file.path in whole:
+                    folder = Source(file.path, b"")
+                    outcomes[position] = _read_file(file, folder, reader, switches, None, (), None)
+                    continue
                 source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
                 if source is None:
                     loaded.skipped += 1

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 VARIABLES: Final = "$"
 """The entry among the switches of importers that holds the values of variables."""
+OPTIONS: Final = "--option"
+"""The entry that holds options of packs which the caller states, as ``ros2.rmw``."""
 
 
 @dataclass(frozen=True, slots=True)

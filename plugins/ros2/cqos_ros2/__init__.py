@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, ImporterOption, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,6 +27,12 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             reader = f"cqos_ros2.importers.{module}:read"
             declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
             register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=declines, inserter=inserter))
+    module, summary = "cqos_ros2.workspace.importer", "Workspaces of ROS 2: a folder with --launch FILE"
+    register(
+        ImporterInfo(
+            "workspace", summary, (), f"{module}:claims", f"{module}:read", options=_LAUNCH, folders_with="launch"
+        )
+    )
 
 
 @hookimpl
@@ -42,6 +48,15 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     register(CommandInfo("launch", "Print what a ROS 2 launch file would start.", "cqos_ros2.launch.command:launch"))
 
 
+_LAUNCH = (
+    ImporterOption(
+        "--launch",
+        "launch",
+        "FILE",
+        "Read folders as ROS 2 workspaces, and check what this launch file starts: a path or PACKAGE:FILE. Several start together.",
+    ),
+    ImporterOption("--launch-arg", "launch_arg", "NAME:=VALUE", "The value of a launch argument. Can be repeated."),
+)
 _DECLINED = {
     "rosbag2": "cqos_ros2.importers.declined:recording",
     "qos_overrides": "cqos_ros2.importers.declined:parameters",

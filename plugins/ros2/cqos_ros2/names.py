@@ -53,11 +53,11 @@ def resolve(written: str, context: NameContext) -> Naming:
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
     node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
-    expanded = _expand(text, node.namespace, node.name)
+    expanded = expand(text, node.namespace, node.name)
     legal = is_legal(expanded)
     rewritten = node.free_text and not legal
     if rewritten:
-        expanded = _expand(legal_name(text), node.namespace, node.name)
+        expanded = expand(legal_name(text), node.namespace, node.name)
     full = expanded
     if context.remap:
         full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), full)
@@ -83,11 +83,11 @@ class _Node:
 
     def rewrites(self, text: str) -> bool:
         """Whether ``text`` is free text that ROS 2 would not take as a name."""
-        return self.free_text and not is_legal(_expand(text, self.namespace, self.name))
+        return self.free_text and not is_legal(expand(text, self.namespace, self.name))
 
     def full_name(self, text: str) -> str:
         """Return the full name of ``text``."""
-        return _expand(legal_name(text) if self.rewrites(text) else text, self.namespace, self.name)
+        return expand(legal_name(text) if self.rewrites(text) else text, self.namespace, self.name)
 
 
 @lru_cache(maxsize=4096)
@@ -142,7 +142,7 @@ def covers(pattern: str, node: str) -> bool:
     return len(parts) in matched
 
 
-def _expand(name: str, namespace: str, node: str) -> str:
+def expand(name: str, namespace: str, node: str) -> str:
     """Return the full name (rcl_expand_topic_name); what rcl refuses comes out illegal."""
     inside = namespace.rstrip("/")
     if "{" in name:

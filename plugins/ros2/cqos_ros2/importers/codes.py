@@ -1,6 +1,6 @@
 """What the importers of ROS 2 files report, beside what all importers do (``CQ0xx``).
 
-ROS900-ROS929: what was observed (snapshots and recordings); ROS930-ROS969: what is configured.
+ROS900-ROS929: what was observed (snapshots and recordings); ROS930-ROS969: what is configured; ROS970-ROS989: workspaces.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.model.codes import CodeInfo
+from cqos_ros2.workspace.codes import CODES as WORKSPACE
 
 OBSERVED: Final = (
     CodeInfo(
@@ -217,4 +218,4 @@ CONFIGURED: Final = (
     ),
 )
 
-CODES: Final = (*OBSERVED, *CONFIGURED)
+CODES: Final = (*OBSERVED, *CONFIGURED, *WORKSPACE)

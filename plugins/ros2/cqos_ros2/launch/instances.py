@@ -155,10 +155,10 @@ def _node(action: Action, kind: InstanceKind, run: Running) -> Instance:
     node.name = None if name is None else run.perform(name)
     own = fields.get("namespace", fields.get("node_namespace"))
     node.namespace = absolute(inner_namespace(run.scope.namespace, run.perform(own)))
-    node.remaps = [*_remaps_around(run), *_remaps(fields.get("remappings"), run, node)]
-    node.parameters += [*_parameters_around(run), *parameters(fields.get("parameters"), run, node.place)]
-    for field in ("arguments", "ros_arguments"):
+    for field in ("arguments", "ros_arguments"):  # they stand first on the command line
         _command_line(fields.get(field), field == "ros_arguments", node, run)
+    node.remaps += [*_remaps_around(run), *_remaps(fields.get("remappings"), run, node)]
+    node.parameters += [*_parameters_around(run), *parameters(fields.get("parameters"), run, node.place)]
     node.environment = {
         name: value
         for source in (run.scope.environment, _variables(fields, run))
@@ -325,7 +325,7 @@ def _ros_option(option: str, value: Any, guards: Guards, node: Instance) -> None
         else:
             node.parameters.append(cause)
     elif option == "param":
-        node.parameters.append(ParameterValues({name: only_where(guards, plain_text(rest))}, node.place))
+        node.parameters.append(ParameterValues({name: only_where(guards, plain_text(rest))}, node.place, rule=True))
     elif name in {"__node", "__name"}:
         node.name = replaced(node.name, rest, guards)
     elif name == "__ns":

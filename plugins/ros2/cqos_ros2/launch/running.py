@@ -377,7 +377,7 @@ def _parameter(run: Launch, action: Action) -> None:
     from cqos_ros2.launch.instances import parameter_value
 
     value = only_where(run.scope.guards, parameter_value(action.fields.get("value"), run))
-    run.scope.parameters.append(ParameterValues({name if isinstance(name, str) else "?": value}, place))
+    run.scope.parameters.append(ParameterValues({name if isinstance(name, str) else "?": value}, place, rule=True))
 
 
 def _push(run: Launch, _action: Action) -> None:

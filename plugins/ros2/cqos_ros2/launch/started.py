@@ -55,10 +55,15 @@ class ParameterFile:
 
 @dataclass(frozen=True, slots=True)
 class ParameterValues:
-    """Parameters that a launch file states itself, by their full names."""
+    """Parameters that a launch file states itself, by their full names.
+
+    Attributes:
+        rule: they are given as rules `-p`, which hold for every node of the process.
+    """
 
     values: dict[str, Any]
     place: Place
+    rule: bool = False
 
 
 Parameters: TypeAlias = "ParameterFile | ParameterValues | Unknown"

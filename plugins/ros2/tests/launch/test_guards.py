@@ -54,11 +54,11 @@ def test_branches_of_python_keep_their_conditions(nodes):
     [(name, node)] = nodes("a.launch.py", SETUP).items()
     assert name == "(s if sim is true; n if sim is not true)"
     assert remaps(node) == [
+        ("(x if sim is true)", "y"),
         ("(scan if sim is true)", "b"),
         ("(scan if sim is not true)", "a"),
-        ("(x if sim is true)", "y"),
     ]
-    assert stated(node) == ["(b.yaml if sim is true)", "(a.yaml if sim is not true)", "{q: (1 if sim is true)}"]
+    assert stated(node) == ["{q: (1 if sim is true)}", "(b.yaml if sim is true)", "(a.yaml if sim is not true)"]
 
 
 def test_what_a_scope_sets_under_a_condition_keeps_it(nodes):

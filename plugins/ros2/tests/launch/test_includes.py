@@ -96,9 +96,9 @@ def test_the_tags_of_xml(launched):
     node, container, first, second = found.instances
     assert (node.namespace, node.remaps) == ("/robot", [("/tf", "tf"), ("scan", "front/scan")])
     assert [each.values for each in node.parameters if isinstance(each, ParameterValues)] == [
+        {"rate": 3},  # arguments stand first on the command line
         {"limits.speed": 1.5},
         {"label": "5"},
-        {"rate": 3},
     ]
     assert [each.substitutions for each in node.parameters if isinstance(each, ParameterFile)] == [True]
     assert (container.kind, first.container, second.container) == ("container", "box", "/box")

@@ -44,7 +44,7 @@ def test_a_node_with_everything(python_launch):
         """)
     )
     assert (node.package, node.executable, node.name, node.namespace) == ("nav2_amcl", "amcl", "amcl", "/robot1")
-    assert node.remaps == [("/tf", "tf"), ("scan", "front/scan"), ("a", "b")]
+    assert node.remaps == [("a", "b"), ("/tf", "tf"), ("scan", "front/scan")]
     assert values(node) == {"use_sim_time": True, "laser.range": 2.5, "rate": 5}
     assert node.arguments == ["--verbose", "--log-level", "info"]
     assert node.place.line == 20

@@ -1,0 +1,426 @@
+"""From what is known of a node to its endpoints: holes filled with the values of parameters, plugins put in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+
+from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.packs import normalise
+from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
+from cqos_ros2.nodes import form
+from cqos_ros2.nodes.reading import endpoints
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.importers.forms import Entry
+    from cqos_core.model.system import ImportNote, Place, Settings
+    from cqos_ros2.nodes.library import Library
+    from cqos_ros2.nodes.reading import NodeFile, Written
+
+_MOST_PLUGINS: Final = 100
+_DEEPEST: Final = 8
+_HOLE: Final = "${"
+VERBS: Final = {
+    "publishes": "publishes",
+    "subscribes": "subscribes to",
+    "serves": "serves",
+    "calls": "calls",
+    "action_servers": "serves the action",
+    "action_clients": "calls the action",
+}
+"""What an endpoint does, by its direction."""
+
+
+class Parameter(NamedTuple):
+    """The value of a parameter and where it is given."""
+
+    value: Any
+    place: Place | None
+
+
+class Parameters(Protocol):
+    """The parameters that a node is given."""
+
+    def __call__(self, name: str) -> Parameter | None:
+        """Return a parameter; None where none of this name is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Filled:
+    """One endpoint that a node has.
+
+    Attributes:
+        direction: as in the node file: ``publishes``, …
+        name: as in the code, relative or not; with unknown parts where it is not known.
+        type: empty where it is not known.
+        preset: the preset that its policies begin with; empty: that of the pack.
+        settings: policies over it.
+        place: of the endpoint in the node file.
+        named_at: where the parameter is given that names it; None where the code does.
+        parameter: that parameter; empty where the code names it.
+        overridable: policies that `qos_overrides` may set.
+        decided_at: where the parameter is given that chooses the policies; None where none does.
+    """
+
+    direction: str
+    name: str | Unknown | Joined
+    type: str
+    preset: str
+    settings: Settings
+    place: Place
+    named_at: Place | None = None
+    parameter: str = ""
+    overridable: tuple[str, ...] = ()
+    optional: bool = False
+    own_node: bool = False
+    decided_at: Place | None = None
+
+
+class Inside(NamedTuple):
+    """A further node in the process of another one."""
+
+    node: str
+    name: str
+    namespace: str
+
+
+@dataclass(slots=True)
+class FilledNode:
+    """What a node has.
+
+    Attributes:
+        gaps: what is not known of it.
+        activates: names of the lifecycle nodes that it activates, with the parameter; None where it activates none.
+        notes: what reading a configuration of it reports.
+    """
+
+    endpoints: list[Filled] = field(default_factory=list)
+    inside: list[Inside] = field(default_factory=list)
+    gaps: list[Unknown] = field(default_factory=list)
+    activates: Parameter | None = None
+    notes: list[ImportNote] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Filling:
+    """Fills one node for one distribution.
+
+    Attributes:
+        parameters: those that it is given.
+        variables: texts by name: ``node``, ``namespace``, ``above`` (the namespace around it), and those of `for_each` and of plugins.
+        distro: the ROS 2 distribution; empty: of every distribution alike.
+        seen: the parameters that were asked for, for what is not used.
+    """
+
+    library: Library
+    parameters: Parameters
+    variables: Mapping[str, str]
+    distro: str
+    seen: set[str] = field(default_factory=set)
+
+    def fill(self, file: NodeFile, part: Entry, result: FilledNode, *, own_node: bool = False, depth: int = 0) -> None:
+        """Add what a node or fragment has to ``result``."""
+        if depth > _DEEPEST:
+            result.gaps.append(Unknown("fragments use each other in a circle", part.place))
+            return
+        scope = _Scope(self, file, _declared(part))
+        for written in endpoints(part):
+            scope.endpoint(written, result, own_node=own_node)
+        for each in scope.held(part.get(form.UNREAD), result):
+            result.gaps.append(Unknown(f"{each.require(form.WHAT)}: {each.require(form.CAUSE)}", each.place))
+        for each in scope.held(part.get(form.INSIDE), result):
+            texts = [scope.text(each.get(key) or "", each.place) for key in (form.NODE, form.NAME, form.NAMESPACE)]
+            result.inside.append(Inside(*[text if isinstance(text, str) else "" for text in texts]))
+        for each in scope.held(part.get(form.USES), result):
+            own = each.get(form.OWN_NODE)
+            used = scope.text(each.require(form.FRAGMENT), each.place)
+            if isinstance(used, Unknown):
+                result.gaps.append(used)
+            else:
+                self.fragment(
+                    used.replace("/", "::"), each.place, result, own_node=own_node or own is True, depth=depth
+                )
+        for each in scope.held(part.get(form.PLUGINS), result):
+            for plugin, name in scope.plugins(each, result):
+                filling = replace(self, variables={**self.variables, "plugin": plugin})
+                filling.fragment(name, each.place, result, own_node=own_node, depth=depth)
+        stated = part.get(form.ACTIVATES)
+        if stated:
+            value, place = scope.parameter_of(stated)
+            result.activates = Parameter(value, place)
+
+    def fragment(self, name: str, place: Place, result: FilledNode, *, own_node: bool, depth: int) -> None:
+        """Add what a fragment has, by its name."""
+        found = self.library.fragment(name)
+        if found is None:
+            result.gaps.append(Unknown(f"no node file has the class `{name[:120]}`", place))
+            return
+        file, part = found
+        if self.distro and file.versions and self.distro not in file.versions:
+            result.gaps.append(Unknown(f"`{name[:120]}` is not known for {self.distro}", place))
+            return
+        self.fill(file, part, result, own_node=own_node, depth=depth + 1)
+
+
+def _declared(part: Entry) -> dict[str, list[Entry]]:
+    return {name: member.value for name, member in (part.get(form.PARAMETERS) or {}).items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Scope:
+    """One node or fragment that is filled, with the defaults of its parameters."""
+
+    filling: Filling
+    file: NodeFile
+    declared: Mapping[str, list[Entry]]
+
+    # Values
+
+    def parameter(self, name: str, depth: int = 0) -> Parameter:
+        """Return the value of a parameter: the one that is given, else its default."""
+        self.filling.seen.add(name)
+        given = self.filling.parameters(name)
+        if given is not None:
+            return given
+        for written, entries in self.declared.items():
+            if written != name and (_HOLE not in written or self.text(written, None, depth + 1) != name):
+                continue
+            for entry in entries:
+                holds = self.holds(entry.get(form.WHEN) or ())
+                if isinstance(holds, Unknown):
+                    return Parameter(holds, entry.place)
+                default = entry.get(form.DEFAULT)
+                if holds and default is not None:
+                    value = default.value
+                    return Parameter(
+                        self.text(value, entry.place, depth + 1) if isinstance(value, str) else value, None
+                    )
+        return Parameter(Unknown(f"the parameter `{name[:80]}` is not set and has no default"), None)
+
+    def parameter_of(self, text: str) -> tuple[Any, Place | None]:
+        """Return the value of a text that is one hole, as it is: a list stays a list."""
+        if text.startswith(_HOLE) and text.endswith("}") and text.count(_HOLE) == 1:
+            name = text[2:-1]
+            if name not in self.filling.variables:
+                return self.parameter(name)
+        return self.text(text, None), None
+
+    def text(self, written: str, place: Place | None, depth: int = 0) -> str | Unknown:
+        """Return a text with its holes filled."""
+        if _HOLE not in written:
+            return written
+        found, _ = self._filled(written, 0, place, depth, inner=False)
+        return found
+
+    def _filled(
+        self, written: str, at: int, place: Place | None, depth: int, *, inner: bool
+    ) -> tuple[str | Unknown, int]:
+        if depth > _DEEPEST:
+            return Unknown("values refer to each other in a circle", place), len(written)
+        text, unknown = "", None
+        while at < len(written):
+            if inner and written[at] == "}":
+                return unknown or text, at + 1
+            if written.startswith(_HOLE, at):
+                name, at = self._filled(written, at + 2, place, depth, inner=True)
+                value = name if isinstance(name, Unknown) else self._value(name, depth)
+                unknown = unknown or (value if isinstance(value, Unknown) else None)
+                text += value if isinstance(value, str) else ""
+            else:
+                text += written[at]
+                at += 1
+        return unknown or text, at
+
+    def _value(self, name: str, depth: int) -> str | Unknown:
+        if name in self.filling.variables:
+            return self.filling.variables[name]
+        return as_text(self.parameter(name, depth + 1).value)
+
+    def holds(self, tests: tuple[form.Test, ...]) -> bool | Unknown:
+        """Return whether a condition holds."""
+        unknown = None
+        for test in tests:
+            if test.subject == form.DISTRO:
+                held: bool | Unknown = self.filling.distro in map(normalise, test.values)
+                if not self.filling.distro:
+                    held = Unknown("the ROS 2 distribution is not stated", test.place)
+            else:
+                name = self.text(test.subject, test.place)
+                value = name if isinstance(name, Unknown) else as_text(self.parameter(name).value)
+                held = value if isinstance(value, Unknown) else value in test.values
+            if isinstance(held, Unknown):
+                unknown = unknown or held
+            elif held is test.negated:
+                return False
+        return unknown or True
+
+    def held(self, entries: list[Entry] | None, result: FilledNode) -> Iterator[Entry]:
+        """Yield the entries whose conditions hold; note those that are not known."""
+        for entry in entries or ():
+            held = self.holds(entry.get(form.WHEN) or ())
+            if isinstance(held, Unknown):
+                result.gaps.append(held)
+            elif held:
+                yield entry
+
+    def plugins(self, entry: Entry, result: FilledNode) -> Iterator[tuple[str, str]]:
+        """Yield the plugins of a slot, each with its class."""
+        names, _ = self.parameter_of(entry.require(form.NAMES))
+        unknown = first_unknown(names)
+        if unknown is not None:
+            result.gaps.append(unknown)
+            return
+        classes = {name: each.value for name, each in (entry.get(form.CLASSES) or {}).items()}
+        for plugin in _listed(names)[:_MOST_PLUGINS]:
+            inner = replace(self.filling, variables={**self.filling.variables, "plugin": plugin})
+            where = inner_text(inner, self, entry.require(form.CLASS))
+            given = self.filling.parameters(where) if isinstance(where, str) else None
+            name = classes.get(plugin) if given is None else as_text(given.value)
+            if not isinstance(name, str):
+                cause = name.cause if isinstance(name, Unknown) else f"no parameter `{where}` names its class"
+                result.gaps.append(
+                    Unknown(f"the plugin `{plugin[:80]}`: {cause}", given.place if given else entry.place)
+                )
+                continue
+            yield plugin, name.replace("/", "::")
+
+    # Endpoints
+
+    def endpoint(self, written: Written, result: FilledNode, *, own_node: bool) -> None:
+        """Add an endpoint, or one for each value of its variables."""
+        for variables in self._variables(written, result):
+            scope = replace(self, filling=replace(self.filling, variables={**self.filling.variables, **variables}))
+            held = scope.holds(written.entry.get(form.WHEN) or ())
+            if isinstance(held, Unknown):
+                name = scope.text(written.name, written.place)
+                shown = name if isinstance(name, str) else written.name
+                result.gaps.append(
+                    Unknown(f"whether it {VERBS[written.direction]} `{shown[:80]}`: {held.cause}", held.place)
+                )
+            elif held:
+                result.endpoints.append(scope.made(written, own_node=own_node))
+
+    def _variables(self, written: Written, result: FilledNode) -> Iterator[dict[str, str]]:
+        found: list[dict[str, str]] = [{}]
+        for variable, member in (written.entry.get(form.FOR_EACH) or {}).items():
+            values: list[str] = []
+            for setting in member.value:
+                value, _ = self.parameter_of(setting.text)
+                unknown = first_unknown(value)
+                if unknown is not None:
+                    result.gaps.append(unknown)
+                    return
+                values += _listed(value) if setting.text.startswith(_HOLE) else [str(value)]
+            found = [{**each, variable: value} for each in found for value in values[:_MOST_PLUGINS]]
+        yield from found
+
+    def made(self, written: Written, *, own_node: bool) -> Filled:
+        """Return an endpoint that is there."""
+        entry = written.entry
+        name: str | Unknown = self.text(written.name, written.place)
+        cause = entry.get(form.UNKNOWN)
+        if cause is not None:
+            name = Unknown(cause, written.place)
+        elif isinstance(name, str) and not name.strip("/ "):
+            name = Unknown("its name is empty", written.place)
+        parameter, given = self._named_by(written.name)
+        type_name = self.text(entry.get(form.TYPE) or "", written.place)
+        preset, settings, decided = self.qos(entry.get(form.QOS) or [])
+        overridable, optional = entry.get(form.OVERRIDABLE), entry.get(form.OPTIONAL)
+        return Filled(
+            written.direction,
+            name,
+            type_name if isinstance(type_name, str) else "",
+            preset,
+            settings,
+            entry.place if entry.place.line else written.place,
+            given,
+            parameter,
+            tuple(overridable or ()),
+            optional is True,
+            own_node,
+            decided,
+        )
+
+    def _named_by(self, written: str) -> tuple[str, Place | None]:
+        """Return the first parameter in a name, and where it is given."""
+        at = written.find(_HOLE)
+        while at >= 0:
+            name, end = self._filled(written, at + 2, None, 0, inner=True)
+            if isinstance(name, str) and name not in self.filling.variables:
+                given = self.filling.parameters(name)
+                return name, None if given is None else given.place
+            at = written.find(_HOLE, end)
+        return "", None
+
+    # Quality of service
+
+    def qos(self, alternatives: list[Entry]) -> tuple[str, Settings, Place | None]:
+        """Return preset and policies of the first alternative that holds, and the place of the parameter that decides for it."""
+        decided: Place | None = None
+        for entry in alternatives:
+            tests = entry.get(form.WHEN) or ()
+            held = self.holds(tests)
+            decided = decided or self._decided(tests)
+            if isinstance(held, Unknown):
+                return "", {EVERY_OTHER: Setting("", held.place or entry.place, held.cause)}, decided
+            if not held:
+                continue
+            cause = entry.get(form.UNKNOWN)
+            if cause is not None:
+                return "", {EVERY_OTHER: Setting("", entry.place, cause)}, decided
+            preset, settings = self._profile(entry)
+            for policy, setting in entry.settings.items():
+                text = self.text(setting.text, setting.place)
+                cause = text.cause if isinstance(text, Unknown) else ""
+                known = text if isinstance(text, str) else ""
+                settings[policy] = Setting(known, setting.place, cause, derived=not cause)
+            if decided is not None:
+                settings = {policy: replace(each, place=decided) for policy, each in settings.items()}
+            return preset, settings, decided
+        return "", {}, decided
+
+    def _decided(self, tests: tuple[form.Test, ...]) -> Place | None:
+        """Return the place of the first given parameter in a condition."""
+        for test in tests:
+            name = self.text(test.subject, None)
+            given = self.filling.parameters(name) if isinstance(name, str) and test.subject != form.DISTRO else None
+            if given is not None and given.place is not None:
+                return given.place
+        return None
+
+    def _profile(self, entry: Entry) -> tuple[str, Settings]:
+        name = entry.get(form.PROFILE) or ""
+        own = self.file.profiles.get(name)
+        if own is None:
+            return name, {}
+        base = own.get(form.PROFILE) or ""
+        preset, settings = self._profile(own) if base in self.file.profiles and base != name else (base, {})
+        return preset, {**settings, **{policy: replace(each, derived=True) for policy, each in own.settings.items()}}
+
+
+def inner_text(filling: Filling, scope: _Scope, written: str) -> str | Unknown:
+    """Return a text with the variables of another filling."""
+    return replace(scope, filling=filling).text(written, None)
+
+
+def as_text(value: Any) -> str | Unknown:
+    """Return the value of a parameter as a node file writes it."""
+    if isinstance(value, Unknown):
+        return value
+    if isinstance(value, (Joined, Either)):
+        return first_unknown(value) or Unknown("it depends on what the launch leaves open")
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(str, value))
+    return str(value) if isinstance(value, (str, int, float)) else Unknown("it has no value")
+
+
+def _listed(value: Any) -> list[str]:
+    """Return the names in a list, or the words of a text."""
+    if isinstance(value, (list, tuple)):
+        return [str(each) for each in value]
+    return str(value).split() if isinstance(value, (str, int, float)) else []

@@ -1,0 +1,89 @@
+"""The node files that are there: those of a workspace first, then those that come with C-QoS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.source import Source
+from cqos_core.model.problems import InputError
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.nodes import form
+from cqos_ros2.nodes.reading import ENDING, NodeFile, read_node_file
+
+if TYPE_CHECKING:
+    from cqos_core.importers.forms import Entry
+    from cqos_core.model.problems import Problem
+    from cqos_ros2.launch.workspace import Workspace
+
+SHIPPED: Final = Path(__file__).parent / "shipped"
+_OURS: Final = b"cqos_nodes"
+_HEAD: Final = 4096
+
+
+@dataclass(slots=True)
+class Library:
+    """Looks up nodes and fragments.
+
+    Attributes:
+        workspace: whose node files come first; None: without a workspace.
+        sources: the node files that were read, by name.
+        problems: what is wrong with node files of the workspace.
+    """
+
+    workspace: Workspace | None = None
+    sources: dict[str, bytes] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    _read: dict[str, list[NodeFile]] = field(default_factory=dict)
+
+    def node(self, package: str, executable: str) -> tuple[NodeFile, Entry] | None:
+        """Return what is known of a node by its executable or class; None where nothing is."""
+        for file in self._files(package):
+            found = file.nodes.get(executable)
+            if found is None:
+                found = next((each for each in file.nodes.values() if each.get(form.PLUGIN) == executable), None)
+            if found is not None:
+                return file, found
+        return None
+
+    def fragment(self, name: str) -> tuple[NodeFile, Entry] | None:
+        """Return a fragment by its name; a class is looked up in the file of its first part."""
+        for file in self._files(name.partition("::")[0]):
+            if name in file.fragments:
+                return file, file.fragments[name]
+        return None
+
+    def _files(self, package: str) -> list[NodeFile]:
+        known = self._read.get(package)
+        if known is None:
+            known = self._read[package] = [*self._of_workspace(package), *self._shipped(package)]
+        return known
+
+    def _of_workspace(self, package: str) -> list[NodeFile]:
+        workspace = self.workspace
+        if workspace is None or package not in workspace.packages:
+            return []
+        paths = [path for name, found in workspace.files_of(package).items() if name.endswith(ENDING) for path in found]
+        read = []
+        for path in sorted(paths):
+            data = workspace.read(path, None)
+            if isinstance(data, Unknown) or _OURS not in data[:_HEAD]:
+                continue  # other tools use the same ending
+            read += self._one(Source(path, data))
+        return read
+
+    def _shipped(self, package: str) -> list[NodeFile]:
+        path = SHIPPED / f"{package}{ENDING}"
+        if not package.isidentifier() or not path.is_file():
+            return []
+        return self._one(Source(f"<cqos>/{path.name}", path.read_bytes()))
+
+    def _one(self, source: Source) -> list[NodeFile]:
+        try:
+            found = read_node_file(source)
+        except InputError as error:
+            self.problems += error.problems
+            return []
+        self.sources[source.name] = source.data
+        return [found]

@@ -1,0 +1,252 @@
+"""What is wrong with a launch, and what is not known of it, as notes of its system."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.importers.reading import listed
+from cqos_core.model.remarks import plural
+from cqos_core.model.spelling import nearest
+from cqos_core.model.system import MESSAGE, ImportNote
+from cqos_ros2.launch.findings import findings as launch_findings
+from cqos_ros2.launch.shown import assumptions
+from cqos_ros2.names import expand
+from cqos_ros2.nodes import form
+from cqos_ros2.nodes.filling import VERBS
+from cqos_ros2.workspace.agreeing import OPEN
+from cqos_ros2.workspace.codes import BY_CODE
+from cqos_ros2.workspace.naming import source_of, unmatched
+from cqos_ros2.workspace.open_ends import open_ends
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.model.system import Place
+    from cqos_ros2.workspace.joining import Join, JoinedNode
+
+_LAUNCH_CODES = {"two-nodes-of-one-name": "ROS970", "section-names-no-node": "ROS971"}
+_NAMED = 5
+
+
+def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
+    """Return a note with the severity of its code."""
+    info = BY_CODE[code]
+    return ImportNote(code, info.severity, message, place, advice or info.help or None)
+
+
+def notes(found: Join) -> list[ImportNote]:
+    """Return all that the join reports."""
+    return [
+        *_of_launch(found),
+        *_remaps(found),
+        *_overrides(found),
+        *_lifecycle(found),
+        *open_ends(found, note),
+        *_not_known(found),
+        *_not_decided(found),
+    ]
+
+
+def _of_launch(found: Join) -> Iterator[ImportNote]:
+    for each in launch_findings(found.launched, found.workspace):
+        also = f" (the other in line {each.other.line})" if each.other else ""
+        yield note(_LAUNCH_CODES[each.name], f"{each.message}{also}", each.place, each.help)
+
+
+# Remaps
+
+
+def _remaps(found: Join) -> Iterator[ImportNote]:
+    """Yield remaps that rename nothing in any node of their process."""
+    by_owner: dict[int, list[JoinedNode]] = {}
+    for node in found.nodes:
+        for owner in {rule.owner for rule in (*node.placed.rules, *node.placed.process.rules)}:
+            by_owner.setdefault(owner, []).append(node)
+    # A rule that renames something in one node is often given to all nodes.
+    shared = {(str(rule.source), str(rule.target)) for node in found.nodes for rule in node.used}
+    used = [rule for node in found.nodes for rule in node.used]
+    for nodes in by_owner.values():
+        if not all(node.complete for node in nodes):
+            continue
+        rules = {id(rule): rule for node in nodes if not node.placed.inner for rule in node.placed.rules}
+        names = {named.written for node in nodes for _, named, _ in node.endpoints if named.written}
+        placed = nodes[0].placed
+        for rule in unmatched(rules.values(), used):
+            source = source_of(rule, placed.name)
+            if (str(rule.source), str(rule.target)) in shared or not isinstance(source, str) or not source:
+                continue
+            wanted = expand(source, placed.namespace, placed.name)
+            if wanted in _UNSEEN:
+                continue
+            meant = _meant(wanted, names)
+            what = f"`{placed.address}` has no topic or service `{wanted}`"
+            message = f"the remap `{rule.source}` → `{rule.target}` renames nothing: {what}"
+            advice = f"did you mean `{meant}`?" if meant else f"it has {_few(names)}"
+            yield note("ROS972", message, rule.place, advice)
+
+
+_UNSEEN = frozenset(("/tf", "/tf_static", "/rosout", "/parameter_events", "/clock", "/diagnostics"))
+"""Names that every node may have without its node file saying so, and that launch files rename for all nodes."""
+
+
+def _meant(wanted: str, names: Iterable[str]) -> str | None:
+    known = sorted(names)
+    last = wanted.rpartition("/")[2]
+    same = [each for each in known if each.rpartition("/")[2] == last]
+    return same[0] if len(same) == 1 else nearest(wanted, known)
+
+
+def _few(names: Iterable[str]) -> str:
+    known = sorted(names)
+    shown = [f"`{each}`" for each in known[:_NAMED]]
+    if len(known) > _NAMED:
+        shown.append(f"{len(known) - _NAMED} more")
+    return listed(shown, "and") if shown else "none"
+
+
+# Overrides
+
+
+def _overrides(found: Join) -> Iterator[ImportNote]:
+    seen: set[tuple[object, ...]] = set()
+    for node in found.nodes:
+        for override in node.overrides:
+            key = (override.name, override.place)
+            if override.used or key in seen or override.role is None:
+                continue
+            why = _refused(override.topic, override.role, override.policy, override.identity, node)
+            if why is None:
+                continue
+            seen.add(key)
+            message = f"`{override.name}` has no effect on `{node.placed.address}`: {why[0]}"
+            yield note("ROS974", message, override.place or node.placed.place, why[1])
+
+
+def _refused(topic: str, role: str, policy: str, identity: str, node: JoinedNode) -> tuple[str, str] | None:
+    """Return why no endpoint takes an override, and what to do; None where that is not known."""
+    there = [
+        (each, named.full)
+        for each, named, endpoint in node.endpoints
+        if endpoint is not None and endpoint.kind == MESSAGE and isinstance(named.full, str)
+    ]
+    same = [each for each, full in there if full == topic]
+    directions = {"publisher": "publishes", "subscriber": "subscribes"}
+    mine = [each for each in same if each.direction == directions[role]]
+    if identity and mine:
+        return None
+    if mine:
+        allowed = sorted({each for one in mine for each in one.overridable})
+        if allowed:
+            return f"the {role} lets only {listed(allowed, 'and')} be overridden", "override one of these"
+        return f"the code of the {role} allows no overrides", "change the QoS in the code, or on the other side"
+    if not node.complete:
+        return None
+    if same:
+        other = "subscription" if role == "publisher" else "publisher"
+        return f"it has no {role} on `{topic}`", f"write `qos_overrides.{topic}.{other}.{policy}`"
+    written = next((str(n.full) for _, n, _ in node.endpoints if n.written == topic and isinstance(n.full, str)), None)
+    meant = written or _meant(topic, {str(full) for _, full in there})
+    if meant:
+        return f"it has no topic `{topic}`", f"did you mean `{meant}`? overrides name the topic after remaps"
+    return f"it has no topic `{topic}`", f"it has {_few(str(full) for _, full in there)}"
+
+
+# Lifecycle
+
+
+def _lifecycle(found: Join) -> Iterator[ImportNote]:
+    managed: set[str] = set()
+    known = True
+    managers = [node for node in found.nodes if node.filled.activates is not None]
+    running = {node.placed.address: node for node in found.nodes}
+    silent = bool(found.placing.unknown or found.placing.undecided or _missing_includes(found))
+    for manager in managers:
+        activates = manager.filled.activates
+        if activates is None or not isinstance(activates.value, (list, tuple)):
+            known = False
+            continue
+        for name in activates.value:
+            address = expand(str(name), manager.placed.namespace, manager.placed.name)
+            managed.add(address)
+            if address in running or silent:
+                continue
+            meant = _meant(address, [each for each in running if each not in managed])
+            message = f"`{manager.placed.address}` activates `{name}`, and the launch starts no node `{address}`"
+            advice = f"did you mean `{meant.lstrip('/')}`?" if meant else "start the node, or leave it out of the list"
+            yield note("ROS975", message, activates.place or manager.placed.place, advice)
+    if not managers or not known:
+        return
+    for node in found.nodes:
+        facts = node.placed.facts
+        if facts is None or node.placed.inner or not facts.get(form.LIFECYCLE) or node.placed.address in managed:
+            continue
+        if node.placed.instance.kind == "lifecycle_node":
+            continue  # the launch file may activate it itself
+        message = f"no lifecycle manager activates `{node.placed.address}`, so it publishes nothing"
+        names = listed([f"`{each.placed.address}`" for each in managers], "and")
+        yield note("ROS976", message, node.placed.place, f"name it in `node_names` of {names}")
+
+
+def _missing_includes(found: Join) -> bool:
+    return any(each.about == "include" for each in found.launched.remarks)
+
+
+# What is not known
+
+
+def _not_known(found: Join) -> Iterator[ImportNote]:
+    opaque = [node for node in found.nodes if node.placed.facts is None]
+    if opaque:
+        names = [f"`{each.placed.address}` ({each.placed.cause})" for each in opaque]
+        message = f"nothing is known of the endpoints of {plural(len(opaque), 'node')}: {_few_texts(names)}"
+        yield note("ROS978", message, opaque[0].placed.place)
+    for instance, unknown in found.placing.unknown:
+        yield note("ROS979", f"a node is not known: {unknown.cause}", unknown.place or instance.place)
+    causes: dict[tuple[str, object], list[JoinedNode]] = {}
+    differing = []
+    for node in found.nodes:
+        for gap in node.filled.gaps:
+            if gap.subject == OPEN:
+                differing.append(node)
+            else:
+                causes.setdefault((gap.cause, gap.place), []).append(node)
+        for each, named, _ in node.endpoints:
+            if not isinstance(named.full, str):
+                causes.setdefault(
+                    (f"{VERBS[each.direction]} a name that is not known: {named.full.cause}", named.full.place), []
+                ).append(node)
+    if differing:
+        names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
+        message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
+        yield note("ROS979", message, differing[0].placed.place, "state it, for instance `--option ros2.distro=jazzy`")
+    for (cause, place), nodes in causes.items():
+        names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
+        at = place if place is not None else nodes[0].placed.place
+        yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
+
+
+def _few_texts(texts: list[str]) -> str:
+    shown = texts[:_NAMED]
+    if len(texts) > _NAMED:
+        shown.append(f"{len(texts) - _NAMED} more")
+    return listed(shown, "and")
+
+
+def _not_decided(found: Join) -> Iterator[ImportNote]:
+    guards = assumptions(found.launched)
+    for subject, values in guards.items():
+        nodes = [each for each in found.placing.undecided if any(guard.subject == subject for guard in each.guards)]
+        if nodes:
+            compared = listed([f"`{each}`" for each in values], "and")
+            message = (
+                f"{plural(len(nodes), 'node')} depend on `{subject}`, which is not decided (compared with {compared})"
+            )
+            yield note("ROS980", message, nodes[0].place)
+    missing = sorted({each.package for each in found.launched.remarks if each.package})
+    if missing:
+        message = f"the launch includes files of packages that are not in the workspace: {_few_texts(missing)}"
+        yield note("ROS980", message, found.launched.remarks[0].place, "check with a workspace that has them")
+    for remark in found.launched.remarks:
+        if not remark.package:
+            what = f" {remark.what}" if remark.what else ""
+            yield note("ROS980", f"{remark.about}{what}: {remark.cause}", remark.place)

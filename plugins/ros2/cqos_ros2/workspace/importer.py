@@ -1,0 +1,83 @@
+"""Reads a workspace with `--launch`: what the launch file starts, as one system."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import did_you_mean, listed
+from cqos_core.importers.source import OPTIONS, VARIABLES
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Place
+from cqos_core.packs import normalise
+from cqos_ros2.launch.entry_point import argument, entry_point
+from cqos_ros2.launch.running import launch
+from cqos_ros2.nodes.library import Library
+from cqos_ros2.workspace.findings import notes
+from cqos_ros2.workspace.joining import join
+from cqos_ros2.workspace.spelling import spell
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.system import System
+    from cqos_ros2.launch.started import Launched
+    from cqos_ros2.launch.workspace import Workspace
+
+IMPORTER: Final = "workspace"
+LAUNCH: Final = "launch"
+ARGUMENT: Final = "launch_arg"
+
+
+def claims(name: str, head: bytes) -> bool:
+    """Claim nothing: a workspace is a folder, which `--launch` names."""
+    del name, head
+    return False
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Return the system that the launch files start together.
+
+    Raises:
+        InputError: a launch file or an argument is not there, or a node file of the workspace cannot be read.
+    """
+    switches = context.options.get(IMPORTER, {})
+    files = [each for each in switches.get(LAUNCH, "").split("\n") if each]
+    given = dict(argument(each) for each in switches.get(ARGUMENT, "").split("\n") if each)
+    if not files:
+        message = "a workspace needs a launch file"
+        raise InputError([Problem("CQ047", message, Place(source.name), "name one with --launch FILE")])
+    workspace, launched = _launched(files, source.name, given, context.options.get(VARIABLES, {}))
+    unused = [name for name in given if name not in launched.arguments]
+    if unused and launched.arguments:
+        message = f"the launch declares no argument `{unused[0]}`{did_you_mean(unused[0], launched.arguments)}"
+        raise InputError([Problem("CQ047", message, None, f"it declares {listed(sorted(launched.arguments), 'and')}")])
+    library = Library(workspace)
+    stated = context.options.get(OPTIONS, {})
+    found = join(launched, workspace, library, normalise(stated.get("ros2.distro", "")))
+    if library.problems:
+        raise InputError(library.problems)
+    system = found.system
+    system.name = " + ".join(files)
+    system.notes += notes(found)
+    spell(system, workspace.root, source.name)
+    return system
+
+
+def _launched(
+    files: list[str], folder: str, given: Mapping[str, str], variables: Mapping[str, str]
+) -> tuple[Workspace, Launched]:
+    """Return the workspace, and what all launch files start."""
+    read = []
+    for each in files:
+        workspace, path = entry_point(each, folder)
+        read.append(launch(workspace, path, dict(given), dict(variables)))
+    whole = read[0]
+    for found in read[1:]:
+        whole.instances += found.instances
+        whole.remarks += found.remarks
+        whole.arguments = {**found.arguments, **whole.arguments}
+        whole.variables = {**found.variables, **whole.variables}
+        whole.assumed = {**found.assumed, **whole.assumed}
+        whole.files = {**found.files, **whole.files}
+    return workspace, whole

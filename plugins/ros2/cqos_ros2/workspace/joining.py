@@ -1,0 +1,201 @@
+"""The join: what a launch starts and what is known of its nodes, as one system with places of launch, parameters and node files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    ProfileRef,
+    Setting,
+    System,
+    endpoint_id,
+    numbered,
+)
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.nodes.filling import FilledNode
+from cqos_ros2.nodes.reading import distributions
+from cqos_ros2.workspace.agreeing import agreed
+from cqos_ros2.workspace.configured import add_configured
+from cqos_ros2.workspace.naming import applied
+from cqos_ros2.workspace.overriding import overrides_of
+from cqos_ros2.workspace.placing import Placing, distribution
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Place, Role, Settings
+    from cqos_ros2.launch.started import Launched
+    from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.nodes.filling import Filled
+    from cqos_ros2.nodes.library import Library
+    from cqos_ros2.workspace.naming import Named, Rule
+    from cqos_ros2.workspace.overriding import Override
+    from cqos_ros2.workspace.placing import Placed
+
+KINDS: Final[dict[str, tuple[str, Role]]] = {
+    "publishes": ("message", PUBLISHER),
+    "subscribes": ("message", SUBSCRIBER),
+    "serves": ("service_server", SUBSCRIBER),
+    "calls": ("service_client", PUBLISHER),
+    "action_servers": ("action_server", SUBSCRIBER),
+    "action_clients": ("action_client", PUBLISHER),
+}
+_ENVIRONMENT: Final = {"RMW_IMPLEMENTATION": "rmw", "ROS_DOMAIN_ID": "domain"}
+PROTOCOL: Final = "ros2"
+
+
+@dataclass(slots=True)
+class JoinedNode:
+    """One node of the join.
+
+    Attributes:
+        endpoints: with the name of each and the endpoint of the system; None where its name is not known.
+        used: the remaps that renamed something.
+        overrides: its parameters `qos_overrides`.
+    """
+
+    placed: Placed
+    filled: FilledNode
+    endpoints: list[tuple[Filled, Named, Endpoint | None]] = field(default_factory=list)
+    used: list[Rule] = field(default_factory=list)
+    overrides: list[Override] = field(default_factory=list)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all of its endpoints are known with their names."""
+        if self.placed.facts is None or self.filled.gaps:
+            return False
+        return all(isinstance(named.full, str) for _, named, _ in self.endpoints)
+
+
+@dataclass(slots=True)
+class Join:
+    """What became of a launch.
+
+    Attributes:
+        distro: the ROS 2 distribution; empty where it is not stated.
+    """
+
+    launched: Launched
+    workspace: Workspace
+    placing: Placing
+    distro: str
+    system: System
+    nodes: list[JoinedNode] = field(default_factory=list)
+
+
+def join(launched: Launched, workspace: Workspace, library: Library, given: str = "") -> Join:
+    """Return the system that a launch makes, with what is known of each node.
+
+    Args:
+        launched: what would start.
+        workspace: with the parameter files.
+        library: the node files.
+        given: the ROS 2 distribution, where the caller states it.
+    """
+    placing = Placing(launched, workspace, library)
+    distro = distribution(launched.variables, given)
+    system = System(protocol=PROTOCOL)
+    result = Join(launched, workspace, placing, distro, system)
+    waiting = list(placing.nodes)
+    numbers: dict[str, int] = {}
+    while waiting:
+        placed = waiting.pop(0)
+        joined = JoinedNode(placed, _filled(placed, library, distro))
+        add_configured(placed, joined.filled, launched, workspace)
+        system.notes += joined.filled.notes
+        waiting[:0] = placing.inside(placed, joined.filled)
+        _add(joined, system, numbers)
+        result.nodes.append(joined)
+    for name, data in (*launched.files.items(), *library.sources.items()):
+        system.sources.setdefault(name, data)
+    return result
+
+
+def _filled(placed: Placed, library: Library, distro: str) -> FilledNode:
+    """Return the endpoints of a node: of its distribution, or what all distributions of its file agree on."""
+    file = placed.file
+    if file is None:
+        return FilledNode()
+    versions = distributions([file])
+    if not versions:
+        return placed.filled(library, distro)
+    if distro and distro not in versions:
+        unknown = Unknown(f"its node file is for {' and '.join(versions)}, not for {distro}", placed.place)
+        return FilledNode(gaps=[unknown])
+    if distro:
+        return placed.filled(library, distro)
+    return agreed({each: placed.filled(library, each) for each in versions})
+
+
+def _add(joined: JoinedNode, system: System, numbers: dict[str, int]) -> None:
+    """Add the participant and the endpoints of a node."""
+    placed = joined.placed
+    identity = placed.address
+    if identity in system.participants:
+        identity = numbered(identity, numbers)
+        while identity in system.participants:
+            identity = numbered(placed.address, numbers)
+    system.participants[identity] = Participant(identity, PROTOCOL, _options(placed), place=placed.place)
+    joined.overrides = overrides_of(placed.given())
+    for each in joined.filled.endpoints:
+        rules = placed.process.rules if each.own_node else placed.rules
+        namespace = placed.process.namespace if each.own_node else placed.namespace
+        named = applied(each.name, namespace, placed.name, rules)
+        if named.rule is not None:
+            joined.used.append(named.rule)
+            if each.direction.startswith("action"):
+                unknown = Unknown(
+                    "whether a remap renames an action depends on the version of rcl_action", named.rule.place
+                )
+                named = named._replace(full=unknown)
+        endpoint = None
+        if isinstance(named.full, str):
+            endpoint = _endpoint(each, named.full, joined, identity, numbers)
+            endpoint.place = _place(each, named, placed)
+            system.endpoints.append(endpoint)
+        joined.endpoints.append((each, named, endpoint))
+
+
+def _place(each: Filled, named: Named, placed: Placed) -> Place:
+    """Return what decides the name of an endpoint: a remap, a parameter, else the line that starts the node."""
+    if named.rule is not None:
+        return named.rule.place
+    return each.named_at or each.decided_at or placed.place
+
+
+def _options(placed: Placed) -> Settings:
+    """Return the options that the environment of a node states."""
+    found: Settings = {}
+    for name, option in _ENVIRONMENT.items():
+        value = placed.instance.environment.get(name)
+        if isinstance(value, str):
+            found[option] = Setting(value, placed.place, derived=True)
+        elif value is not None:
+            found[option] = Setting("", placed.place, f"the launch leaves `{name}` open")
+    return found
+
+
+def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, numbers: dict[str, int]) -> Endpoint:
+    kind, role = KINDS[each.direction]
+    identity = endpoint_id(participant, role if kind == "message" else kind, full)
+    made = Endpoint(
+        id=numbered(identity, numbers),
+        role=role,
+        topic=full,
+        participant=participant,
+        settings=dict(each.settings),
+        profiles=(ProfileRef(each.preset, each.decided_at or each.place),) if each.preset else (),
+        type=each.type or None,
+        kind=kind,
+        external=each.optional,
+    )
+    if not each.own_node:
+        for override in joined.overrides:
+            if override.accepted_by(each, role, full):
+                made.overlay[override.policy] = Setting(override.text, override.place, derived=True)
+                override.used = True
+    return made

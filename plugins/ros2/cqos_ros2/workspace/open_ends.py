@@ -1,0 +1,114 @@
+"""Topics with a side outside of the launch, and names that nearly agree with those inside."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final, Protocol
+
+from cqos_core.model.spelling import typing_errors
+from cqos_core.model.system import EVERY_OTHER, MESSAGE, PUBLISHER, SUBSCRIBER
+from cqos_core.packs import normalise
+from cqos_ros2.conventions import CONVENTIONS
+from cqos_ros2.names import without_namespace
+from cqos_ros2.presets import PRESETS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.model.system import Endpoint, ImportNote, Place
+    from cqos_ros2.nodes.filling import Filled
+    from cqos_ros2.workspace.joining import Join
+    from cqos_ros2.workspace.naming import Named
+
+    Found = tuple[Filled, Named, Endpoint]
+
+_NAMED: Final = 3
+_ELSEWHERE: Final = tuple(each.pattern for each in CONVENTIONS if each.external)
+
+
+class Noted(Protocol):
+    """Makes a note of a code."""
+
+    def __call__(self, code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
+        """Return the note."""
+
+
+def open_ends(found: Join, note: Noted) -> Iterator[ImportNote]:
+    """Yield topics whose partner is not in the launch; first those whose name nearly agrees with another topic."""
+    topics: dict[str, dict[str, list[Found]]] = {}
+    for node in found.nodes:
+        for filled, named, endpoint in node.endpoints:
+            if endpoint is not None and endpoint.kind == MESSAGE and endpoint.topic is not None:
+                topics.setdefault(endpoint.topic, {}).setdefault(endpoint.role, []).append((filled, named, endpoint))
+    opaque = any(node.placed.facts is None for node in found.nodes)
+    for topic, sides in sorted(topics.items()):
+        if len(sides) > 1 or any(fnmatchcase(topic, pattern) for pattern in _ELSEWHERE):
+            continue
+        role, members = next(iter(sides.items()))
+        missing = PUBLISHER if role == SUBSCRIBER else SUBSCRIBER
+        near = _near(topic, members, topics, missing, opaque=opaque)
+        if near:
+            filled, named, endpoint = near[1]
+            does = "subscribes to" if role == SUBSCRIBER else "publishes"
+            cause = f"the parameter `{filled.parameter}`" if named.rule is None else f"the remap `{named.rule.source}`"
+            message = f"`{endpoint.participant}` {does} `{topic}`, as {cause} says, and nothing in the launch {_other(missing)} it"
+            yield note("ROS973", message, endpoint.place, f"did you mean `{near[0]}`?")
+        elif not all(endpoint.external for _, _, endpoint in members):
+            yield note("ROS977", _open(topic, role, members), members[0][2].place)
+
+
+def _other(missing: str) -> str:
+    return "publishes" if missing == PUBLISHER else "subscribes to"
+
+
+def _near(
+    topic: str, members: Sequence[Found], topics: dict[str, dict[str, list[Found]]], missing: str, *, opaque: bool
+) -> tuple[str, Found] | None:
+    """Return the topic that a parameter or a remap may mean, where endpoints match on it already."""
+    stated = [each for each in members if each[1].rule is not None or each[0].named_at is not None]
+    if not stated:
+        return None
+    types = {endpoint.type for _, _, endpoint in members}
+    busy = [
+        name
+        for name, sides in topics.items()
+        if len(sides) > 1 and any(endpoint.type in types for _, _, endpoint in sides.get(missing, ()))
+    ]
+    meant = next(iter(typing_errors([topic], busy).get(topic, ())), None)
+    if meant is None and not opaque:
+        same = [name for name in busy if without_namespace(name) == without_namespace(topic)]
+        meant = same[0] if len(same) == 1 else None
+    if meant is None or meant[-1:].isdigit() or topic[-1:].isdigit():
+        return None
+    return meant, stated[0]
+
+
+def _open(topic: str, role: str, members: Sequence[Found]) -> str:
+    """Return a line of the table of open ends."""
+    endpoints = [endpoint for _, _, endpoint in members]
+    names = list(dict.fromkeys(each.participant for each in endpoints))
+    shown = ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    kinds = sorted({each.type for each in endpoints if each.type})
+    typed = f" ({kinds[0]})" if len(kinds) == 1 else ""
+    policies = list(dict.fromkeys(filter(None, map(_policies, endpoints))))
+    asked = f": {'requests' if role == SUBSCRIBER else 'offers'} {'; '.join(policies)}" if policies else ""
+    side = "from outside" if role == SUBSCRIBER else "to the outside"
+    return f"`{topic}`{typed} {side}, {shown}{asked}"
+
+
+def _policies(endpoint: Endpoint) -> str:
+    """Return the policies that decide about partners, as the node file states them."""
+    if EVERY_OTHER in endpoint.settings:
+        return ""
+    values: dict[str, str] = {}
+    for ref in endpoint.profiles:
+        values |= dict(PRESETS[ref.name].settings) if ref.name in PRESETS else {}
+    if not endpoint.profiles:
+        values |= dict(PRESETS["default"].settings)
+    for settings in (endpoint.settings, endpoint.overlay):
+        values |= {name: normalise(each.text) for name, each in settings.items() if not each.unknown}
+    said = [values.get(name, "") for name in ("reliability", "durability")]
+    if set(said) == {"system_default"}:
+        return "the default of the middleware"
+    depth = values.get("depth", "0")
+    return ", ".join([*filter(None, said), *([f"depth {depth}"] if depth != "0" else [])])

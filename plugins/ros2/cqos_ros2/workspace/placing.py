@@ -1,0 +1,196 @@
+"""Where the nodes of a launch stand: full names, processes, parameters and remaps of each, and the nodes inside of others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from cqos_ros2.launch.values import Unknown, first_unknown
+from cqos_ros2.nodes import form
+from cqos_ros2.nodes.filling import FilledNode, Filling, Parameter
+from cqos_ros2.workspace.naming import rules_of
+from cqos_ros2.workspace.parameters import ParameterReader, Sections
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.importers.forms import Entry
+    from cqos_core.model.system import Place
+    from cqos_ros2.launch.started import Instance, Launched
+    from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.nodes.library import Library
+    from cqos_ros2.nodes.reading import NodeFile
+    from cqos_ros2.workspace.naming import Rule
+
+_DEEPEST: Final = 4
+
+
+@dataclass(slots=True)
+class Process:
+    """What a process gives its nodes: parameters, remaps, and the namespace of nodes that state none."""
+
+    sections: Sections
+    rules: list[Rule]
+    namespace: str
+
+
+@dataclass(slots=True)
+class Placed:
+    """One node.
+
+    Attributes:
+        address: its full name.
+        inner: whether another node creates it.
+        sections: the parameters that it is given.
+        rules: remaps, in the order in which they are tried.
+        file, facts: what is known of it; None where no node file is.
+        cause: why nothing is known of it; empty where something is.
+    """
+
+    instance: Instance
+    address: str
+    name: str
+    namespace: str
+    process: Process
+    sections: list[Sections]
+    rules: list[Rule]
+    file: NodeFile | None = None
+    facts: Entry | None = None
+    cause: str = ""
+    inner: bool = False
+    asked: set[str] = field(default_factory=set)
+
+    @property
+    def place(self) -> Place:
+        """Where the launch states it."""
+        return self.instance.place
+
+    def given(self) -> dict[str, Parameter]:
+        """Return the parameters that it is given, as far as they are known."""
+        found: dict[str, Parameter] = {}
+        for each in self.sections:
+            found.update(each.of(self.address))
+        return found
+
+    def unknown_parameters(self) -> Unknown | None:
+        """Return why further parameters may be given; None where all are known."""
+        return next((each.unknown for each in self.sections if each.unknown is not None), None)
+
+    def filled(self, library: Library, distro: str) -> FilledNode:
+        """Return its endpoints for one distribution."""
+        result = FilledNode()
+        if self.file is None or self.facts is None:
+            return result
+        values = [(each.of(self.address), each.unknown) for each in reversed(self.sections)]
+
+        def parameter(name: str) -> Parameter | None:
+            for known, unknown in values:
+                if unknown is not None:
+                    return Parameter(Unknown(unknown.cause, unknown.place), unknown.place)
+                if name in known:
+                    return known[name]
+            return None
+
+        namespace = self.namespace.rstrip("/")
+        variables = {"node": self.name, "namespace": namespace, "above": namespace.rpartition("/")[0]}
+        Filling(library, parameter, variables, distro, self.asked).fill(self.file, self.facts, result)
+        return result
+
+
+class Placing:
+    """Places the nodes of one launch.
+
+    Attributes:
+        nodes: those that are placed.
+        unknown: nodes whose package, executable or name is not known, each with the cause.
+        undecided: nodes that start under a condition that is not decided.
+    """
+
+    def __init__(self, launched: Launched, workspace: Workspace, library: Library) -> None:
+        """Place every node of ``launched``."""
+        self.nodes: list[Placed] = []
+        self.unknown: list[tuple[Instance, Unknown]] = []
+        self.undecided: list[Instance] = []
+        self._library = library
+        self._reader = ParameterReader(launched, workspace)
+        instances = [each for each in launched.instances if each.kind != "process"]
+        self._containers = {_name_of(each): each for each in instances if each.kind != "component" and not each.guards}
+        self._processes: dict[int, Process] = {}
+        for number, instance in enumerate(instances):
+            if instance.guards:
+                self.undecided.append(instance)
+            elif not instance.after.startswith("event"):
+                self._add(instance, number)
+
+    def _add(self, instance: Instance, number: int) -> None:
+        parts = (instance.package, instance.executable, instance.namespace)
+        unknown = first_unknown([*parts, instance.name if instance.name is not None else ""])
+        if unknown is not None or not all(isinstance(each, str) for each in parts):
+            self.unknown.append((instance, unknown or Unknown("it depends on what the launch leaves open")))
+            return
+        package, executable = str(instance.package), str(instance.executable)
+        found = self._library.node(package, executable)
+        facts = found[1] if found else None
+        name = instance.name if isinstance(instance.name, str) and instance.name else None
+        name = name or (facts.get(form.NAME) if facts is not None else None)
+        namespace = str(instance.namespace) or "/"
+        process = self._process(instance, number)
+        rules = rules_of(instance, number)
+        known_name = name or f"({package}/{executable})"
+        address = f"{namespace.rstrip('/')}/{known_name.lstrip('/')}"
+        sections = [process.sections]
+        if instance.kind == "component":
+            sections = [process.sections, self._reader.of_component(instance.parameters, address)]
+            rules = [*rules, *process.rules]
+        placed = Placed(instance, address, known_name, namespace, process, sections, rules)
+        if found is not None and name is not None:
+            placed.file, placed.facts = found
+        else:
+            placed.cause = f"no node file for `{package}` `{executable}`" if found is None else "it has no name"
+        self.nodes.append(placed)
+
+    def _process(self, instance: Instance, number: int) -> Process:
+        """Return the process that a node runs in: its own, or that of its container."""
+        if instance.kind != "component":
+            rules = rules_of(instance, number)
+            return Process(self._reader.of_process(instance), rules, str(instance.namespace) or "/")
+        container = self._containers.get(f"/{str(instance.container).lstrip('/')}")
+        if container is None:
+            unknown = Unknown(f"the container `{str(instance.container)[:80]}` is not in the launch", instance.place)
+            return Process(Sections(unknown=unknown), [], "/")
+        if id(container) not in self._processes:
+            self._processes[id(container)] = self._process(container, -1)
+        return self._processes[id(container)]
+
+    def inside(self, placed: Placed, filled: FilledNode, depth: int = 0) -> Iterator[Placed]:
+        """Yield the nodes that a node creates, and those that these create."""
+        if depth > _DEEPEST:
+            return
+        for each in filled.inside:
+            package, _, executable = each.node.partition("/")
+            found = self._library.node(package, executable)
+            namespace = f"/{each.namespace.strip('/')}"
+            address = f"{namespace.rstrip('/')}/{each.name}"
+            process = placed.process
+            inner = Placed(
+                placed.instance, address, each.name, namespace, process, [process.sections], process.rules, inner=True
+            )
+            if found is None:
+                inner.cause = f"no node file for `{package}` `{executable}`"
+            else:
+                inner.file, inner.facts = found
+            yield inner
+
+
+def _name_of(instance: Instance) -> str:
+    """Return the full name of a container; empty where it is not known."""
+    name, space = instance.name, instance.namespace
+    if not isinstance(name, str) or not isinstance(space, str):
+        return ""
+    return f"{space.rstrip('/')}/{name.lstrip('/')}"
+
+
+def distribution(environment: Mapping[str, object], given: str) -> str:
+    """Return the ROS 2 distribution: the one that is given, else the one of the environment; empty where it is not stated."""
+    stated = environment.get("ROS_DISTRO")
+    return given or (stated if isinstance(stated, str) else "")

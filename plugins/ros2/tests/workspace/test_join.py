@@ -1,0 +1,204 @@
+"""The join: parameters, names, containers, overrides, distributions, and what it finds wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+TALKER = """cqos_nodes: 1
+package: bot
+versions: {humble: 1.0.0, jazzy: 2.0.0}
+profiles: {latched: {profile: default, durability: transient_local, depth: 1}}
+nodes:
+  talker:
+    name: talker
+    plugin: bot::Talker
+    parameters: {topic: {default: chatter}, frames: {default: []}, camera: {default: false}}
+    publishes:
+      ${topic}:
+        type: std_msgs/msg/String
+        overridable: [depth, reliability]
+        qos: [{profile: latched, when: {distro: humble}}, {depth: 7}]
+      "~/frame/${frame}": {type: std_msgs/msg/String, for_each: {frame: "${frames}"}}
+      image: {type: sensor_msgs/msg/Image, when: {camera: true}}
+      new: {type: std_msgs/msg/String, when: {distro: jazzy}}
+  listener:
+    name: listener
+    plugin: bot::Listener
+    subscribes:
+      chatter: {type: std_msgs/msg/String}
+"""
+PACKAGE = {"bot/bot.node.yaml": TALKER}
+
+
+def launch_of(*nodes):
+    return {"bot/launch/bot.launch.xml": f"<launch>\n{''.join(nodes)}</launch>\n", **PACKAGE}
+
+
+def node(executable="talker", inner="", more='name="talker"'):
+    return f'<node pkg="bot" exec="{executable}" {more}>{inner}</node>\n'
+
+
+def topics(system):
+    return {(each.participant, each.topic) for each in system.endpoints}
+
+
+def test_names_from_parameters_lists_and_conditions(joined):
+    inner = '<param name="topic" value="news"/><param name="frames" value="[a, b]"/><param name="camera" value="true"/>'
+    system = joined(launch_of(node(inner=inner, more='name="t" namespace="r"')))
+    assert topics(system) == {
+        ("/r/t", "/r/news"),
+        ("/r/t", "/r/t/frame/a"),
+        ("/r/t", "/r/t/frame/b"),
+        ("/r/t", "/r/image"),
+    }
+
+
+def test_a_wildcard_that_appears_later_wins(joined):
+    # rcl keeps one section for each pattern, in the order of their first appearance.
+    files = {
+        "bot/config/a.yaml": "talker: {ros__parameters: {topic: mine}}\n",
+        "bot/config/b.yaml": "/**: {ros__parameters: {topic: all}}\n",
+    }
+    given = '<param from="$(find-pkg-share bot)/config/{}.yaml"/>'
+    first = joined({**launch_of(node(inner=given.format("a") + given.format("b"))), **files})
+    assert topics(first) == {("/talker", "/all")}
+
+
+def test_sections_follow_the_order_of_their_first_appearance(joined):
+    files = {
+        "bot/config/a.yaml": "/**: {ros__parameters: {topic: all}}\ntalker: {ros__parameters: {topic: mine}}\n",
+        "bot/config/b.yaml": "/**: {ros__parameters: {topic: later}}\n",
+    }
+    given = '<param from="$(find-pkg-share bot)/config/{}.yaml"/>'
+    system = joined({**launch_of(node(inner=given.format("a") + given.format("b"))), **files})
+    assert topics(system) == {("/talker", "/mine")}
+
+
+def test_an_unknown_parameter_file_makes_names_unknown_with_the_cause(joined):
+    system = joined(launch_of(node(inner='<param from="$(find-pkg-share other)/config/a.yaml"/>')))
+    assert topics(system) == set()
+    causes = [each.message for each in system.notes if each.code == "ROS979"]
+    assert any("the package `other` is not in the workspace" in each for each in causes)
+
+
+def test_the_places_lead_to_parameter_launch_line_and_node_file(joined):
+    files = {"bot/config/a.yaml": "talker:\n  ros__parameters:\n    topic: news\n"}
+    inner = '<param from="$(find-pkg-share bot)/config/a.yaml"/>'
+    system = joined({**launch_of(node(inner=inner), node("listener", more="")), **files})
+    places = {each.topic: (each.place.source.rpartition("/")[2], each.place.line) for each in system.endpoints}
+    assert places == {"/news": ("a.yaml", 3), "/chatter": ("bot.launch.xml", 3)}
+    setting = next(each for each in system.endpoints if each.topic == "/news").settings["durability"]
+    assert setting.place.source.endswith("bot.node.yaml")
+    assert setting.derived  # so that no fix edits a node file
+
+
+@pytest.mark.parametrize(
+    ("distro", "depth", "others"), [("humble", "1", set()), ("jazzy", "7", {"/new"}), ("", "", set())]
+)
+def test_what_depends_on_the_distribution(joined, distro, depth, others):
+    system = joined(launch_of(node()), distro)
+    chatter = next(each for each in system.endpoints if each.topic == "/chatter")
+    assert {each.topic for each in system.endpoints} - {"/chatter"} == others
+    if distro:
+        assert chatter.settings["depth"].text == depth
+    else:
+        assert "differs between humble and jazzy" in chatter.settings["*"].unknown
+        assert any("depend on the ROS 2 distribution" in each.message for each in system.notes)
+
+
+def test_a_distribution_that_the_node_file_is_not_for_leaves_the_node_unknown(joined):
+    system = joined(launch_of(node()), "rolling")
+    assert system.endpoints == []
+    assert any("is for humble and jazzy, not for rolling" in each.message for each in system.notes)
+
+
+def test_components_take_parameters_and_remaps_of_their_container(joined):
+    files = {"bot/config/a.yaml": "talker: {ros__parameters: {topic: news}}\n"}
+    container = (
+        '<node_container pkg="rclcpp_components" exec="component_container" name="box" namespace="">'
+        '<param from="$(find-pkg-share bot)/config/a.yaml"/><remap from="news" to="papers"/>'
+        '<composable_node pkg="bot" plugin="bot::Talker" name="talker"/></node_container>\n'
+    )
+    system = joined({**launch_of(container), **files})
+    assert topics(system) == {("/talker", "/papers")}
+
+
+def test_a_component_without_its_container_is_not_known(joined):
+    inner = '<load_composable_node target="/box"><composable_node pkg="bot" plugin="bot::Talker" name="talker"/></load_composable_node>\n'
+    system = joined(launch_of(inner))
+    assert topics(system) == set()
+    assert any("the container `/box` is not in the launch" in each.message for each in system.notes)
+
+
+def test_a_node_without_a_node_file_is_a_part_with_unknown_endpoints(joined):
+    system = joined(launch_of('<node pkg="other" exec="driver" name="driver"/>\n', node()))
+    assert "/driver" in system.participants
+    notes = [each.message for each in system.notes if each.code == "ROS978"]
+    assert notes == ["nothing is known of the endpoints of 1 node: `/driver` (no node file for `other` `driver`)"]
+
+
+def test_an_override_is_taken_only_where_the_endpoint_opts_in(joined, findings):
+    inner = (
+        '<param name="qos_overrides./chatter.publisher.reliability" value="best_effort"/>'
+        '<param name="qos_overrides./chatter.publisher.durability" value="volatile"/>'
+    )
+    system = joined(launch_of(node(inner=inner), node("listener", more="")))
+    chatter = next(each for each in system.endpoints if each.role == "publisher")
+    assert {name: each.text for name, each in chatter.overlay.items()} == {"reliability": "best_effort"}
+    found = findings(system)
+    assert [each[0] for each in found] == ["ROS101", "ROS312", "ROS974"]
+    assert "lets only depth and reliability be overridden" in found[2][2]
+
+
+@pytest.mark.parametrize(
+    ("parameter", "words"),
+    [
+        ("qos_overrides./chater.publisher.depth", "it has no topic `/chater`"),
+        ("qos_overrides./chatter.subscription.depth", "it has no subscriber on `/chatter`"),
+    ],
+)
+def test_an_override_that_no_endpoint_accepts(joined, findings, parameter, words):
+    system = joined(launch_of(node(inner=f'<param name="{parameter}" value="5"/>')))
+    assert [(code, words in text) for code, _, text in findings(system)] == [("ROS974", True)]
+
+
+def test_a_remap_that_matches_nothing(joined, findings):
+    system = joined(launch_of(node(inner='<remap from="chater" to="news"/>')))
+    found = findings(system)
+    assert [each[:2] for each in found] == [("ROS972", (("bot.launch.xml", 2),))]
+    assert "`/talker` has no topic or service `/chater`" in found[0][2]
+
+
+def test_a_remap_of_a_node_that_is_not_wholly_known_is_not_judged(joined, findings):
+    inner = '<remap from="chater" to="news"/><param name="frames" value="$(env FRAMES)"/>'
+    assert findings(joined(launch_of(node(inner=inner)))) == []
+
+
+def test_remaps_apply_in_order_and_once(joined):
+    inner = '<remap from="chatter" to="a"/><remap from="a" to="b"/><remap from="chatter" to="c"/>'
+    system = joined(launch_of(node(inner=inner)))
+    assert topics(system) == {("/talker", "/a")}
+
+
+def test_a_broken_node_file_of_the_workspace_is_an_error(joined):
+    from cqos_core.model.problems import InputError
+
+    with pytest.raises(InputError, match="did you mean `publishes`"):
+        joined({**launch_of(node()), "bot/bot.node.yaml": TALKER.replace("publishes", "publishs", 1)})
+
+
+MANAGER = '<node pkg="nav2_lifecycle_manager" exec="lifecycle_manager" name="m"><param name="node_names" value="[{}]"/></node>\n'
+SERVER = '<node pkg="nav2_map_server" exec="map_server" name="map_server"/>\n'
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        ("map_server", []),
+        ("map_servr", ["ROS975", "ROS976"]),
+        ("map_server, amcl", ["ROS975"]),
+    ],
+)
+def test_lifecycle_nodes_and_their_managers(joined, findings, names, expected):
+    system = joined(launch_of(MANAGER.format(names), SERVER))
+    assert [code for code, *_ in findings(system)] == expected
