@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-    from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, check_pair, diff, explain, read, repair, suggest
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.files.applying import Edited
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
+    from cqos_core.model.difference import Diff, Different, Missing, Named
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
         Assumption,
@@ -70,7 +70,7 @@ _HOMES: Final = {
     "files.applying": ("Edited",),
     "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
     "analysis.planning.plan": ("RepairPlan", "PlannedChange"),
-    "analysis.differences": ("Diff", "Different", "Missing", "Named"),
+    "model.difference": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
     "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),
     "model.report": (

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Final
 
 ROOMS: Final = {
-    "model": "system report report_form problems codes remarks spelling logs pattern encoding excerpt memory tls",
+    "model": "system report report_form problems codes remarks spelling logs pattern encoding excerpt memory",
     "language": "evaluate relation solve name_index",
     "packs": "guarantee pack_file rule_docs",
     "resolving": "resolve overlays participants profiles reader resolved rewrites",
@@ -22,7 +22,7 @@ ROOMS: Final = {
     "analysis": "baseline differences explanation proving planning",
     "behaviour": "paths",
     "files": "applying builtin edits ignoring loading merging schema unread",
-    "remote": "client messages",
+    "remote": "client messages tls",
 }
 """Modules that kept their names, by room."""
 
@@ -54,6 +54,11 @@ RENAMED: Final = {
     "matching.bridge_findings": "behaviour.paths.bridge_findings",
     "matching.bridge_reachability": "behaviour.paths.bridge_reachability",
     "matching.delivery_paths": "behaviour.paths.delivery_paths",
+    "formatters.style": "model.style",
+    "importers.documents": "packs.documents",
+    "importers.drawn": "packs.drawn",
+    "importers.foreign": "packs.foreign",
+    "importers.qos_keys": "packs.qos_keys",
     "mending": "analysis.system_fixes",
     "misfits": "analysis.runtime_logs",
     "mistakes": "packs.validation",

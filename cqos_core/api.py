@@ -30,9 +30,9 @@ from cqos_core.plugins import Plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from cqos_core.analysis.differences import Diff
     from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.files.applying import Edited
+    from cqos_core.model.difference import Diff
     from cqos_core.model.report import PairReport, Remedy, Report
     from cqos_core.packs.pack import RulePack
 

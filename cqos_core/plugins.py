@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
     import click
 
-    from cqos_core.formatters.style import Style
-    from cqos_core.importers.drawn import DrawnForm
     from cqos_core.importers.source import Claim, Inserter, Reader
     from cqos_core.model.report import Report
+    from cqos_core.model.style import Style
+    from cqos_core.packs.drawn import DrawnForm
     from cqos_core.packs.export import Writer
     from cqos_core.packs.pack import RulePack
 

@@ -12,8 +12,8 @@ import pytest
 from cqos_core import check
 from cqos_core.checking import findings, fixes
 from cqos_core.formatters.json_report import render_json
-from cqos_core.formatters.style import Style
 from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.style import Style
 from cqos_core.model.system import Endpoint, Participant
 from tests.worlds import box, checked, codes, only, participant, place, reader, settings, world, writer
 

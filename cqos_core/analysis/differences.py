@@ -16,8 +16,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
-from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import TextEnum
+from cqos_core.model.difference import ComparedSide, Diff, Different, Missing, Named
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
@@ -26,79 +25,12 @@ if TYPE_CHECKING:
     from cqos_core.files.exporting import Judged
     from cqos_core.language.values import Plain, Value
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Fact
-    from cqos_core.model.system import Place, System
+    from cqos_core.model.system import System
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
 _TYPE: Final = "type"
 _CLOSEST: Final = 64
 """So many endpoints of one topic and kind are matched by how little they differ; of more it would take too long."""
-
-
-class ComparedSide(TextEnum):
-    """Which of the two systems."""
-
-    A = "a"
-    B = "b"
-
-
-@dataclass(frozen=True, slots=True)
-class Named:
-    """An endpoint of one of the systems.
-
-    Attributes:
-        participant: as files of its protocol name it: a node's full name.
-        kind: ``publisher``, ``subscriber``, ``service_server`` …
-    """
-
-    id: str
-    participant: str
-    kind: str
-    topic: str
-    protocol: str
-    place: Place | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Missing:
-    """An endpoint that only one of the systems has, ``only_in``."""
-
-    only_in: ComparedSide
-    endpoint: Named
-
-
-@dataclass(frozen=True, slots=True)
-class Different:
-    """A policy, or the type, to which the two systems give different values; each with where it comes from."""
-
-    a: Named
-    b: Named
-    policy: str
-    value_a: Fact
-    value_b: Fact
-
-
-@dataclass(frozen=True, slots=True)
-class Diff:
-    """What was found; true if there is any difference.
-
-    Attributes:
-        missing: endpoints that one of the systems lacks.
-        different: values that differ.
-        matched: how many endpoints are in both.
-        by_topic: how many of them were matched by topic and kind only, because their participants have different names.
-        not_compared: what one of the systems does not know, and so was left out, one sentence each.
-    """
-
-    missing: tuple[Missing, ...] = ()
-    different: tuple[Different, ...] = ()
-    matched: int = 0
-    by_topic: int = 0
-    not_compared: tuple[str, ...] = ()
-
-    def __bool__(self) -> bool:
-        """Whether there is any difference."""
-        return bool(self.missing or self.different)
 
 
 _Slot: TypeAlias = tuple[str, str, str]

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
+    from cqos_core.bpmn.plain_endpoints import PlainEndpoint
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.plain_endpoints import PlainEndpoint
     from cqos_core.model.system import Participant, Role, Settings
 
 

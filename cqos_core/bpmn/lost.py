@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from cqos_core.bpmn.document import EXTENSIONS, split
 from cqos_core.bpmn.names import POLICIES, POLICY_NAMES, key, shown
-from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.packs.qos_keys import looks_like_qos
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.bpmn.document import DEFINITIONS
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.plain import NotPlainError, Taking
+from cqos_core.bpmn.plain_endpoints import Kind, LinesOf, Model
 from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.memory import keep
-from cqos_core.model.plain_endpoints import Kind, LinesOf, Model
 from cqos_core.model.regular import re
 
 if TYPE_CHECKING:

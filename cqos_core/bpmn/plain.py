@@ -19,7 +19,7 @@ from cqos_core.model.regular import re
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from cqos_core.model.plain_endpoints import Model, PlainEndpoint
+    from cqos_core.bpmn.plain_endpoints import Model, PlainEndpoint
 
 LEAST: Final = 32_768
 """Bytes of the smallest document for which this is worth while."""

@@ -24,12 +24,12 @@ from cqos_core.cli.streams import colored, emit, say, say_problems, width, write
 from cqos_core.cli.units import units
 from cqos_core.cli.watching import Watched, watch
 from cqos_core.files.opening import STDIN, read_path
-from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
+from cqos_core.model.style import Style
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

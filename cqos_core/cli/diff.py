@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from cqos_core.analysis.differences import ComparedSide, compare
+from cqos_core.analysis.differences import compare
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
@@ -17,6 +17,7 @@ from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import at_same_paths
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.model.difference import ComparedSide
 from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
 from cqos_core.model.report_form import place_form
@@ -24,8 +25,8 @@ from cqos_core.model.report_form import place_form
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.analysis.differences import Diff, Different, Named
     from cqos_core.formatters.terminal import Paint
+    from cqos_core.model.difference import Diff, Different, Named
     from cqos_core.model.report import Fact
     from cqos_core.model.system import Place
 

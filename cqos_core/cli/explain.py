@@ -17,17 +17,17 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import color_option, debug_option, form_option, nearest
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width
-from cqos_core.cli.tables import table
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
-from cqos_core.formatters.style import Style
+from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Group, Report, Severity
 from cqos_core.model.report_form import assumed
+from cqos_core.model.style import Style
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 
@@ -126,7 +126,7 @@ def explain(
 
 
 def _time(pipeline: Pipeline, form: str, *, chains: bool, budgets: bool) -> str:
-    from cqos_core.cli.explain_time import explain_time
+    from cqos_core.formatters.time_and_budgets import explain_time
 
     return explain_time(pipeline, form, width(), chains=chains, budgets=budgets)
 

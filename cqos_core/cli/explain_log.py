@@ -17,12 +17,12 @@ from cqos_core.files.opening import STDIN, STDIN_NAME
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
-from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.logs import misfits
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Group, Report, Severity, Verdict
+from cqos_core.model.style import Style
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import click
 from cqos_core.cli.parameters import Run, debug_option, form_option, nearest, packs_option
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
-from cqos_core.cli.tables import table
+from cqos_core.formatters.tables import table
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

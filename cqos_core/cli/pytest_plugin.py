@@ -98,7 +98,7 @@ def _explained(report: Report | PairReport) -> str:
 
     from cqos_core import Report, Severity
     from cqos_core.formatters.full import render_full
-    from cqos_core.formatters.style import Style
+    from cqos_core.model.style import Style
 
     if not isinstance(report, Report):
         return str(report)

@@ -17,9 +17,9 @@ from cqos_core.plugins import FAULTS, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.problems import Problem
     from cqos_core.model.report import Report
+    from cqos_core.model.style import Style
 
 STDOUT = "-"
 DEFAULT_FORMAT = "full"

@@ -10,8 +10,8 @@ from cqos_core.formatters.places import Places
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Report
+    from cqos_core.model.style import Style
 
 
 def render_concise(report: Report, style: Style) -> str:

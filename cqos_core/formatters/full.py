@@ -16,9 +16,9 @@ from cqos_core.model.report import Side
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Fact, Finding, Report
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 _FACTS = 3  # a side with more values than this names the others without an excerpt

@@ -9,8 +9,8 @@ from cqos_core.formatters.places import Places, relative
 from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Finding, Report
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}

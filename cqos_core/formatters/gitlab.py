@@ -12,8 +12,8 @@ from cqos_core.formatters.places import Places, relative
 from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Report
+    from cqos_core.model.style import Style
 
 _SEVERITIES: Final = {Severity.ERROR: "critical", Severity.WARNING: "minor", Severity.NOTE: "info"}
 

@@ -20,7 +20,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.formatters.style import Style
+    from cqos_core.model.style import Style
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 

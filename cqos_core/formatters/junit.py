@@ -20,8 +20,8 @@ from cqos_core.model.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Finding, Report
+    from cqos_core.model.style import Style
 
 _COUNTED: Final = ("tests", "failures", "errors", "skipped")
 

@@ -11,8 +11,8 @@ from cqos_core.formatters.places import Places, relative
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Finding, Report
+    from cqos_core.model.style import Style
 
 _MOST: Final = 200  # findings: a summary of GitHub may have 1 MiB
 # What is markup, a mention, an emoji or an address that becomes a link.

@@ -10,9 +10,9 @@ from cqos_core.model.excerpt import exact, span
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Finding
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 

@@ -14,8 +14,8 @@ from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Finding, Report
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 _SEVERITIES: Final = {Severity.ERROR: "ERROR", Severity.WARNING: "WARNING", Severity.NOTE: "INFO"}

@@ -16,8 +16,8 @@ from cqos_core.model.encoding import Lines, decode
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Finding, Report, Side
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

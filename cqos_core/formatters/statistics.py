@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from cqos_core.formatters import terminal, wording
 
 if TYPE_CHECKING:
-    from cqos_core.formatters.style import Style
     from cqos_core.model.report import Report
+    from cqos_core.model.style import Style
 
 
 def render_statistics(report: Report, style: Style) -> str:

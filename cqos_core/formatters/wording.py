@@ -12,9 +12,9 @@ from cqos_core.model.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.formatters.style import Style
     from cqos_core.formatters.terminal import Paint
     from cqos_core.model.report import Fact, Finding, Remedy, Report
+    from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
 _LISTED = 3  # more names than this are counted

@@ -6,15 +6,13 @@ network. Depth and lengths are limited, and time and memory are those of one pla
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from lxml import etree
 
-from cqos_core.importers.foreign import FileReading
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
-from cqos_core.model.excerpt import exact, tag_lines
+from cqos_core.model.excerpt import tag_lines
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import re
 from cqos_core.model.system import Place
@@ -23,9 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import TypeAlias
 
-    from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import System
+    from cqos_core.importers.source import Source
 
     # lxml's stubs, and lxml, have no public name for the type of elements.
     Element: TypeAlias = etree._Element  # noqa: SLF001
@@ -100,47 +96,6 @@ class ElementLines:
             each = zip(element.getroottree().iter("*"), tag_lines(self._text()), strict=False)
             self._known = {element: line for element, line in each if line >= _MOST_LINES}
         return self._known.get(element, line)
-
-
-class ElementReading(FileReading):
-    """One XML file that is being read.
-
-    Attributes:
-        unread: paths of elements that nothing reads, each with its first place.
-    """
-
-    def __init__(self, source: Source, context: ReadContext) -> None:
-        super().__init__(source, context)
-        self.unread: dict[str, Place] = {}
-        self._lines = ElementLines(lambda: decode(source.data))
-
-    def place(self, node: Node | Place | Element) -> Place:
-        """Return where an element is; its name tells it from others on the line when the column is looked for."""
-        if isinstance(node, Place):
-            return node
-        if not isinstance(node, etree._Element):  # noqa: SLF001
-            return super().place(node)
-        return Place(self.source.name, self._lines.line(node) or 1, path=f"{written(node)}[1]")
-
-    def problem(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
-        """Collect a problem."""
-        super().problem(code, message, self.place(where), advice)
-
-    def note(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
-        """Report something that is no reason to stop, with the severity of its code."""
-        super().note(code, message, self.place(where), advice)
-
-    def finish(self) -> System:
-        """Return the system.
-
-        Raises:
-            InputError: there were problems; with all of them, each with its column, for which the source is read again.
-        """
-        places = exact([each.place for each in self.problems if each.place is not None], self.system.sources)
-        self.problems[:] = [
-            replace(each, place=places.get(each.place)) if each.place else each for each in self.problems
-        ]
-        return super().finish()
 
 
 def elements(above: Element) -> Iterator[Element]:

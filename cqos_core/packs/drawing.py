@@ -10,7 +10,7 @@ from cqos_core.packs.parts import Dialect
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.drawn import DrawnForm, DrawnOwner
+    from cqos_core.packs.drawn import DrawnForm, DrawnOwner
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.panel import StatedAs
 

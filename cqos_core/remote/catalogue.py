@@ -18,8 +18,8 @@ from cqos_core.remote.messages import word_of
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.importers.drawn import DrawnForm, DrawnOwner
     from cqos_core.language.policy import Policy
+    from cqos_core.packs.drawn import DrawnForm, DrawnOwner
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.panel import Panel, StatedAs
     from cqos_core.packs.parts import Preset

@@ -64,7 +64,7 @@ from cqos_core.remote.sessions import AsyncSession, RemoteSession
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.analysis.differences import Diff
+    from cqos_core.model.difference import Diff
     from cqos_core.model.report import PairReport, Report
     from cqos_core.remote.requests import File, OptionValues, Values
 

@@ -17,10 +17,9 @@ from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core.analysis import differences
 from cqos_core.checking import description
 from cqos_core.language.domains import Names
-from cqos_core.model import flow, problems, report, system, timing
+from cqos_core.model import difference, flow, problems, report, system, timing
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
@@ -48,16 +47,16 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
     )
     for name in names.split()
 } | {
-    "Diff": differences.Diff,
+    "Diff": difference.Diff,
     "Link": timing.StatedLink,
-    "MissingEndpoint": differences.Missing,
-    "DifferentValue": differences.Different,
-    "ComparedEndpoint": differences.Named,
+    "MissingEndpoint": difference.Missing,
+    "DifferentValue": difference.Different,
+    "ComparedEndpoint": difference.Named,
 }
 _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
     "Verdict": Verdict,
     "Severity": Severity,
-    "Side": differences.ComparedSide,
+    "Side": difference.ComparedSide,
 }
 _TUPLES: Final[Mapping[str, Callable[..., Any]]] = {"FlowRunner": flow.FlowRunner, "FlowEnds": flow.FlowEnds}
 _STATED: Final = "_stated"

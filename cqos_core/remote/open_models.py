@@ -11,15 +11,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
+from cqos_core.bpmn.plain_endpoints import PlainEndpoint
 from cqos_core.checking.description import describe, described_endpoints
 from cqos_core.checking.session import Session
 from cqos_core.matching.pipeline import context
-from cqos_core.model.plain_endpoints import PlainEndpoint
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity
 from cqos_core.model.system import NAMED, System
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.answers import decode, least_severe, paths_of, refusal_message
+from cqos_core.remote.asked import decode, least_severe, paths_of, refusal_message
 from cqos_core.remote.catalogue import versions
 from cqos_core.remote.documents import read_documents, read_system
 from cqos_core.remote.messages import EVERYTHING, below, report_message, to_message

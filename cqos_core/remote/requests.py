@@ -31,13 +31,13 @@ from cqos_core.matching.pipeline import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.report import Severity
 from cqos_core.model.system import System
-from cqos_core.model.tls import try_tls
 from cqos_core.remote.messages import (
     from_message,
     pair_value,
     system_message,
 )
 from cqos_core.remote.request_problems import FieldProblem
+from cqos_core.remote.tls import try_tls
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -12,7 +12,7 @@ from cqos.v1 import report_pb2, session_pb2
 from cqos_core.checking.session import Session
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import NAMED, System
-from cqos_core.remote.answers import decode, refusal_message, reported
+from cqos_core.remote.asked import decode, refusal_message, reported
 from cqos_core.remote.documents import bounded, read_system
 from cqos_core.remote.messages import change_value
 from cqos_core.remote.refusal import Refused, unfit

@@ -19,17 +19,10 @@ from typing import TYPE_CHECKING, Final
 
 from google.protobuf import json_format
 
-from cqos_core.remote.answers import (
-    METHODS,
-    PAIRS,
-    answer,
-    answer_of_stream,
-    answer_to,
-    decode,
-    decode_json,
-)
+from cqos_core.remote.asked import decode, decode_json
 from cqos_core.remote.refusal import Refused, session_lost, too_much
 from cqos_core.service import frames
+from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions

@@ -16,8 +16,8 @@ from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 
 from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
 from cqos_core.model.problems import CqosError
-from cqos_core.remote.answers import EDIT, PAIRS
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused, fitted
+from cqos_core.service.answers import EDIT, PAIRS
 from cqos_core.service.callers import origin
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID

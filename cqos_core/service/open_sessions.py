@@ -8,8 +8,9 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos.v1 import session_pb2
-from cqos_core.remote.answers import METHODS, decode
+from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
+from cqos_core.service.answers import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Mapping

@@ -28,9 +28,9 @@ from starlette.responses import JSONResponse, PlainTextResponse
 from starlette.routing import Mount, Route
 
 from cqos_core.model.problems import CqosError
-from cqos_core.remote.answers import EDIT, METHODS, PAIRS
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
+from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.connections import KEPT_SECONDS, Connections, patient
 from cqos_core.service.observing import REQUEST_ID

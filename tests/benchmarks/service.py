@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import grpc
 
 from cqos.v1 import check_pb2, report_pb2, system_pb2
-from cqos_core.remote.answers import answer, decode
+from cqos_core.remote.asked import decode
 from cqos_core.remote.documents import read_system
+from cqos_core.service.answers import answer
 from tests.service.running import serving
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.formatters.style import Style
 from cqos_core.model.report import Assumption, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.style import Style
 from cqos_core.model.system import Place
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -26,10 +26,10 @@ from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.statistics import render_statistics
-from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.encoding import decode
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.style import Style
 from cqos_core.model.system import Place
 
 HERE = Path(__file__).parent

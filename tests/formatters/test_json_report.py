@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cqos_core.formatters.json_report import render_json, report_from_json
-from cqos_core.formatters.style import Style
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Report, Verdict
+from cqos_core.model.style import Style
 
 DOCUMENTATION = Path(__file__).parent.parent.parent / "docs" / "json-report.md"
 EXAMPLE = re.compile(r"(?<=```json\n).*?(?=```\n)", re.DOTALL)

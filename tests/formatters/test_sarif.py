@@ -8,8 +8,8 @@ import pytest
 from cqos_core import check
 from cqos_core.files.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
-from cqos_core.formatters.style import Style
 from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict
+from cqos_core.model.style import Style
 from cqos_core.model.system import Place
 
 

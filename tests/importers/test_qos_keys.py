@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core.importers.qos_keys import looks_like_qos
+from cqos_core.packs.qos_keys import looks_like_qos
 
 NAMES = ("qos", "max_qos", "reliability", "Reliability Policy", "history.depth", "depth", "retain", "will")
 

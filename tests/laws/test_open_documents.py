@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
-from cqos_core.remote.answers import check_document, described
 from cqos_core.remote.open_models import OpenModel
+from cqos_core.service.answers import check_document, described
 from tests.effort import EXAMPLES
 
 MOST = 20_000

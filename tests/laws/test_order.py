@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.json_report import render_json
-from cqos_core.formatters.style import Style
+from cqos_core.model.style import Style
 from tests.laws.systems import BOTH, LETTERS, ROBOTS, WHERE, systems
 
 if TYPE_CHECKING:

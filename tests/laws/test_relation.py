@@ -9,11 +9,11 @@ import pytest
 
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.json_report import render_json
-from cqos_core.formatters.style import Style
 from cqos_core.language import relation
 from cqos_core.language.relation import related
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.pipeline import context
+from cqos_core.model.style import Style
 from cqos_core.model.system import Acceptance, Endpoint, Participant, Setting, System
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS

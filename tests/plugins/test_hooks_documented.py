@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from cqos_core.files.exporting import ExportContext, Writer
-from cqos_core.formatters.style import Style
 from cqos_core.importers.source import Claim, ReadContext, Reader, Source
+from cqos_core.model.style import Style
 from cqos_core.plugins import KINDS, LOAD_VARIABLE, Hooks
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text(encoding="utf-8")

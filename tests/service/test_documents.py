@@ -305,7 +305,7 @@ WATCHED = """\
 import sys
 from pathlib import Path
 from cqos.v1 import check_pb2
-from cqos_core.remote.answers import answer
+from cqos_core.service.answers import answer
 from cqos_core.remote.refusal import Refused
 
 def ask(path):

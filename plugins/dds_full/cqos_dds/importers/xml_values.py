@@ -8,14 +8,15 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.source import VARIABLES
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.importers.xml_source import ElementReading, elements, local, text_of
+from cqos_core.importers.xml_source import elements, local, text_of
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Place, Setting
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
+from cqos_core.packs.elements import ElementReading
+from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
 from cqos_dds.requested_policies import DATA_REPRESENTATION

@@ -7,11 +7,11 @@ import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote
 
-from cqos_core.importers.documents import DocumentReading, only_document
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, stated, walk
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import PUBLISHER, Broker, Endpoint, Place, ProfileRef, Setting
+from cqos_core.packs.documents import DocumentReading, only_document
 from cqos_mqtt.filters import has_wildcards
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.names import PATTERN

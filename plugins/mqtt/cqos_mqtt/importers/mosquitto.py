@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.foreign import FileReading
-from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Place, ProfileRef, Room, Setting
+from cqos_core.packs.foreign import FileReading
+from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge

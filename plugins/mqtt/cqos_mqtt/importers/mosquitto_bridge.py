@@ -19,8 +19,8 @@ from cqos_mqtt.sessions import BRIDGE_STATES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.importers.foreign import FileReading
     from cqos_core.model.system import Place, Role, Settings, System
+    from cqos_core.packs.foreign import FileReading
     from cqos_mqtt.importers.mosquitto import Line
 
 _DIRECTIONS: Final = {"out": ("out",), "in": ("in",), "both": ("out", "in")}

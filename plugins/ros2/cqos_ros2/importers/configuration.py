@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.documents import DocumentReading
-from cqos_core.importers.foreign import FileReading
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, flag, stated, whole_number
 from cqos_core.model.system import Endpoint, ProfileRef, endpoint_id
+from cqos_core.packs.documents import DocumentReading
+from cqos_core.packs.foreign import FileReading
 from cqos_ros2.importers.codes import CODES
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.documents import Field, word_field
 from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
+from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import glob
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.documents import Field, word_field
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Room
+from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 from cqos_ros2.names import NOT_BY_PARAMETERS
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
-from cqos_core.importers.documents import only_document
 from cqos_core.importers.reading import Reading, did_you_mean, listed, shown
 from cqos_core.model.problems import InputError
 from cqos_core.packs import normalise
+from cqos_core.packs.documents import only_document
 from cqos_ros2.nodes import form
 from cqos_ros2.policies import DISTRO
 from cqos_ros2.presets import PRESETS

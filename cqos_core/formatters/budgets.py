@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.behaviour.paths.link_facts import rate_text
-from cqos_core.cli.tables import table
+from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean
 
 if TYPE_CHECKING:

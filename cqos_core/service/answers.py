@@ -9,9 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
-from google.protobuf.message import DecodeError
 
-from cqos.v1 import catalogue_pb2, check_pb2, report_pb2, session_pb2
+from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
 from cqos_core.analysis.differences import compare
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import stated_pairs
@@ -21,33 +20,20 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.matching.pipeline import context, exact_places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError
-from cqos_core.model.report import Severity
 from cqos_core.plugins import load_plugins
+from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported
 from cqos_core.remote.documents import no_pack, read_documents, read_input, read_system
-from cqos_core.remote.messages import (
-    EVERYTHING,
-    list_text,
-    pair_message,
-    report_message,
-    to_message,
-    unknown_paths,
-)
-from cqos_core.remote.plans import repaired, suggested
-from cqos_core.remote.refusal import TOO_LARGE, Refused, too_much, unfit
+from cqos_core.remote.messages import list_text, pair_message, to_message
+from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
+from cqos_core.service.plans import repaired, suggested
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from google.protobuf.message import Message
 
-    from cqos_core.model.report import PairReport, Report
-
-_MOST_PATHS: Final = 100
-_SEVERITIES: Final[Mapping[int, Severity]] = {
-    report_pb2.SEVERITY_ERROR: Severity.ERROR,
-    report_pb2.SEVERITY_WARNING: Severity.WARNING,
-}
+    from cqos_core.model.report import PairReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,38 +89,6 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
     return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
 
 
-def decode_json(kind: Any, data: bytes) -> Any:
-    """Read a request from JSON; fields that a newer caller knows are passed over, as in the binary form.
-
-    Raises:
-        Refused: ``data`` is none.
-    """
-    refused = f"the request is no {kind.DESCRIPTOR.full_name}"
-    if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
-        found = "something else" if data else "nothing"
-        raise Refused("INVALID_ARGUMENT", f"{refused}: expected a JSON object, found {found}")
-    try:
-        return json_format.Parse(data, kind(), ignore_unknown_fields=True)
-    except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
-        raise Refused("INVALID_ARGUMENT", f"{refused}: {error}") from None
-
-
-def decode(kind: Any, data: bytes) -> Any:
-    """Read a message.
-
-    Raises:
-        Refused: ``data`` is none of this kind.
-    """
-    try:
-        return kind.FromString(data)
-    except DecodeError as error:
-        if "alloc failed" in str(error):  # there is nothing wrong with the message
-            raise MemoryError from None
-        name = kind.DESCRIPTOR.full_name
-        message = f"the request is no {name}: it cannot be decoded, or a text in it is not UTF-8"
-        raise Refused("INVALID_ARGUMENT", message) from None
-
-
 # --- the catalogue ---
 
 
@@ -165,43 +119,6 @@ def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2
         text = f"no installed rule pack has a rule `{request.code[:60]}`"
         raise Refused("NOT_FOUND", text, [FieldProblem("code", text)])
     return found
-
-
-def reported(
-    report: Report, paths: frozenset[str] = EVERYTHING, least_severe: Severity = Severity.NOTE
-) -> report_pb2.Report:
-    """Return the message of a report, with the versions of what judged."""
-    from cqos_core.remote.catalogue import versions
-
-    message = report_message(report, paths, least_severe)
-    if not paths or "versions" in paths:
-        message.versions.update(versions())
-    return message
-
-
-def paths_of(request: Any, kind: type[Message], path: str = "") -> frozenset[str]:
-    """Return the fields that an answer of ``kind`` shall have.
-
-    Raises:
-        Refused: there is no such field.
-    """
-    paths = tuple(request.fields.paths) if request.HasField("fields") else ()
-    if len(paths) > _MOST_PATHS:
-        raise too_much(f"{path}fields", f"it has {len(paths)} paths, at most {_MOST_PATHS} are read")
-    wrong = [
-        FieldProblem(f"{path}fields", f"`{each[:60]}`: no field `{part[:60]}`; there are {', '.join(known) or 'none'}")
-        for each, part, known in unknown_paths(kind, paths)
-    ]
-    if wrong:
-        raise unfit(wrong)
-    return frozenset(paths)
-
-
-def least_severe(
-    request: check_pb2.CheckDocumentRequest | check_pb2.CheckSystemRequest | session_pb2.OpenSessionRequest,
-) -> Severity:
-    """Return the least severity of the findings that an answer shall have."""
-    return _SEVERITIES.get(request.least_severe, Severity.NOTE)
 
 
 # --- checks ---
@@ -271,13 +188,6 @@ def answer_of_stream(data: bytes) -> bytes:
     except RecursionError:
         response.refusal.CopyFrom(refusal_message([FieldProblem("pair", "values are nested too deep")]))
     return response.SerializeToString()
-
-
-def refusal_message(fields: Sequence[FieldProblem]) -> check_pb2.Refusal:
-    """Return what is wrong as part of an answer."""
-    return check_pb2.Refusal(
-        problems=[check_pb2.FieldProblem(field=each.field, description=each.description) for each in fields]
-    )
 
 
 def described(request: check_pb2.DescribeRequest, most: int) -> check_pb2.DescribeResponse:

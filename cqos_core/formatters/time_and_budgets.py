@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.behaviour.paths.budgets import budgets as budgets_of
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
-from cqos_core.cli.explain_budgets import budgets_as_json, budgets_as_text
-from cqos_core.cli.tables import table
+from cqos_core.formatters.budgets import budgets_as_json, budgets_as_text
+from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean
 
 if TYPE_CHECKING:

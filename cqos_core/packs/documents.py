@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.importers.foreign import FileReading
-from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import described, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, stated
 from cqos_core.importers.yaml_tree import read_json5, read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Place, Setting
+from cqos_core.packs.foreign import FileReading
+from cqos_core.packs.qos_keys import looks_like_qos
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Iterable, Iterator, Mapping
