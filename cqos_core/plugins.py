@@ -13,12 +13,12 @@ import os
 import re
 from dataclasses import field
 from functools import cache
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pluggy
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.installed import AUTHORS, entry_points
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
 """The environment variable that names the distributions to load plugins from, beside those we ship."""
 FAULTS: Final = (Exception, SystemExit)
 """What to expect of a foreign plugin: it may also call ``sys.exit``."""
-_AUTHORS: Final = "the C-QoS authors"
 
 hookspec = pluggy.HookspecMarker(GROUP)
 hookimpl = pluggy.HookimplMarker(GROUP)
@@ -376,7 +375,7 @@ def _load_pack(info: RulePackInfo) -> RulePack:
 @cache
 def load_plugins() -> Plugins:
     """Find and load every installed plugin once per process; see `Plugins.broken` for those that failed."""
-    return load_from(entry_points(group=GROUP), os.environ.get(LOAD_VARIABLE))
+    return load_from(entry_points(GROUP), os.environ.get(LOAD_VARIABLE))
 
 
 def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins:
@@ -409,7 +408,7 @@ def _origin(entry: EntryPoint) -> Origin:
         metadata = entry.dist.metadata if entry.dist is not None else None
         if metadata is not None:
             distribution = f"{metadata['Name']} {metadata['Version']}"
-            shipped = _AUTHORS in (metadata.get_all("Author") or ())
+            shipped = AUTHORS in (metadata.get_all("Author") or ())
     except Exception as error:  # noqa: BLE001 - what is left of an installation that failed may hold anything
         keep_traceback(f"reading who brings the plugin `{entry.name}`", error)
     return Origin(entry.name, distribution, shipped, entry.value.partition(":")[0].partition(".")[0].strip())

@@ -8,12 +8,7 @@ from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.behaviour.findings import behaviour_findings
-from cqos_core.behaviour.paths.bridge_findings import bridge_findings
-from cqos_core.behaviour.paths.budget_findings import budget_findings
-from cqos_core.behaviour.paths.chain_findings import chain_findings
 from cqos_core.checking.acceptance import with_acceptances, with_severities
-from cqos_core.checking.excluded import with_behaviour
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
@@ -122,6 +117,8 @@ def assemble(
     verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
     groups = later(lambda: _groups(judged))
     if problems and system.flows:
+        from cqos_core.checking.excluded import with_behaviour
+
         made, divided = with_behaviour(made, [*groups], problems, packs)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
     lonely, unmatched = partners(system, results, packs, resolved.endpoints)
@@ -335,11 +332,21 @@ def judge_topics(
     for number, (key, endpoints) in enumerate(topics.items()):
         step(number, len(topics))
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
+    # Most systems have none of these, and their modules are a tenth of the time of a small check.
     if system.bridges:
+        from cqos_core.behaviour.paths.bridge_findings import bridge_findings
+
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)
     if system.chains:
+        from cqos_core.behaviour.paths.chain_findings import chain_findings
+
         problems += chain_findings(pipeline)
     if system.links:
+        from cqos_core.behaviour.paths.budget_findings import budget_findings
+
         problems += budget_findings(pipeline)
-    problems += behaviour_findings(pipeline)
+    if system.flows:
+        from cqos_core.behaviour.findings import behaviour_findings
+
+        problems += behaviour_findings(pipeline)
     return JudgedTopics(results, teams, problems, excused)

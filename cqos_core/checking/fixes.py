@@ -7,7 +7,6 @@ from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.behaviour.paths.growth import grown
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solve import restated, solutions
@@ -246,6 +245,8 @@ def _remedy(
     after = {id(members): _with(members.profile, index, value) for members in changing}
     members = member_ids(groups)
     text_value = policy.domain.format(value)
+    from cqos_core.behaviour.paths.growth import grown  # a correct design needs none of it
+
     return [
         Remedy(
             role=role,

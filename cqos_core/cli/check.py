@@ -5,15 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import field, replace
-from importlib.metadata import metadata, version
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
-from cqos_core.cli.fixing import fixed
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -21,11 +18,11 @@ from cqos_core.cli.selection import counted
 from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
-from cqos_core.cli.units import units
-from cqos_core.cli.watching import Watched, watch
+from cqos_core.cli.units import Watched, units
 from cqos_core.files.opening import STDIN, read_path
 from cqos_core.formatters.wording import listed
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
@@ -176,6 +173,8 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
         ctx.exit(_once(ctx, paths, reading, wishes).code)
     if STDIN in paths or wishes.fix or wishes.show_diff or wishes.write_baseline:
         raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
+    from cqos_core.cli.watching import watch  # which few runs need
+
     ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, wishes)))
 
 
@@ -223,6 +222,8 @@ def _known(baseline: str | None, written: str | None) -> Baseline | None:
     """Read the baseline, which need not be there yet if this is the run that writes it."""
     if baseline is None or (written is not None and os.path.realpath(baseline) == os.path.realpath(written)):
         return None
+    from cqos_core.analysis.baseline import read_baseline  # which few runs need
+
     return read_baseline(baseline, read_path(baseline).data)
 
 
@@ -280,6 +281,8 @@ class _Check:
         system = tried_out(reader.whole(unit.systems), reader.protocol)
         report = self.counted(self._judged(system, reader, step))
         if (wishes.fix or wishes.show_diff) and report.findings:
+            from cqos_core.cli.fixing import fixed
+
             system, report, diff, notes = fixed(unit, system, reader, self.counted, write=not wishes.show_diff)
             self.diffs.append(diff)
             for note in notes:
@@ -361,7 +364,7 @@ class _Check:
             color=colored(self.wishes.color, sys.stdout if sink.path == STDOUT else None),
             width=width(),
             sources=self.sources,
-            tool_version=version("cqos-core"),
+            tool_version=headers("cqos-core")["Version"],
             not_checked=_NOT_CHECKED in shown,
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
@@ -382,6 +385,8 @@ class _Check:
             return False
         # Only where several systems are checked can one hide behind another's entry.
         limited = [(each.path if len(found) > 1 else None, each.report) for each in found]
+        from cqos_core.analysis.baseline import write_baseline
+
         try:
             write_file(target, write_baseline(target, limited))
         except CqosError as error:
@@ -420,7 +425,7 @@ class _Check:
 
 def _documentation() -> str:
     """The URL of the documentation, as the distribution states it; empty where it states none."""
-    urls = (text.partition(",") for text in metadata("cqos-core").get_all("Project-URL") or ())
+    urls = (text.partition(",") for text in headers("cqos-core").get_all("Project-URL") or ())
     return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
 
 

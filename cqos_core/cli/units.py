@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.remarks import plural
@@ -33,6 +33,13 @@ class Unit:
     named: bool
     files: tuple[str, ...] = ()
     folder: str = ""
+
+
+class Watched(NamedTuple):
+    """What one check gave: its exit code, and the files on which that depends."""
+
+    code: int
+    files: Sequence[str]
 
 
 def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:

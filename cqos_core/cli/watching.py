@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import time
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import click
 
 from cqos_core.cli.streams import say, say_problems
+from cqos_core.cli.units import Watched
 from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
 from cqos_core.model.problems import CqosError, InputError, describe
@@ -17,18 +18,12 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+
 _PAUSE: Final = 0.3  # seconds
 _UNUSABLE: Final = 2
 _PART: Final = 0.1  # of the time is for looking, at most: a large folder is looked at less often
 
 _State = dict[str, tuple[int, int, int] | None]
-
-
-class Watched(NamedTuple):
-    """What one check gave: its exit code, and the files on which that depends."""
-
-    code: int
-    files: Sequence[str]
 
 
 def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]) -> int:

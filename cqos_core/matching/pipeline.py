@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.domains import Names
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.bridging import linked
-from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.dataclass import dataclass
@@ -46,6 +44,8 @@ if TYPE_CHECKING:
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import Resolved
 
+MOST_ENDPOINTS: Final = 100_000
+"""How many endpoints a system may have after bridges added theirs, where nothing else is set."""
 RuleFinder: TypeAlias = Callable[[str], "Rule | CodeInfo | None"]
 """Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
 
@@ -86,6 +86,8 @@ class Pipeline:
         where = self.where
         if not self.stated.bridges:
             return self.stated, ()
+        from cqos_core.matching.routes import expanded  # only systems with bridges need it
+
         return expanded(self.stated, where.find_pack, where.default_protocol, where.most_endpoints)
 
     @property
@@ -106,7 +108,11 @@ class Pipeline:
     @cached_property
     def _linked(self) -> tuple[Topics, Sequence[Hop]]:
         links = self._expanded[1]
-        return linked(links, self.resolver) if links else (topics(self.resolver), ())
+        if not links:
+            return topics(self.resolver), ()
+        from cqos_core.matching.bridging import linked  # as above
+
+        return linked(links, self.resolver)
 
     @property
     def topics(self) -> Topics:

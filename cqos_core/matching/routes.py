@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
 _MOST_NAMED: Final = 10
-MOST_ENDPOINTS: Final = 100_000
-"""How many endpoints a system may have after bridges added theirs, where nothing else is set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +47,7 @@ def expanded(
     system: System,
     find_pack: Callable[[str], RulePack | None],
     default: str | None,
-    most: int = MOST_ENDPOINTS,
+    most: int,
 ) -> tuple[System, list[Link]]:
     """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.source import ReadContext, Source
+from cqos_core.matching.pipeline import MOST_ENDPOINTS
 from cqos_core.matching.routes import expanded
 from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
@@ -191,7 +192,7 @@ def check_system(system):
     places += [setting.place for endpoint in system.endpoints for setting in endpoint.settings.values()]
     check_places(places)
     assert {note.code for note in system.notes} <= {info.code for info in PACK.codes} | {"CQ005", "CQ040"}
-    whole, _ = expanded(system, {"ros2": PACK}.get, None)
+    whole, _ = expanded(system, {"ros2": PACK}.get, None, MOST_ENDPOINTS)
     Resolver(whole, {"ros2": PACK}.get, None).run()
 
 
