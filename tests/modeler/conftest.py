@@ -221,17 +221,21 @@ class Shown:
         """The drawn element of an id."""
         return self.page.locator(f'.djs-shape[data-element-id="{name}"] .djs-hit').first
 
-    def choose(self, name, **where):
-        """Click a shape until it is chosen: for 400 ms after a drag the canvas takes no click."""
+    def until(self, shown, act):
+        """Act, and act again as a person does, until the page shows it: for 400 ms after a drag the canvas takes no click."""
         from playwright.sync_api import TimeoutError as NotSoon
 
-        chosen = f'.djs-element.selected[data-element-id="{name}"]'
         for _ in range(WAIT // SOON):
-            self.shape(name).click(force=True, **where)
+            act()
             with contextlib.suppress(NotSoon):
-                self.page.wait_for_selector(chosen, state="attached", timeout=SOON)
+                self.page.wait_for_selector(shown, state="attached", timeout=SOON)
                 return self
-        raise AssertionError(f"{name} cannot be chosen")
+        raise AssertionError(f"the page does not show {shown}")
+
+    def choose(self, name, **where):
+        """Click a shape until it is chosen."""
+        chosen = f'.djs-element.selected[data-element-id="{name}"]'
+        return self.until(chosen, lambda: self.shape(name).click(force=True, **where))
 
     def press(self, *keys):
         for key in keys:
