@@ -164,14 +164,14 @@ def test_deleted_pasted_and_renamed_events_are_checked(checks):
     shown.choose("In")
     topic = field(shown, "Topic")
     topic.fill("another")
-    topic.press("Enter")
+    shown.press("Enter")
     panel(shown).get_by_role("button", name="New topic for this event").click()
     becomes(shown, unmatched=("In", "Out"))
     topic.fill("t")
-    topic.press("Enter")
+    shown.press("Enter")
     becomes(shown, compatible=("In", "Out"))
     topic.fill("everywhere")
-    topic.press("Enter")
+    shown.press("Enter")
     panel(shown).get_by_role("button", name="Rename it everywhere").click()
     becomes(shown, compatible=("In", "Out"))
 
@@ -254,6 +254,32 @@ def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(che
     assert (wait.locator("input").input_value(), wait.locator("select").input_value()) == ("20", "ms")
     wait.locator("select").select_option("infinite")
     assert wait.locator("input").is_disabled()
+
+
+def test_an_answer_takes_no_field_from_a_person_who_types(opens):
+    shown = checked(opens(pair()))
+    shown.choose("In")
+    calls, held = "**/cqos.v1.SessionService/*", []
+
+    def hold(route):
+        held.append(route)
+
+    shown.page.route(calls, hold)
+    shown.press("Control+Enter", "ArrowDown", "Enter")
+    topic = shown.page.locator(".panel").get_by_role("combobox", name="Topic", exact=True)
+    topic.press_sequentially("wea")
+    while not held:
+        shown.page.wait_for_timeout(50)
+    held.pop().continue_()
+    shown.page.unroute(calls)
+    shown.page.wait_for_selector(".qos-badge-unmatched")
+    shown.page.keyboard.type("ther")
+    shown.press("Enter")
+    deadline = shown.page.locator('.panel [data-policy="deadline"]')
+    deadline.locator("input").fill("2")
+    deadline.locator("input").press("Enter")
+    assert topic.input_value() == "weather"
+    assert deadline.locator("select").input_value() == "s"
 
 
 PACK = ROOT / "examples" / "opcua" / "opcua_pack.yaml"

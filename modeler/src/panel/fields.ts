@@ -7,6 +7,7 @@ import type { Setting } from '../drawing/form';
 import { sign } from '../layout/signs';
 import { describe, nextId } from '../layout/tip';
 import type { Spelling } from '../drawing/values';
+import { watchTyping } from './typing';
 
 /** What a field shows. */
 export interface Shown {
@@ -61,15 +62,16 @@ export function createField(
   const row = make('div', { class: 'field-control' }, control.element);
   const element = make('div', { class: 'field', 'data-policy': policy.name }, name, row, origin, error, doc);
   let last = '';
+  const isTyping = watchTyping(element);
   describe(head, [policy.doc, policy.kindValue === ValueKind.CHOICE ? '' : `Valid: ${policy.expected}.`, clauseOf(policy)]);
   return {
     policy: policy.name,
     element,
     focus: () => control.focus(),
     show({ text, fallback, origin: words, problem }) {
-      // A text that a person is typing, or that was refused, stays until the drawing changes.
+      // A text that a person is typing stays; one that was refused stays until the drawing changes.
       const key = JSON.stringify([text, fallback]);
-      if (key !== last) {
+      if (key !== last && !isTyping()) {
         last = key;
         refuse(undefined);
         control.show(text, fallback);

@@ -9,6 +9,7 @@ import type { Page } from '../page';
 import { packOf } from './convert';
 import { eventSections, modelSections, poolSections, titleOf } from './owners';
 import type { Section } from './settings';
+import { watchTyping } from './typing';
 
 export interface Panel {
   /** Show the selected element, the model and the last answer as they are now. */
@@ -22,6 +23,8 @@ export function createPanel(page: Page): Panel {
   let sections: readonly Section[] = [];
   let drawn = '';
   let bound: unknown;
+  let owner = '';
+  const isTyping = watchTyping(region);
 
   function draw(shape: Shape, pack: Pack | undefined): void {
     hideTip();
@@ -41,8 +44,16 @@ export function createPanel(page: Page): Panel {
     const pack = packFor(page, shape);
     const key = keyOf(shape, pack);
     if (key !== drawn || bound !== shape.businessObject) {
+      if (isTyping()) {
+        // An answer must not take the field away in which a person types; who has gone on has finished.
+        if (owner !== shape.id && document.activeElement instanceof HTMLElement) {
+          document.activeElement.blur(); // which commits the text, and updates
+        }
+        return;
+      }
       drawn = key;
       bound = shape.businessObject;
+      owner = shape.id;
       draw(shape, pack);
     }
     const title = region.querySelector('h2');
@@ -54,6 +65,7 @@ export function createPanel(page: Page): Panel {
     }
   }
 
+  region.addEventListener('focusout', update);
   page.diagram.modeler.on('selection.changed', update);
   page.diagram.modeler.on('root.set', update);
   page.catalogue.onLoaded(update);
