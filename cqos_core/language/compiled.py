@@ -132,7 +132,7 @@ class _Writer:
             here, there = (settled(each, world, self.bound.indices) for each in (first, second))
             self.common = Common(here, there, at)
             part = self.may_be(self.bound.condition, answer=self.answer)
-            found[ast.dump(part)] = part
+            found[ast.dump(part) if len(worlds) > 1 else ""] = part
         return _joined(found.values(), both=not self.undecided)
 
     def fixed(self, term: Term, beyond: int = 0) -> bool:

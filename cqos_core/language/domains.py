@@ -168,7 +168,7 @@ _UNITS: Final = {
     "nanoseconds": 1,
     "seconds": 1_000_000_000,
 }
-_PRINTED: Final = ("d", "h", "min", "s", "ms", "us", "ns")
+_PRINTED: Final = tuple((unit, _UNITS[unit]) for unit in ("d", "h", "min", "s", "ms", "us"))
 _NUMBER: Final = r"\d{1,30}(?:\.\d{1,30})?"
 _DURATION: Final = re.compile(rf"(?:{_NUMBER}\s*[a-zµμ]+\s*)+", re.IGNORECASE)
 _DURATION_PART: Final = re.compile(rf"({_NUMBER})\s*([a-zµμ]+)", re.IGNORECASE)
@@ -279,8 +279,10 @@ class Duration(Domain):
             return "infinite"
         if number == 0:
             return "0s"
-        unit = next(unit for unit in _PRINTED if number % _UNITS[unit] == 0)
-        return f"{number // _UNITS[unit]}{unit}"
+        for unit, size in _PRINTED:
+            if number % size == 0:
+                return f"{number // size}{unit}"
+        return f"{number}ns"
 
     def around(self, value: int) -> tuple[int, ...]:
         """Return the neighbours in steps of `step`; nothing is next to zero and to infinite but zero and infinite."""

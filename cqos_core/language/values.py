@@ -125,7 +125,7 @@ def normalise(text: str) -> str:
 
 
 def _normalised(text: str) -> str:
-    return re.sub(r"[\s\-]+", "_", text.strip()).lower()
+    return text.lower() if text.isalnum() else re.sub(r"[\s\-]+", "_", text.strip()).lower()
 
 
 _remembered = lru_cache(maxsize=16_384)(_normalised)

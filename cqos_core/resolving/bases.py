@@ -184,8 +184,6 @@ class Bases:
         if unknown or derived or _OVERRIDES.get(key, _NOTHING) is None:
             return None
         found = self._read_setting(room, name, text, endpoint, participant)
-        if found is not None:
-            found = found._replace(letters=length)
         if length <= LONGEST_REMEMBERED:
             keep(_OVERRIDES, key, found)
         return found
@@ -193,10 +191,12 @@ class Bases:
     def _read_setting(
         self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
     ) -> _Override | None:
-        key = (number, name)
-        if key not in _PLAIN_NAMES and len(name) <= LONGEST_REMEMBERED:
-            keep(_PLAIN_NAMES, key, self._plain_name(name, endpoint, participant))
-        index = _PLAIN_NAMES.get(key)
+        try:
+            index = _PLAIN_NAMES[number, name]
+        except KeyError:
+            index = self._plain_name(name, endpoint, participant)
+            if len(name) <= LONGEST_REMEMBERED:
+                keep(_PLAIN_NAMES, (number, name), index)
         if index is None or text.lstrip().startswith("{"):
             return self._as_a_whole(name, Setting(text), endpoint, participant)
         pack, role = participant.pack, endpoint.role
@@ -209,7 +209,9 @@ class Bases:
         except InvalidValueError:
             return None
         word = WrittenValue(policy.word(spelt), here=True) if index in pack.asked else None
-        return _Override(0, index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN)
+        return _Override(
+            len(name) + len(text), index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN
+        )
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
         """Return the policy that a name spells, where the text of its value alone decides what it changes."""
@@ -241,4 +243,6 @@ class Bases:
         if self.reader.remarks != before or role not in policy.roles:
             return None
         word = how_written(policy, index, layers) if index in pack.asked else None
-        return _Override(0, index, stated, value, word, type(value) in KNOWN and word is not UNREAD)
+        return _Override(
+            len(name) + len(setting.text), index, stated, value, word, type(value) in KNOWN and word is not UNREAD
+        )
