@@ -114,17 +114,24 @@ class Endpoints:
         if any(self._participants.lost[runner.id] for runner in runners):
             raise NotPlainError
         self._reading.count_copies(len(events) * (len(runners) - 1), mark)
-        add = self._reading.system.endpoints.append
+        first, *others = (runner.id for runner in runners)
         for event in events:
             event.topic = plain.signals[event.topic or ""]
+            event.participant = first
+        if not others:
+            if not self._unique.take([event.id for event in events]):
+                raise NotPlainError
+            self._reading.system.endpoints += events
+            return
+        add = self._reading.system.endpoints.append
+        for event in events:
             if self._unique(event.id) != event.id:
                 raise NotPlainError
-            event.participant = runners[0].id
             add(event)
-            for other in runners[1:]:
-                copy = self._unique(f"{event.id}@{other.id}")
+            for other in others:
+                copy = self._unique(f"{event.id}@{other}")
                 self._copies.setdefault(event.id, []).append(copy)
-                add(replace(event, id=copy, participant=other.id))
+                add(replace(event, id=copy, participant=other))
 
     def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"

@@ -13,6 +13,8 @@ from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import ImportNote, System
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from cqos_core.bpmn.document import Document
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place
@@ -75,6 +77,12 @@ class Unique:
     def is_taken(self, name: str) -> bool:
         """Say whether an id is in use."""
         return name in self._taken
+
+    def take(self, names: Collection[str]) -> bool:
+        """Take ids as they are; say whether none of them was in use and all differ."""
+        before = len(self._taken)
+        self._taken.update(names)
+        return len(self._taken) == before + len(names)
 
     def __call__(self, wanted: str) -> str:
         """Return ``wanted`` or the first free id like it."""
