@@ -17,7 +17,7 @@ from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
 from cqos_core.matching.pairing import bridges_of
 from cqos_core.matching.peer_values import settled
-from cqos_core.matching.quiet import is_quiet
+from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.matching.topic_shape import QUIET, judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
@@ -88,16 +88,22 @@ def check_topic(
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     team = checks.get(id(endpoints[0].pack)) if checks else None
-    if len(endpoints) == 2 and is_quiet(*endpoints):  # noqa: PLR2004 - a pair
-        one, other = endpoints
-        found = TopicResult((one, other), QUIET, acceptances, team)
-        found.lonely = ()
-        if team is None and one.endpoint.participant != other.endpoint.participant:
-            found.made = ()
+    short = reporting_rules(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
+    if short is None or (acceptances and short[1]):
+        topic = settled(endpoints, acceptances)
+        found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
+        found.topic = topic
         return found
-    topic = settled(endpoints, acceptances)
-    found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
-    found.topic = topic
+    known, bits = short
+    outcomes = known.results.get(bits)
+    if outcomes is None:
+        outcomes = judge_shape(settled(endpoints, acceptances).shape)
+        known.keep(bits, outcomes)
+    one, other = endpoints
+    found = TopicResult((one, other), outcomes, acceptances, team)
+    found.lonely = ()
+    if outcomes is QUIET and team is None and one.endpoint.participant != other.endpoint.participant:
+        found.made = ()
     return found
 
 

@@ -50,8 +50,8 @@ class Surrounding:
     functions: dict[Surrounding, Compiled] = field(default_factory=dict)
 
 
-Ready: TypeAlias = "tuple[Callable[[Values, Values], int], int]"
-"""A function whose bits are of the rules that may report, and the bits that count."""
+Ready: TypeAlias = "tuple[Callable[[Values, Values], int], int, int]"
+"""A function whose bits are of the rules that may report, the bits that count, and those of rules that then report for certain."""
 Asking = Callable[["BoundRule", "QosProfile", "QosProfile"], "object | None"]
 """Asks one rule of two profiles; None where it has nothing to say."""
 
@@ -152,7 +152,7 @@ class _RuleSet:
         here, there = self.surrounding(first), self.surrounding(second, second=not self.one)
         function = here.functions.get(there)
         every = (1 << len(self.rules)) - 1
-        return function and (function.reporting, every & ~(here.passed | there.passed))
+        return function and (function.reporting, every & ~(here.passed | there.passed), function.exact)
 
     def may_report(self, first: QosProfile, second: QosProfile) -> int:
         """Return as bits the rules that report for certain or have to be asked."""

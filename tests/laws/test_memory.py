@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cqos_core.analysis import pair_judge
 from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
-from cqos_core.matching import judge, quiet, verdicts
+from cqos_core.matching import judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
@@ -27,7 +27,7 @@ def forget():
         bases._OVERRIDES,
         bases._PLAIN_NAMES,
         memory_module._NUMBERED,
-        quiet._TESTS,
+        plain_pairs._KNOWN,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
