@@ -169,11 +169,9 @@ class QosProfile:
 
     def with_known(self, known: Values) -> QosProfile:
         """Return the interned profile with other known values, none of them at `ProfileFrame.deciding`."""
-        key = (known, self.frame, self.beside, self.refused)
-        profile = _PROFILES.get(key)
-        if profile is None:
-            profile = _kept(key, QosProfile(self.pack, known, self.frame, self.beside, self.refused, self.unread))
-        return profile
+        # Most are new, and to make one in vain costs less than to hash all values twice.
+        profile = QosProfile(self.pack, known, self.frame, self.beside, self.refused, self.unread)
+        return _kept((known, self.frame, self.beside, self.refused), profile)
 
 
 _PROFILES: dict[tuple[object, ...], QosProfile] = {}
