@@ -23,8 +23,9 @@ from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack
 from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
 from cqos_core.packs.rule import forbids, matched_if, requires
+from tests.behaviour.drawing import model
 
 if TYPE_CHECKING:
     import random
@@ -560,3 +561,51 @@ def test_any_file_is_a_pack_or_a_list_of_problems(rng):
         if any(policy.name == "care" for policy in pack.policies):
             check_pair(pack.id, {"care": "usual", "delay": "0s"}, {"care": "best"}, packs=[pack])
     assert all(problem.message and problem.place is not None for problem in found)
+
+
+# Time
+
+TIMED = """
+cqos_pack: 1
+id: radio
+title: Radio
+policies:
+  beat: {kind: duration, default: infinite}
+  care: {kind: choice, values: [gone, held], default: gone}
+  fact: {kind: duration, level: topic}
+rules:
+  - {requires: offered(beat) <= requested(beat), code: RAD101, name: too-slow, because: a telegram is missed}
+timing: {gap: beat, kept: {care: [held]}}
+"""
+
+
+def test_a_pack_file_says_which_policies_say_something_about_time():
+    pack = read_pack(Source("radio.yaml", TIMED.encode()))
+    assert pack.timing == Timing(gap="beat", kept=("care", ("held",)))
+    drawing = model({"A": "s: start R/PT6H\n p: throw x beat=2s\n s -> p -> e", "B": "c: start x"}, protocol="radio")
+    report = check(drawing, importer="bpmn", packs=[pack])
+    assert [(each.code, each.sides[0].members) for each in report.findings if each.code.startswith("BP")] == [
+        ("BP101", ("p",))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ("{gap: beats}", "`gap` names `beats`, which is no policy"),
+        ("{gap: care}", "`gap` names `care`, but needs a duration of endpoints"),
+        ("{gap: fact}", "`gap` names `fact`, but needs a duration of endpoints"),
+        ("{depth: beat}", "`depth` names `beat`, but needs a count of endpoints"),
+        ("{latched: care}", "`latched` names `care`, but needs a policy of topics"),
+        ("{kept: {care: [kept]}}", "`kept`: "),
+        ("{kept: care}", "`timing.kept` must be a map, found `care`"),
+        ("{gaps: beat}", "`gaps` is no key here; did you mean `gap`?"),
+    ],
+)
+def test_what_says_nothing_about_time_is_reported_with_its_line(stated, message):
+    with pytest.raises(InputError) as raised:
+        read_pack(Source("radio.yaml", TIMED.replace("{gap: beat, kept: {care: [held]}}", stated).encode()))
+    (problem,) = raised.value.problems
+    assert message in problem.message
+    assert problem.place is not None
+    assert problem.place.line == TIMED.splitlines().index("timing: {gap: beat, kept: {care: [held]}}") + 1

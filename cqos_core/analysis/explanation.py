@@ -12,6 +12,7 @@ from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
+from cqos_core.checking.value_fixes import with_judged_fixes
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
@@ -75,7 +76,7 @@ def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport
     report, drawn = _explained(pipeline, publisher, subscriber), drawn_by(pipeline)
     if drawn is None:
         return report
-    behaviour = findings_of(drawn, pipeline.system)
+    behaviour = with_judged_fixes(findings_of(drawn, pipeline.system), pipeline.topics)
     found = [each for each in behaviour if {publisher, subscriber} & {*each.endpoints}]
     excluded = any(each.code in UNMET and subscriber in each.endpoints for each in found)
     return replace(

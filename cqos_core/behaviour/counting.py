@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.components import components, turns
 from cqos_core.behaviour.graph import ENTERED
 from cqos_core.behaviour.waiting import Waits, timer_wait
+from cqos_core.language.values import INFINITE
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Sequence
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
+    from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
     from cqos_core.model.flow import Timer
@@ -49,6 +52,11 @@ class Rate:
         return self.rate * gap < 1
 
     @property
+    def shortest_gap(self) -> int:
+        """The shortest gap in nanoseconds that need not be exceeded."""
+        return ceil(1 / self.rate) if self.rate else INFINITE
+
+    @property
     def mean_period(self) -> int | None:
         """The mean time between two of them is at least this many nanoseconds; None where there are finitely many."""
         return int(1 / self.rate) if self.rate else None
@@ -56,6 +64,7 @@ class Rate:
 
 NEVER: Final = Rate(Fraction(0))
 ONCE: Final = Rate(Fraction(1))
+_DEAD: Final = Rate(Fraction(0), signals=True)
 _ALONE: Final = Rate(Fraction(1), alone=True)
 
 
@@ -84,7 +93,18 @@ def scaled(bound: Rate | None, factor: int | None) -> Rate | None:
 
 _OUTSIDE: Final = frozenset({"signal", "message", "timer", "conditional"})
 _CHOOSING: Final = frozenset({"exclusive", "event_based"})
-_TURNING: Final = _CHOOSING | {"catch", "throw", "task", "call", "subprocess", "parallel", "inclusive", "boundary"}
+_TURNING: Final = _CHOOSING | {
+    "start",
+    "end",
+    "catch",
+    "throw",
+    "task",
+    "call",
+    "subprocess",
+    "parallel",
+    "inclusive",
+    "boundary",
+}
 """Kinds of nodes that a loop may consist of, where its turns are counted."""
 
 
@@ -95,9 +115,21 @@ class Counting:
         bounds: by position of a node how often it happens, or is entered; then those of topics.
     """
 
-    def __init__(self, graph: Graph, signals: Wiring) -> None:
-        """Count once."""
+    def __init__(
+        self, graph: Graph, signals: Wiring, happening: AbstractSet[int], earlier: Counting | None = None
+    ) -> None:
+        """Count once.
+
+        Args:
+            graph: the nodes.
+            signals: what they throw and catch.
+            happening: the nodes that may happen at all.
+            earlier: bounds that are known before, from which those of loops follow that wait for samples.
+        """
         self._graph = graph
+        self._happening = happening
+        self._earlier = earlier
+        self._leaving: dict[int, tuple[int, Rate]] = {}
         self._signals = signals
         self._waits = Waits(graph)
         self._size = len(graph.nodes)
@@ -125,12 +157,15 @@ class Counting:
         if at >= self._size:
             return graph.thrown_at[self._thrown[at - self._size]]
         node, parent = graph.nodes[at], graph.parent[at]
+        if at not in self._happening:
+            return []
         if node.kind == "process" or node.by_event:
             return [each for each in graph.inside[at] if graph.nodes[each].kind == "start"] or graph.calls[at]
         topics = [self._topics[each] for each in graph.catches[at] or () if each in self._topics]
         if node.kind == "boundary":
             activity = graph.attached[at]
-            return topics if activity is None else [*topics, activity]
+            activities = [] if activity is None else [activity]
+            return activities if node.interrupting else [*topics, *activities]
         if node.kind == "start" and graph.nodes[parent].by_event:
             return [*topics, graph.parent[parent]]
         if node.kind == "start" and graph.nodes[parent].kind == "process":
@@ -143,13 +178,16 @@ class Counting:
         if at >= self._size:
             return added(self.throws(each) for each in graph.thrown_at[self._thrown[at - self._size]])
         node = graph.nodes[at]
-        if not graph.drawn[at] or node.compensates or node.kind in {"unknown", "event_start", "transaction", "complex"}:
+        if at not in self._happening:
+            return _DEAD
+        open_ended = not graph.drawn[at] or graph.parent[at] in graph.loose
+        if open_ended or node.compensates or node.kind in {"unknown", "event_start", "transaction", "complex"}:
             return None
         if node.kind == "process" or node.by_event:
             return self._instances_of(at)
         if node.kind == "boundary":
             activity = graph.attached[at]
-            return None if activity is None else self._event(at, self.bounds[activity])
+            return None if activity is None else self._event(at, self._left(activity, at))
         if node.kind == "start":
             return self._start(at)
         if any(each.kind in {"link", "unknown"} for each in node.triggers if node.kind == "catch"):
@@ -157,10 +195,30 @@ class Counting:
         if not graph.before[at]:
             waits = node.kind == "event_based" or graph.is_alone(at)
             return None if waits else self._inside(graph.parent[at])
-        incoming = [self.bounds[each] for each in graph.before[at]]
-        if len(incoming) > 1 and node.kind == "parallel":
-            return tightest(incoming)
-        return None if len(incoming) > 1 and node.kind == "inclusive" else added(incoming)
+        if len(graph.before[at]) > 1 and node.kind == "parallel":
+            return tightest(self._left(each, at) for each in graph.before[at])
+        return added(self._coming(at))
+
+    def _coming(self, at: int, inside: AbstractSet[int] = frozenset()) -> list[Rate | None]:
+        """Return how often tokens come over the flows to a node from elsewhere than ``inside``."""
+        before = [each for each in self._graph.before[at] if each not in inside]
+        # A token leaves a loop over one of its ways.
+        loops = {self._leaving[each][0]: each for each in before if self._leaves_once(each)}
+        ways = [each for each in before if not self._leaves_once(each)]
+        return [self._left(each, at) for each in [*ways, *loops.values()]]
+
+    def _leaves_once(self, at: int) -> bool:
+        """Whether a token that comes into the loop of a node leaves it from there at most once."""
+        graph = self._graph
+        alone = graph.nodes[at].kind in _CHOOSING or (len(graph.after[at]) == 1 and not graph.throws[at])
+        return alone and at in self._leaving
+
+    def _left(self, at: int, following: int) -> Rate | None:
+        """Return how often tokens go from a node to what follows it, or to a boundary event of it."""
+        interrupts = self._graph.attached[following] == at and self._graph.nodes[following].interrupting
+        if (interrupts and at in self._leaving) or self._leaves_once(at):
+            return tightest([self.bounds[at], self._leaving[at][1]])
+        return self.bounds[at]
 
     def _instances_of(self, at: int) -> Rate | None:
         """Return how often a process or an event sub-process begins."""
@@ -225,38 +283,109 @@ class Counting:
         return tightest(bounds) if node.all_triggers else added(bounds)
 
     def _turn(self, group: Sequence[int]) -> None:
-        """Count the nodes of a loop: tokens that enter it and the least time of a turn."""
+        """Count the nodes of a loop: tokens that enter it, the least time of a turn, and the samples that each turn takes."""
         entering = self._entering(group)
-        if entering is None or entering.rate:
+        if entering is None:
+            return
+        self._leaving |= dict.fromkeys(group, (group[0], entering))
+        if entering.rate:
             return
         inside = set(group)
-        timers = [at for at in sorted(inside) if timer_wait(self._graph, at)][:_MOST_ORIGINS]
-        for at, time in turns(group, self._waits.steps).items():
+        timers = [at for at in sorted(inside) if at < self._size and timer_wait(self._graph, at)][:_MOST_ORIGINS]
+        for at, time in turns(group, self._steps).items():
             if time:
                 origins = tuple(timers) or entering.origins
                 self.bounds[at] = replace(entering, rate=entering.once / time, origins=origins)
+        for at, bound in self._sampled(group, entering).items():
+            self.bounds[at] = tightest([self.bounds[at], bound])
+
+    def _steps(self, at: int) -> Iterator[tuple[int, int]]:
+        """Yield what a token, or a sample that it sends, comes to next, with the least time until then."""
+        graph = self._graph
+        if at >= self._size:
+            yield from ((each, 0) for each in graph.caught_at.get(self._thrown[at - self._size], ()))
+        else:
+            yield from self._waits.steps(at)
+            yield from ((self._topics[each], 0) for each in graph.throws[at])
+
+    def _sampled(self, group: Sequence[int], entering: Rate) -> dict[int, Rate]:
+        """Return bounds of the nodes of a loop whose every turn takes a sample: one more turn than samples, for each token."""
+        taken = {at: bound for at in group if at < self._size and (bound := self._taken(at)) is not None}
+        rest = {at: [each for each, _ in self._steps(at) if each not in taken] for at in group if at not in taken}
+        inside = set(rest)
+        rest = {at: [each for each in following if each in inside] for at, following in rest.items()}
+        turning = {
+            at
+            for part in components(rest, rest.__getitem__)
+            for at in part
+            if len(part) > 1 or part[0] in rest[part[0]]
+        }
+        samples = added(taken.values())
+        if not taken or samples is None:
+            return {}
+        bound = added([entering, replace(samples.times(entering.once), signals=True)])
+        return {} if bound is None else dict.fromkeys(set(group) - turning, bound)
+
+    def _taken(self, at: int) -> Rate | None:
+        """Return how many samples come at most for one token at a catch that needs one; None also where one may come again."""
+        node, topics = self._graph.nodes[at], self._graph.catches[at]
+        heard = self._graph.heard(at)
+        needs = node.kind == "catch" or (node.kind == "boundary" and node.interrupting)
+        if self._earlier is None or not needs or not topics or any(each.kind != heard for each in node.triggers):
+            return None
+        if self._graph.replayed[at]:
+            return None
+        heard_bounds = [self._earlier.of_topic(topic) for topic in topics]
+        return tightest(heard_bounds) if node.all_triggers else added(heard_bounds)
 
     def _entering(self, group: Sequence[int]) -> Rate | None:
         """Return how many tokens enter a loop; None where there are more in it than that, or it is not understood."""
         graph, inside = self._graph, set(group)
         entering: list[Rate | None] = []
         for at in group:
-            if at >= self._size or not graph.drawn[at]:
-                return None
+            if at >= self._size:
+                entering += self._entering_samples(at, inside)
+                continue
             node = graph.nodes[at]
             links = any(each.kind in {"link", "unknown"} for each in node.triggers)
-            if node.kind not in _TURNING or node.compensates or node.by_event or links:
+            if (
+                node.kind not in _TURNING
+                or node.compensates
+                or node.by_event
+                or links
+                or not graph.drawn[at]
+                or graph.parent[at] in graph.loose
+            ):
                 return None
             staying = sum(1 for each in graph.after[at] if each in inside)
-            if staying > 1 and node.kind not in _CHOOSING:
+            staying += sum(1 for each in graph.throws[at] if self._topics[each] in inside)
+            if graph.parent[at] in inside or (staying > 1 and node.kind not in _CHOOSING):
                 return None
             if node.kind == "boundary":
                 if not node.interrupting or not _OUTSIDE.issuperset({each.kind for each in node.triggers}):
                     return None
-            elif node.kind == "inclusive" and len(graph.before[at]) > 1:
-                return None
-            entering += [self.bounds[each] for each in graph.before[at] if each not in inside]
+            elif node.kind == "start":
+                entering.append(self._starting(at, inside))
+            entering += self._coming(at, inside)
         return added(entering)
+
+    def _entering_samples(self, at: int, inside: AbstractSet[int]) -> list[Rate | None]:
+        """Return how many samples come to a topic of a loop from elsewhere; one of the loop starts one process of it."""
+        graph, topic = self._graph, self._thrown[at - self._size]
+        starts = [each for each in graph.caught_at.get(topic, ()) if each in inside]
+        if len(starts) != 1 or self._signals.is_open(topic):
+            return [None]
+        return [self.throws(each) for each in graph.thrown_at[topic] if each not in inside]
+
+    def _starting(self, at: int, inside: AbstractSet[int]) -> Rate | None:
+        """Return how often a process of a loop is started by anything else than the samples of the loop."""
+        graph, node = self._graph, self._graph.nodes[at]
+        topics, process = graph.catches[at], graph.parent[at]
+        kinds = {each.kind for each in node.triggers}
+        plain = graph.nodes[process].kind == "process" and not node.all_triggers and kinds == {graph.heard(at)}
+        if not plain or not topics or self._several(process) != 1:
+            return None
+        return added(self.of_topic(each) for each in topics if self._topics.get(each) not in inside)
 
 
 def _of_timer(timer: Timer, each: Rate, at: int) -> Rate | None:

@@ -13,7 +13,7 @@ from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
 from cqos_core.model.codes import CODES
-from cqos_core.model.report import Finding, Severity, Side
+from cqos_core.model.report import Finding, Remedy, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.analysis import Behaviour
     from cqos_core.behaviour.graph import EndpointKey
+    from cqos_core.language.values import Plain
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.report import Verdict
@@ -55,9 +56,13 @@ class Drawn:
         thrown: dict[EndpointKey, set[Hashable]] = {}
         caught: dict[EndpointKey, set[Hashable]] = {}
         others: set[Hashable] = set()
+        replayed: set[EndpointKey] = set()
         for topic, ends in self.topics.items():
+            kept = any(each.role == PUBLISHER and _may_be_kept(each) for each in ends)
             for each in ends:
                 key = self._names.key(each)
+                if key is not None and kept and each.role == SUBSCRIBER and _may_be_kept(each):
+                    replayed.add(key)
                 if each.external or (key is None and each.role == PUBLISHER):
                     others.add(topic)
                 if key is not None:
@@ -68,6 +73,7 @@ class Drawn:
             {key: frozenset(topics) for key, topics in thrown.items()},
             {key: frozenset(topics) for key, topics in caught.items()},
             frozenset(others),
+            frozenset(replayed),
             anything,
         )
 
@@ -147,6 +153,12 @@ def is_one_of(end: Resolved, meaning: tuple[str, tuple[str, ...]]) -> bool | Non
     return value in {domain.parse(text) for text in texts} if isinstance(value, (int, str)) else None
 
 
+def _may_be_kept(end: Resolved) -> bool:
+    """Whether samples may be kept for subscribers that come later, as far as one end says."""
+    kept = end.pack.timing.kept
+    return not kept[0] or is_one_of(end, kept) is not False
+
+
 def needed(end: Resolved, word: str) -> int | None:
     """Return what an endpoint requires of a guarantee, None where it requires nothing or that is not known."""
     index, nothing = end.pack.needs.get(word, (None, None))
@@ -170,6 +182,7 @@ def behaviour_finding(
     assumed: Iterable[str] = (),
     worlds: Mapping[str, Verdict] = MappingProxyType({}),
     severity: Severity | None = None,
+    fix: Remedy | None = None,
 ) -> Finding:
     """Make a finding about endpoints of one role.
 
@@ -183,6 +196,7 @@ def behaviour_finding(
         assumed: what the claim rests on.
         worlds: for a claim that depends on a reading, the verdict of each.
         severity: where it is not that of the code.
+        fix: of `draft`.
     """
     info = CODES[code]
     ends = sorted(ends, key=lambda each: each.id)
@@ -202,4 +216,21 @@ def behaviour_finding(
         because=info.reason,
         help=info.help,
         worlds=worlds,
+        remedies=() if fix is None else (fix,),
+    )
+
+
+def draft(ends: Sequence[Resolved], policy: str, value: Plain) -> Remedy | None:
+    """Return a change of a policy of some endpoints that ends a finding. What else it does is not known yet."""
+    first = ends[0]
+    if (ENDPOINT, policy) not in first.pack.vocabulary.indices:
+        return None
+    members = tuple(sorted({each.id for each in ends}))
+    return Remedy(
+        PUBLISHER if first.role == PUBLISHER else SUBSCRIBER,
+        members,
+        policy,
+        first.pack.policy(policy).domain.format(value),
+        "configuration",
+        "",
     )

@@ -9,7 +9,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Hashable, Iterator, Mapping, Sequence
 
     from cqos_core.model.flow import ControlFlow, FlowNode, TriggerKind
 
@@ -27,12 +27,14 @@ class Wiring:
         thrown: the topics to which an endpoint publishes.
         caught: the topics from which an endpoint takes samples.
         others: topics on which something else may publish than the processes of the model.
+        replayed: endpoints that may get a sample again that was sent before, each time that they subscribe.
         anything: some publisher has a topic that is not known, so it may publish on all of them.
     """
 
     thrown: Mapping[EndpointKey, frozenset[Hashable]]
     caught: Mapping[EndpointKey, frozenset[Hashable]]
     others: frozenset[Hashable] = frozenset()
+    replayed: frozenset[EndpointKey] = frozenset()
     anything: bool = False
 
     def is_open(self, topic: Hashable) -> bool:
@@ -56,7 +58,9 @@ class Graph:
         calls: the call activities that run a process.
         throws: topics to which a node throws.
         catches: topics from which a node catches; None where they are not known.
+        replayed: a catch may get a sample again for each token.
         drawn: the process around the node draws flows, so that what it does not draw does not happen.
+        loose: processes and sub-processes in which a flow leads to a node that is not there, so it may lead to any node.
         called_anywhere: a call activity runs a process whose name is computed.
     """
 
@@ -73,9 +77,11 @@ class Graph:
     calls: list[list[int]] = field(default_factory=list)
     throws: list[frozenset[Hashable]] = field(default_factory=list)
     catches: list[frozenset[Hashable] | None] = field(default_factory=list)
+    replayed: list[bool] = field(default_factory=list)
     drawn: list[bool] = field(default_factory=list)
     thrown_at: dict[Hashable, list[int]] = field(default_factory=dict)
     caught_at: dict[Hashable, list[int]] = field(default_factory=dict)
+    loose: set[int] = field(default_factory=set)
     called_anywhere: bool = False
 
     def is_entry(self, at: int) -> bool:
@@ -91,6 +97,14 @@ class Graph:
         """Return the kind of the triggers for which the endpoints of a node stand; other triggers come from elsewhere."""
         return "signal" if any(each.kind == "signal" for each in self.nodes[at].triggers) else "message"
 
+    def within(self, process: int) -> Iterator[int]:
+        """Yield all nodes that are in a process, at any depth."""
+        waiting = [process]
+        while waiting:
+            at = waiting.pop()
+            yield from self.inside[at]
+            waiting += self.inside[at]
+
     def is_alone(self, at: int) -> bool:
         """Whether no flow leads to a node or from it."""
         return not (self.before[at] or self.after[at])
@@ -103,6 +117,8 @@ def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
         _add(graph, flow, signals)
     _call(graph)
     for at, node in enumerate(graph.nodes):
+        if node.kind == "unknown" and graph.before[at] and not graph.after[at]:
+            graph.loose.add(graph.parent[at])
         for topic in graph.throws[at]:
             graph.thrown_at.setdefault(topic, []).append(at)
         if node.kind in {"start", "catch", "boundary"}:
@@ -124,6 +140,7 @@ def _add(graph: Graph, flow: ControlFlow, signals: Wiring) -> None:
             lists.append([])
         keys = [(flow.source, each) for each in node.endpoints]
         graph.throws.append(frozenset(topic for key in keys for topic in signals.thrown.get(key, ())))
+        graph.replayed.append(any(key in signals.replayed for key in keys))
         known = bool(keys) and all(signals.caught.get(key) for key in keys)
         graph.catches.append(frozenset(topic for key in keys for topic in signals.caught[key]) if known else None)
     size = len(graph.nodes)

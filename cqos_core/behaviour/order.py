@@ -102,6 +102,7 @@ class Order:
             for each in node.triggers if node.kind in {"throw", "end"} else ():
                 steps[at] += [(to, 0) for to in links.get((graph.process[at], each.link), ()) if each.kind == "link"]
             loose = node.kind in {"unknown", "event_start", "process"} or node.compensates or not graph.drawn[at]
+            loose = loose or graph.parent[at] in graph.loose
             linked = node.kind == "catch" and any(each.kind == "link" for each in node.triggers)
             if loose or linked or (node.kind == "boundary" and graph.attached[at] is None):
                 steps[root].append((at, 0))

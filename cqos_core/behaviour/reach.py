@@ -1,22 +1,33 @@
 """Which events may ever happen: the least set of nodes, with every condition, delay and message as favourable as possible.
 
 What is not in it happens in no run (BPMN 2.0.2, 13.2 to 13.5).
+
+A wait that ends at most once in a run gives more: what happens only after it has ended does not end it. The search therefore knows of
+each node which of these waits have certainly ended when the node happens. It keeps them as the bits of a number. They only become
+fewer in the search, as more ways to the node are found. So the search ends, and an event is passed over only for good reason. By
+induction over the time of a run: what happens is in the set, and the waits of its number have ended.
 """
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import and_, or_
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable
+    from collections.abc import Callable, Hashable, Mapping
     from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
 
 _WAITING: Final = frozenset({"start", "catch", "boundary"})
+_MOST_WAITS: Final = 256
+"""How many waits are followed; later ones may be ended by anything."""
+_BUDGET: Final = 20
+"""How many steps altogether, for each node of the model; where a search takes more, no wait is followed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,23 +45,56 @@ class Reached:
     thrown: AbstractSet[Hashable]
 
 
-def reached(graph: Graph, signals: Wiring, *, missing: bool) -> Reached:
-    """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes."""
-    return _Search(graph, signals, missing=missing).run()
+def reached(graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int] | None = None) -> Reached:
+    """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes; ``waits`` of `single_waits`."""
+    if waits:
+        search = _Search(graph, signals, missing=missing, waits=waits)
+        if search.run(_BUDGET * len(graph.nodes)):
+            return search.found()
+    search = _Search(graph, signals, missing=missing, waits={})
+    search.run()
+    return search.found()
+
+
+def single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
+    """Return what ends waits that end at most once in a run: its node, and the bit of the wait.
+
+    The wait of a catch behind an event-based gateway is that of the gateway. That of a boundary event ends with its activity.
+
+    Args:
+        graph: the nodes.
+        is_single: whether a token comes to a node at most once in a run.
+    """
+    waits: dict[int, int] = {}
+    for at, node in enumerate(graph.nodes):
+        if node.kind not in {"catch", "boundary"} or not graph.catches[at]:
+            continue
+        activity = graph.attached[at]
+        owner = _gateway(graph, at) if activity is None else activity
+        if owner not in waits and len(waits) < _MOST_WAITS and is_single(owner):
+            waits[owner] = 1 << len(waits)
+    return waits
+
+
+def _gateway(graph: Graph, at: int) -> int:
+    """Return the node where a token waits for a catch: the event-based gateway before it, or the catch."""
+    before = graph.before[at]
+    return before[0] if len(before) == 1 and graph.nodes[before[0]].kind == "event_based" else at
 
 
 class _Search:
     """One search from all that happens by itself."""
 
-    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool) -> None:
+    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int]) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing
-        self._arrived: set[int] = set()
-        self._fired: set[int] = set()
-        self._thrown: set[Hashable] = set()
-        self._incoming: dict[int, int] = {}
-        self._waiting: list[int] = []
+        self._waits = waits
+        self._arrived: dict[int, int] = {}
+        self._fired: dict[int, int] = {}
+        self._thrown: dict[Hashable, int] = {}
+        self._incoming: dict[int, dict[int, int]] = {}
+        self._waiting: dict[int, None] = {}
         links: dict[tuple[int, str], list[int]] = {}
         for at, node in enumerate(graph.nodes):
             if node.kind == "catch":
@@ -59,8 +103,12 @@ class _Search:
                         links.setdefault((graph.process[at], each.link), []).append(at)
         self._links = links
 
-    def run(self) -> Reached:
-        """Return what is reached in the end."""
+    def found(self) -> Reached:
+        """Return what is reached."""
+        return Reached(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
+
+    def run(self, budget: int | None = None) -> bool:
+        """Search to the end; return whether that took no more steps than the budget. Without waits each node is one step."""
         graph = self._graph
         linked = {
             (graph.process[at], each.link)
@@ -72,16 +120,19 @@ class _Search:
             open_ended = not graph.drawn[at] or node.kind in {"unknown", "event_start"}
             unattached = node.kind == "boundary" and graph.attached[at] is None
             if open_ended or unattached or (node.kind == "process" and self._runs_alone(at)):
-                self._fire(at)
+                self._fire(at, 0)
             elif node.kind == "start" and graph.nodes[graph.parent[at]].kind == "process":
                 self._start(at)
         for key, catches in self._links.items():
             if key not in linked:
                 for at in catches:
-                    self._fire(at)
-        while self._waiting:
-            self._follow(self._waiting.pop())
-        return Reached(self._arrived, self._fired, self._thrown)
+                    self._fire(at, 0)
+        while self._waiting and budget != 0:
+            budget = None if budget is None else budget - 1
+            at = next(iter(self._waiting))
+            del self._waiting[at]
+            self._follow(at)
+        return not self._waiting
 
     def _runs_alone(self, process: int) -> bool:
         """Whether a process without any start event begins by itself."""
@@ -94,66 +145,103 @@ class _Search:
         node = self._graph.nodes[at]
         own = self._graph.nodes[self._graph.process[at]].has_pool or self._graph.called_anywhere
         if node.triggers or own:
-            self._arrive(at)
+            self._arrive(at, 0)
 
-    def _arrive(self, at: int) -> None:
-        """Put a token on a node, or let it wait."""
-        if at in self._arrived:
+    def _arrive(self, at: int, ended: int) -> None:
+        """Put a token on a node, or let it wait, when some waits have ended."""
+        known = self._arrived.get(at)
+        if known is not None:
+            ended &= known
+        if ended == known:
             return
-        self._arrived.add(at)
-        if self._graph.nodes[at].kind not in _WAITING or self._may_happen(at):
-            self._fire(at)
+        self._arrived[at] = ended
+        if self._graph.nodes[at].kind in _WAITING:
+            self._await(at)
+        else:
+            self._fire(at, ended)
 
-    def _may_happen(self, at: int) -> bool:
-        """Whether what an event waits for may come."""
+    def _await(self, at: int) -> None:
+        """Let an event happen for which a token waits, where what it waits for may come."""
+        graph, node = self._graph, self._graph.nodes[at]
+        activity = graph.attached[at]
+        owner = activity if activity is not None else _gateway(graph, at) if node.kind == "catch" else at
+        wait = self._waits.get(owner, 0)
+        heard = self._heard(at, wait)
+        if heard is not None:
+            ends = wait if activity is None or node.interrupting else 0
+            self._fire(at, self._arrived[at] | heard | ends)
+
+    def _heard(self, at: int, wait: int) -> int | None:
+        """Return which waits have ended when what an event waits for comes; None where it does not come as long as its own wait lasts."""
         node, topics = self._graph.nodes[at], self._graph.catches[at]
         heard = self._graph.heard(at)
-        others = [each for each in node.triggers if each.kind != heard]
+        others = any(each.kind != heard for each in node.triggers)
         if not topics or (others and not node.all_triggers):
-            return True
-        met = [self._comes(topic) for topic in topics]
-        return all(met) if node.all_triggers else any(met)
+            return 0
+        came = [ended for topic in topics if (ended := self._comes(topic)) is not None and not ended & wait]
+        if node.all_triggers:
+            return reduce(or_, came) if len(came) == len(topics) else None
+        return reduce(and_, came) if came else None
 
-    def _comes(self, topic: Hashable) -> bool:
+    def _comes(self, topic: Hashable) -> int | None:
         missing = self._missing and topic not in self._graph.thrown_at
-        return topic in self._thrown or missing or self._signals.is_open(topic)
+        return 0 if missing or self._signals.is_open(topic) else self._thrown.get(topic)
 
-    def _fire(self, at: int) -> None:
-        if at not in self._fired:
-            self._arrived.add(at)
-            self._fired.add(at)
-            self._waiting.append(at)
+    def _fire(self, at: int, ended: int) -> None:
+        known = self._fired.get(at)
+        if known is not None:
+            ended &= known
+        if ended != known:
+            self._arrived.setdefault(at, ended)
+            self._fired[at] = ended
+            self._waiting[at] = None
 
     def _follow(self, at: int) -> None:
         """Do what follows when a node happens."""
-        graph, node = self._graph, self._graph.nodes[at]
+        graph, node, ended = self._graph, self._graph.nodes[at], self._fired[at]
         for event in graph.boundary[at]:
-            self._arrive(event)
+            self._arrive(event, ended)
+        left = ended | self._waits.get(at, 0) if graph.boundary[at] else ended
         for following in graph.after[at]:
-            self._step(following)
+            self._step(at, following, left)
+        if at in graph.loose:
+            for inside in graph.inside[at]:
+                self._arrive(inside, 0)
         if node.kind in WITHIN:
-            self._enter(at)
+            self._enter(at, ended)
         for process in graph.called[at]:
-            self._call(process)
+            self._call(process, ended)
         if node.kind == "start":
-            self._fire(graph.parent[at])
+            self._fire(graph.parent[at], ended)
         if node.kind in {"throw", "end"}:
             for each in node.triggers:
                 for catch in self._links.get((graph.process[at], each.link), ()) if each.kind == "link" else ():
-                    self._fire(catch)
-        for topic in graph.throws[at] - self._thrown:
-            self._thrown.add(topic)
-            for catch in graph.caught_at.get(topic, ()):
-                if catch in self._arrived and self._may_happen(catch):
-                    self._fire(catch)
+                    self._fire(catch, ended)
+        for topic in graph.throws[at]:
+            self._throw(topic, ended)
 
-    def _step(self, at: int) -> None:
+    def _throw(self, topic: Hashable, ended: int) -> None:
+        """Publish on a topic."""
+        known = self._thrown.get(topic)
+        if known is not None:
+            ended &= known
+        if ended != known:
+            self._thrown[topic] = ended
+            for catch in self._graph.caught_at.get(topic, ()):
+                if catch in self._arrived:
+                    self._await(catch)
+
+    def _step(self, source: int, at: int, ended: int) -> None:
         """Let a token come over one more flow."""
-        self._incoming[at] = self._incoming.get(at, 0) + 1
-        if self._graph.nodes[at].kind != "parallel" or self._incoming[at] == len(self._graph.before[at]):
-            self._arrive(at)
+        if self._graph.nodes[at].kind == "parallel":
+            came = self._incoming.setdefault(at, {})
+            came[source] = ended
+            if len(came) < len(set(self._graph.before[at])):
+                return
+            ended = reduce(or_, came.values())
+        self._arrive(at, ended)
 
-    def _enter(self, at: int) -> None:
+    def _enter(self, at: int, ended: int) -> None:
         """Begin what is in a process or a sub-process."""
         graph = self._graph
         anyhow = graph.nodes[at].kind in {"adhoc", "transaction"}
@@ -162,16 +250,16 @@ class _Search:
             if node.by_event:
                 for each in graph.inside[inside]:
                     if graph.nodes[each].kind == "start":
-                        self._arrive(each)
+                        self._arrive(each, ended)
             elif anyhow or node.compensates or graph.is_entry(inside):
-                self._arrive(inside)
+                self._arrive(inside, ended)
 
-    def _call(self, process: int) -> None:
+    def _call(self, process: int, ended: int) -> None:
         """Begin a process that a call activity runs."""
         graph = self._graph
         starts = [at for at in graph.inside[process] if graph.nodes[at].kind in {"start", "event_start"}]
         for at in starts:
             if not graph.nodes[at].triggers:
-                self._fire(at)
+                self._fire(at, ended)
         if not starts:
-            self._fire(process)
+            self._fire(process, ended)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
 from cqos_core.behaviour.sequences import AT_TOKEN, BUFFERED, OPTION, OWNER
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.report import Verdict
@@ -118,7 +118,7 @@ def _bursts(drawn: Drawn) -> Iterator[Finding]:
                         f"subscriber `{end.id}` needs loss_free, but publisher `{publisher.id}` sends {size} samples at once "
                         f"and keeps {depth}"
                     )
-                    yield behaviour_finding("BP109", message, [end])
+                    yield behaviour_finding("BP109", message, [end], fix=draft([publisher], timing.depth, size))
 
 
 def _burst(drawn: Drawn, at: int, topic: Hashable) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.drawn import THROWN, behaviour_finding, finite, is_one_of, time_text
+from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, time_text
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Side, Verdict
@@ -23,6 +23,7 @@ OPTION: Final = "catch"
 AT_TOKEN, UNBUFFERED, BUFFERED = READINGS = ("at_token", "standing_unbuffered", "standing_buffered")
 """What becomes of a sample that comes while no token waits for it: values of the option ``bpmn.catch``."""
 _CLOCKS: Final = "the clocks of both devices agree"
+_IN_ORDER: Final = "samples of different topics arrive in the order in which they are sent"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,8 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
         life_of = Side(
             PUBLISHER, (publisher.id,), THROWN, (fact(publisher, publisher.profile, index),), publisher.endpoint.place
         )
-        yield behaviour_finding("BP106", message, [subscriber], beside=[life_of], assumed=[*assumed, _CLOCKS])
+        fix = draft([publisher], timing.lifespan, once.age)
+        yield behaviour_finding("BP106", message, [subscriber], beside=[life_of], assumed=[*assumed, _CLOCKS], fix=fix)
         return
     kept = [is_one_of(each, timing.kept) for each in (publisher, subscriber)]
     certain = [is_one_of(each, timing.certain) for each in (publisher, subscriber)]
@@ -109,10 +111,18 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     names = " and ".join(name for name, is_lost in lost.items() if is_lost)
     message = f"{sent} before a token waits for it at `{subscriber.id}`, so it never arrives with {names}"
     policies = [timing.kept[0]]
-    severity = Severity.ERROR if reading is not None else None
+    # A sample that is sent just before may be under way for as long.
+    severity = Severity.ERROR if reading is not None and once.age else None
+    under_way = f"a sample is under way for less than {time_text(once.age)}" if once.age else _IN_ORDER
     worlds = {} if reading is not None else worlds
     yield behaviour_finding(
-        "BP107", message, [subscriber], policies=policies, worlds=worlds, assumed=assumed, severity=severity
+        "BP107",
+        message,
+        [subscriber],
+        policies=policies,
+        worlds=worlds,
+        assumed=[*assumed, under_way],
+        severity=severity,
     )
 
 

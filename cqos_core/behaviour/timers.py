@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.counting import added
-from cqos_core.behaviour.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
 from cqos_core.model.report import Fact, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -65,7 +65,8 @@ def _offered(drawn: Drawn, ends: Sequence[Resolved]) -> Iterator[Finding]:
     message = f"{subject} {promised}, but sends {often(bound)}{why(drawn, bound)}"
     code = "BP101" if bound.rate else "BP103"
     notes = assumed(bound, max(known))
-    yield behaviour_finding(code, message, ends, policies=[timing.gap], beside=timers_of(drawn, bound), assumed=notes)
+    timers, fix = timers_of(drawn, bound), draft(ends, timing.gap, bound.shortest_gap)
+    yield behaviour_finding(code, message, ends, policies=[timing.gap], beside=timers, assumed=notes, fix=fix)
 
 
 def _owners(drawn: Drawn, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
@@ -116,7 +117,8 @@ def _manual(drawn: Drawn, ends: Sequence[Resolved], sending: Sequence[Resolved])
         ]
         policies = [timing.asserted_on_topic[0], timing.lease]
         timers = timers_of(drawn, bound)
-        yield behaviour_finding("BP105", message, [end], policies=policies, beside=timers, assumed=notes)
+        fix = draft([end], timing.lease, bound.shortest_gap)
+        yield behaviour_finding("BP105", message, [end], policies=policies, beside=timers, assumed=notes, fix=fix)
         return
 
 
@@ -133,7 +135,8 @@ def _requested(drawn: Drawn, topics: Iterable[Hashable], end: Resolved) -> Itera
     if gap is not None and bound.excludes(gap):
         message = f"{_subject([end])} requests {timing.gap} {time_text(gap)}, {sent}"
         notes = assumed(bound, gap, outside=end.shown)
-        yield behaviour_finding("BP102", message, [end], policies=[timing.gap], beside=timers, assumed=notes)
+        fix = draft([end], timing.gap, bound.shortest_gap)
+        yield behaviour_finding("BP102", message, [end], policies=[timing.gap], beside=timers, assumed=notes, fix=fix)
     if required is not None and bound.excludes(required):
         message = f"{_subject([end])} needs max_gap {time_text(required)}, {sent}"
         notes = assumed(bound, required, outside=end.shown)

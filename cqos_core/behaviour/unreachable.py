@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.drawn import behaviour_finding
-from cqos_core.model.report import Severity
+from cqos_core.model.report import Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 
 _LONGEST = 6
 _COMPLETE = "all files of the system are given"
+_ORDERED = (
+    _COMPLETE,
+    "a process whose start has no trigger runs once in each participant",
+    "no other program publishes the signals that processes wait for",
+)
 
 
 def unreachable_findings(drawn: Drawn) -> list[Finding]:
@@ -40,10 +45,30 @@ def _never_thrown(drawn: Drawn, reached: Reached, louder: Reached | None) -> Ite
         if not publishers or not subscribers:
             continue
         way = _waiting(drawn, reached, topic)
+        late = louder is None and topic in drawn.behaviour.reached_anyhow.thrown
         message = f"no run publishes on `{publishers[0].shown}`{': ' if way else ''}{way}"
-        yield behaviour_finding("BP110", message, publishers, assumed=[_COMPLETE], severity=severity)
+        beside, assumed = _never_started(drawn, reached, topic), _ORDERED if late else (_COMPLETE,)
+        least = Severity.WARNING if late else severity
+        yield behaviour_finding("BP110", message, publishers, beside=beside, assumed=assumed, severity=least)
         if louder is not None:
             yield from _dead_throws(drawn, reached, throws)
+
+
+def _never_started(drawn: Drawn, reached: Reached, topic: Hashable) -> Iterator[Side]:
+    """Yield the other events of the processes that only samples of a topic start."""
+    graph = drawn.behaviour.graph
+    starts = [at for at in graph.caught_at.get(topic, ()) if graph.nodes[at].kind == "start"]
+    processes = {graph.process[at] for at in starts if graph.process[at] not in reached.fired}
+    for process in sorted(processes):
+        ends = [
+            end
+            for at in graph.within(process)
+            if graph.nodes[at].kind != "start" and topic not in graph.throws[at]
+            for end in drawn.ends(at)
+        ]
+        if ends:
+            members = tuple(dict.fromkeys(each.id for each in ends))
+            yield Side("event", members, "never happens either", place=ends[0].endpoint.place)
 
 
 def _waiting(drawn: Drawn, reached: Reached, topic: Hashable) -> str:
@@ -93,8 +118,24 @@ def _dead_events(drawn: Drawn, reached: Reached) -> Iterator[Finding]:
     for at, node in enumerate(graph.nodes):
         ends = drawn.ends(at) if node.kind in {"catch", "boundary"} else ()
         if ends and at not in reached.arrived and graph.process[at] in reached.fired:
-            message = f"no token reaches `{node.id}`, so it never waits for `{ends[0].shown}`"
-            yield behaviour_finding("BP112", message, ends, assumed=[_COMPLETE])
+            late, assumed = _in_vain(drawn, at, ordered=at in drawn.behaviour.reached_anyhow.arrived)
+            message = f"no token reaches `{node.id}`, so it never waits for `{ends[0].shown}`{late}"
+            yield behaviour_finding("BP112", message, ends, assumed=assumed)
+
+
+def _in_vain(drawn: Drawn, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
+    """Name the wait before an event that nothing ends in time, where the order of events excludes it; return the assumptions too."""
+    if not ordered:
+        return "", (_COMPLETE,)
+    graph, reached = drawn.behaviour.graph, drawn.behaviour.reached
+    catch = _blocking(drawn, reached, at)
+    ends = [] if catch is None else [each for each in drawn.ends(catch) if each.role == SUBSCRIBER]
+    if catch is None or not ends:
+        return "", _ORDERED
+    return (
+        f": all that publishes `{ends[0].shown}` happens only after `{graph.nodes[catch].id}` has stopped waiting",
+        _ORDERED,
+    )
 
 
 def _dead_throws(drawn: Drawn, reached: Reached, throws: list[int]) -> Iterator[Finding]:
@@ -102,6 +143,8 @@ def _dead_throws(drawn: Drawn, reached: Reached, throws: list[int]) -> Iterator[
     for at in throws:
         ends = [each for each in drawn.ends(at) if each.role == PUBLISHER]
         if ends and at not in reached.fired and graph.process[at] in reached.fired:
-            severity = Severity.WARNING if at in certain.fired else None
-            message = f"no token reaches `{graph.nodes[at].id}`, so it never publishes on `{ends[0].shown}`"
-            yield behaviour_finding("BP111", message, ends, assumed=[_COMPLETE], severity=severity)
+            ordered = reached is certain and at in drawn.behaviour.reached_anyhow.fired
+            late, assumed = _in_vain(drawn, at, ordered=ordered)
+            severity = Severity.WARNING if ordered or at in certain.fired else None
+            message = f"no token reaches `{graph.nodes[at].id}`, so it never publishes on `{ends[0].shown}`{late}"
+            yield behaviour_finding("BP111", message, ends, assumed=assumed, severity=severity)

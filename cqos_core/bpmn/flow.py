@@ -13,6 +13,7 @@ from cqos_core.bpmn.document import (
     CALL_ACTIVITY,
     DEFINITION_REFERENCE,
     EXTENSIONS,
+    MESSAGE_FLOW,
     PROCESS,
     ZEEBE_CALL,
     identity,
@@ -25,7 +26,7 @@ from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Ti
 from cqos_core.model.later import later
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.participants import Pools
@@ -64,6 +65,8 @@ _TRIGGERS: Final = frozenset(
     | {"error", "escalation", "compensation", "cancel", "terminate"}
 )
 _SIGNAL: Final = (Trigger("signal"),)
+_UNKNOWN: Final = Trigger("unknown")
+_CATCHES: Final = frozenset({"start", "catch", "boundary"})
 
 
 def read_flow(reading: DiagramReading, endpoints: Endpoints, pools: Pools) -> None:
@@ -85,6 +88,7 @@ class _Drawing:
         self._flows: list[tuple[Element, int]] = []
         self._attached: list[tuple[int, str]] = []
         self._calls: list[tuple[int, Element]] = []
+        self._received: set[str] | None = None
 
     def flow(self) -> ControlFlow:
         """Return the graph."""
@@ -157,6 +161,9 @@ class _Drawing:
         if local in _STARTING and _is(element, "instantiate"):
             kind = "event_start"
         triggers = tuple(self._triggers(element)) if kind in _EVENTS else ()
+        ids = self._endpoints.of(element)
+        if ids and kind in _CATCHES and self._may_come_from_elsewhere(element, triggers):
+            triggers = (*triggers, _UNKNOWN)
         times, least = _times(element) if kind in _ACTIVITIES else (1, 1)
         timed = any(each.timer is not None for each in triggers)
         return FlowNode(
@@ -171,17 +178,26 @@ class _Drawing:
             least_times=least,
             called=self._called(element) if element.tag == CALL_ACTIVITY else "",
             compensates=_is(element, "isForCompensation"),
-            endpoints=self._endpoints.of(element),
+            endpoints=ids,
             label=fold(element.get("name")) if timed else "",
             place=self._document.place(element) if timed else None,
         )
+
+    def _may_come_from_elsewhere(self, event: Element, triggers: Sequence[Trigger]) -> bool:
+        """Whether an event takes a message that no message flow brings: its sender may be drawn nowhere."""
+        if not any(each.kind == "message" for each in triggers):
+            return False
+        if self._received is None:
+            ends = (flow.get("targetRef") or "" for flow in self._document.all(MESSAGE_FLOW))
+            self._received = {each.strip().rpartition(":")[2] for each in ends}
+        return (identity(event) or "").rpartition(":")[2] not in self._received
 
     def _triggers(self, event: Element) -> Iterator[Trigger]:
         for child in event.iterchildren(f"{BPMN}*"):
             referred = child.tag == DEFINITION_REFERENCE
             found = look_up(self._document.definitions, child.text or "", child) if referred else child
             if found is None:
-                yield Trigger("unknown")
+                yield _UNKNOWN
                 continue
             kind, ending, _ = split(str(found.tag))[1].partition("EventDefinition")
             if not ending:

@@ -347,6 +347,7 @@ def judge_topics(
         problems += budget_findings(pipeline)
     if system.flows:
         from cqos_core.behaviour.findings import behaviour_findings
+        from cqos_core.checking.value_fixes import with_judged_fixes
 
-        problems += behaviour_findings(pipeline)
+        problems += with_judged_fixes(behaviour_findings(pipeline), topics)
     return JudgedTopics(results, teams, problems, excused)

@@ -264,6 +264,19 @@ def _remedy(
     ]
 
 
+def allowed_change(
+    topic: MatchedTopic,
+    role: Role,
+    groups: list[EndpointGroup],
+    others: Sequence[EndpointGroup],
+    index: int,
+    value: Plain,
+) -> list[Remedy]:
+    """Return the change of groups to a value, unless it brings an error or breaks a pair with the ``others``, or nothing can make it."""
+    found = _remedy(topic, role, groups, index, value) if _may(role, groups, (), others, index, value) else []
+    return [each for each in found if each.breaks == 0]
+
+
 def takes(endpoint: Resolved, index: int) -> bool:
     """Whether another value of a policy changes anything of an endpoint."""
     if endpoint.origin(index)[0] == "ignored by the middleware":

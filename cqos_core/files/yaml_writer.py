@@ -60,7 +60,12 @@ def write(system: System, context: ExportContext) -> Exported:
     form = _SystemFile(design)
     text = document(form.document(), _head(system))
     expressed = len(design.system.endpoints) or len(design.system.profiles)
-    return Exported(text, expressed, (*design.notes, *form.notes, *_unsaid(system)))
+    drawn = sum(len(flow.nodes) for flow in system.flows)
+    flows = [_NO_FLOWS.format(drawn)] if drawn else []
+    return Exported(text, expressed, (*design.notes, *form.notes, *_unsaid(system), *flows))
+
+
+_NO_FLOWS: Final = "control flow is left out, {} nodes: a system file has no form for it, so a check of it finds nothing about behaviour"
 
 
 def _unsaid(system: System) -> list[str]:

@@ -6,9 +6,10 @@ the language of `cqos_core.language.expression`.
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
 
 from cqos_core.importers.reading import Reading, described, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
@@ -24,7 +25,7 @@ from cqos_core.model.system import Place
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
 if TYPE_CHECKING:
@@ -191,8 +192,16 @@ class UnaffectedModel(_Model):
     clause: str
 
 
-def _only(pairs: dict[str, str]) -> tuple[str, str] | None:
+def _only(pairs: dict[str, Any]) -> tuple[str, Any] | None:
     return next(iter(pairs.items()), None)
+
+
+_Meant: TypeAlias = Annotated[dict[str, Many], Field(min_length=1, max_length=1), AfterValidator(_only)]
+TimingModel: Final = create_model(  # `{gap: POLICY, kept: {POLICY: [VALUE, …]}, …}`, with the names of `Timing`
+    "TimingModel",
+    __base__=_Model,
+    **{each.name: (str if each.default == "" else _Meant, each.default) for each in fields(Timing)},  # type: ignore[call-overload]
+)
 
 
 class PresetModel(_Model):
@@ -255,6 +264,7 @@ class PackModel(_Model):
     not_checked: Many = ()
     panel: PanelModel = Field(default_factory=PanelModel)
     unaffected: list[UnaffectedModel] = Field(default_factory=list)
+    timing: TimingModel = Field(default_factory=TimingModel)
 
 
 for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
@@ -400,6 +410,7 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
         "conventions": ConventionModel,
         "unaffected": UnaffectedModel,
         "panel": PanelModel,
+        "timing": TimingModel,
     }
     model = models.get(str(location[0])) if location else PackModel
     return () if model is None else tuple(model.model_fields)
@@ -430,6 +441,7 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
         "presets": {name: Preset(**preset.given()) for name, preset in model.presets.items()},
         "dialects": {name: Dialect(**dialect.given()) for name, dialect in model.dialects.items()},
         "panel": Panel(**model.panel.given()),
+        "timing": Timing(**model.timing.given()),
         "conventions": tuple(Convention(**each.given()) for each in model.conventions),
         "unaffected": tuple(Unaffected(**each.given()) for each in model.unaffected),
     }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.domains import Choice, Count, Duration, is_unit
 from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUNCTIONS
-from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, UNMATCHED, YES, ByOption, PerRole
+from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, PerRole
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -68,8 +68,26 @@ def _timing(pack: RulePack) -> Iterator[str]:
         name, values = (stated, ()) if isinstance(stated, str) else stated
         if name and name not in known:
             yield f"`{part.name}` names `{name}`, which is no policy"
+        elif name and not _says_time(part.name, known[name]):
+            yield f"`{part.name}` names `{name}`, but needs {_TIMES.get(part.name, _TIME)}"
         for value in values if name in known else ():
             yield from (f"`{part.name}`: {message}" for message in _text(known[name], value))
+
+
+_TIME: Final = "a policy of endpoints"
+_TIMES: Final = {
+    **dict.fromkeys(("gap", "lease", "lifespan"), "a duration of endpoints"),
+    **dict.fromkeys(("depth", "strength"), "a count of endpoints"),
+    **dict.fromkeys(("period", "latched"), "a policy of topics"),
+}
+
+
+def _says_time(part: str, policy: Policy) -> bool:
+    """Whether a policy is of the kind and level that a part of `Timing` compares."""
+    needed = _TIMES.get(part, "")
+    kinds = (Duration,) if "duration" in needed else (Count,) if "count" in needed else ()
+    fits = not kinds or isinstance(policy.domain, kinds)
+    return fits and policy.level == (TOPIC if "topics" in needed else ENDPOINT)
 
 
 def _those(*said: tuple[object, str]) -> Iterator[str]:

@@ -267,7 +267,7 @@ def test_a_reading_that_is_not_known_is_reported_and_assumes_all():
 def test_the_command_takes_the_reading_as_an_option(tmp_path):
     pools = {
         "A": "s: start\n px: throw x\n py: end y\n s -> px -> py",
-        "B": "cy: start y\n cx: catch x\n cy -> cx -> e",
+        "B": "cy: start y\n w: catch PT1S\n cx: catch x\n cy -> w -> cx -> e",
     }
     (tmp_path / "x.bpmn").write_bytes(model(pools))
     codes = {}
@@ -317,3 +317,10 @@ def test_any_graph_is_analysed():
         assert behaviour.reached_alone.fired <= behaviour.reached.fired, seed
         assert len(behaviour.counting.bounds) >= len(flow.nodes), seed
         assert behaviour.order.since(0, 0) == 0, seed
+
+
+def test_a_conversion_to_yaml_says_that_it_has_no_control_flow(tmp_path):
+    (tmp_path / "x.bpmn").write_bytes(model(TIMED))
+    done = run(["convert", "x.bpmn", "--to", "yaml"], tmp_path)
+    assert done.code == 0
+    assert "control flow is left out, 6 nodes" in done.err

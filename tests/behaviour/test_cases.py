@@ -9,6 +9,8 @@ import pytest
 import yaml
 
 import cqos_core as cqos
+from cqos_core.bpmn import read
+from cqos_core.importers.source import ReadContext, Source
 from tests.behaviour.drawing import model
 
 CASES = Path(__file__).with_name("cases")
@@ -61,3 +63,33 @@ def test_case(case):
     assert report.pair_count == case.get("pairs", report.pair_count)
     worlds = {name.partition("=")[2]: str(v) for each in report.findings for name, v in each.worlds.items()}
     assert worlds == case.get("worlds", worlds)
+
+
+def test_a_flow_that_leads_to_nothing_may_lead_to_any_node_of_its_process():
+    text = model(
+        {
+            "A": "s: start\n p: end x deadline=2\n q: end y\n s -> t -> u\n u -> q\n u2 -> p -> u2",
+            "B": "c: start x\n d: start y",
+        }
+    )
+    assert "BP111 error p" in reported(cqos.check(text, importer="bpmn"))
+    assert reported(cqos.check(text.replace(b' targetRef="u"', b""), importer="bpmn")) == []
+    assert reported(cqos.check(text.replace(b' targetRef="u"', b' targetRef="gone"'), importer="bpmn")) == []
+
+
+MESSAGES = """<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos" qos:protocol="ros2">
+<message id="M" name="m"/><collaboration id="C"><participant id="A" processRef="PA"/><participant id="B" processRef="PB"/>{flow}</collaboration>
+<process id="PA"><startEvent id="s"><messageEventDefinition messageRef="M"/></startEvent>
+<sendTask id="p" messageRef="M"/><sequenceFlow sourceRef="s" targetRef="p"/></process>
+<process id="PB"><task id="t"/><sendTask id="q" messageRef="M"/></process></definitions>"""
+
+
+def test_a_message_that_no_flow_brings_may_come_from_elsewhere():
+    def findings(flow: str, text: str = MESSAGES) -> list[str]:
+        source = Source("x.bpmn", text.format(flow=flow).encode())
+        return reported(cqos.check(read(source, ReadContext(options={"bpmn": {"message_flows": "true"}}))))
+
+    alone = MESSAGES.replace('<sendTask id="q" messageRef="M"/>', "")
+    assert findings("", alone) == []
+    assert findings('<messageFlow id="F" sourceRef="p" targetRef="s"/>', alone) == ["BP110 error p"]
+    assert findings('<messageFlow id="F" sourceRef="B" targetRef="s"/>', alone) == []

@@ -1,17 +1,20 @@
 """Simulates tokens with random delays over the control flow of a model.
 
 It knows nothing of the analysis. Time passes in tasks (also for ever), in catches and in timers, which are late or exact and never
-early. Gateways choose freely. A signal reaches each catch that waits, late or not at all.
+early. Gateways choose freely. A signal reaches each catch that waits, late or not at all. What becomes of a sample while no token
+waits is the reading of a run.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
 from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from typing import TYPE_CHECKING, Final
+
+from tests.oracle.parts import Log, Scope
+from tests.oracle.samples import READINGS, Kept, Sample, Samples, Subscription
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -20,43 +23,14 @@ if TYPE_CHECKING:
     from cqos_core.model.flow import ControlFlow, FlowNode, Trigger
 
 SECOND: Final = 1_000_000_000
-MOST_STEPS: Final = 1_500
+MOST_STEPS: Final = 4_000
 """Steps after which a run ends, whatever time it is."""
 _SEVERAL: Final = 3
+_DEEPEST: Final = 8
 _INSIDE: Final = frozenset({"subprocess", "transaction", "adhoc"})
 _GIVEN_OUTSIDE: Final = frozenset(
     {"message", "conditional", "unknown", "error", "escalation", "compensation", "cancel"}
 )
-
-
-@dataclass
-class Log:
-    """What happened in one run; times in nanoseconds.
-
-    Attributes:
-        fired: by node, when it fired.
-        waited: nodes of catches at which a token was.
-        end: when the run ended.
-        whole: whether it reached its end, and not the bound of steps.
-    """
-
-    fired: dict[int, list[int]] = field(default_factory=lambda: defaultdict(list))
-    waited: set[int] = field(default_factory=set)
-    end: int = 0
-    whole: bool = True
-
-
-class _Scope:
-    """An instance of a process or of a sub-process."""
-
-    def __init__(self, position: int, outer: _Scope | None, done: Callable[[], None]) -> None:
-        self.position, self.outer, self.done = position, outer, done
-        self.tokens, self.ended = 0, False
-        self.arrived: dict[int, list[int]] = defaultdict(list)
-
-    @property
-    def alive(self) -> bool:
-        return not self.ended and (self.outer is None or self.outer.alive)
 
 
 class Simulation:
@@ -71,9 +45,24 @@ class Simulation:
         *,
         calm: bool = False,
         external: Iterable[str] = (),
+        kept: Mapping[str, Kept] | None = None,
+        reading: str = READINGS[1],
+        steps: int = MOST_STEPS,
     ) -> None:
-        """``topics``: by endpoint. In a ``calm`` run nothing is late or lost, and tasks take no second or one. ``external``: thrown outside too."""
-        self.external = tuple(external)
+        """Prepare a run.
+
+        Args:
+            flow: what is drawn.
+            topics: by endpoint.
+            random: chooses.
+            horizon: nanoseconds after which the run ends.
+            calm: nothing is late or lost, and tasks take no second or one.
+            external: topics that are thrown outside too.
+            kept: by endpoint what becomes of samples that are not taken at once.
+            reading: one of `READINGS`.
+            steps: after which the run ends.
+        """
+        self.external, self.steps = tuple(external), steps
         self.flow, self.random, self.horizon, self.calm = flow, random, horizon, calm
         self.topics = [frozenset(topics[each] for each in node.endpoints if each in topics) for node in flow.nodes]
         self.out: dict[int, list[tuple[int, int]]] = defaultdict(list)
@@ -88,14 +77,32 @@ class Simulation:
                 self.inside[node.parent].append(position)
             if node.kind == "boundary" and node.attached is not None:
                 self.boundaries[node.attached].append(position)
-        self.now, self.log = 0, Log()
-        self.queue: list[tuple[int, int, Callable[[], None]]] = []
+        self.kept_at = [[(kept or {}).get(each, Kept()) for each in node.endpoints] or [Kept()] for node in flow.nodes]
+        self.now, self.log = 0, Log(reading=reading)
+        self.queue: list[tuple[int, float, int, Callable[[], None]]] = []
         self.order = count()
-        self.waiting: dict[str, list[tuple[Callable[[], bool], Callable[[], None]]]] = defaultdict(list)
+        self.samples = Samples(reading, self._after, lambda: self.now)
+        self.log.taken = self.samples.taken
+        for position, node in enumerate(flow.nodes):
+            if node.kind in {"catch", "boundary"}:
+                self.samples.queue(position, self.topics[position], self.kept_at[position][0].depth)
         self.pace = random.choice((0, SECOND))
         self.habits: dict[int, tuple[int, int]] = {}
         self.has_habits = random.random() < 0.4
         self.idle_starts = random.random() < 0.5
+        self.lost, self.endless = random.choice((0.0, 0.1, 0.4)), random.choice((0.0, 0.1))
+        waits = [t.timer.wait or 0 for node in flow.nodes for t in node.triggers if t.timer is not None]
+        self.longest = 3 * max([5 * SECOND, *waits])
+        self.in_order = random.random() < 0.5
+        self.lateness = random.choice((0.0, 0.25, 2.0))
+        self.has_scales = random.random() < 0.5
+        self.scales: dict[object, float] = {}
+        self.least_times = random.random() < 0.3
+        self.step = random.choice((0, 0, SECOND // 10, SECOND))
+        self.log.instant, self.log.punctual = not self.step, calm or not self.lateness
+        self.log.prompt = calm or random.random() < 0.4
+        self.in_order = self.in_order or self.log.prompt
+        self.apart = random.random() < 0.5
 
     def run(self) -> Log:
         """Run until the horizon."""
@@ -103,14 +110,14 @@ class Simulation:
             if node.kind == "process" and (node.has_pool or node.participants):
                 self._set_up(position, node)
         for topic in self.external:
-            self._often(lambda topic=topic: self._deliver(topic))  # type: ignore[misc]
+            self._often(lambda topic=topic: self._outside(topic))  # type: ignore[misc]
         steps = 0
         while self.queue and self.queue[0][0] <= self.horizon:
             steps += 1
-            if steps > MOST_STEPS:
+            if steps > self.steps:
                 self.log.whole, self.log.end = False, self.now
                 return self.log
-            self.now, _, do = heappop(self.queue)
+            self.now, _, _, do = heappop(self.queue)
             do()
         self.log.end = self.horizon
         return self.log
@@ -119,27 +126,37 @@ class Simulation:
 
     def _after(self, delay: int | None, do: Callable[[], None]) -> None:
         if delay is not None:
-            heappush(self.queue, (self.now + delay, next(self.order), do))
+            rank = 0.0 if self.in_order else self.random.random()
+            heappush(self.queue, (self.now + delay, rank, next(self.order), do))
 
-    def _some_time(self) -> int | None:
-        """Return how long something takes that has no bound; None: for ever."""
+    def _some_time(self, what: object) -> int | None:
+        """Return how long something takes that has no bound, in some runs a time of its own; None: for ever."""
         if self.calm:
             return self.pace
-        kind = self.random.random()
-        if kind < 0.1:
+        if self.random.random() < self.endless:
             return None
-        return 0 if kind < 0.4 else int(self.random.expovariate(1.0) * self.random.choice((SECOND, self.horizon / 50)))
+        scales = (0, SECOND, self.horizon / 200, self.horizon / 50, self.horizon / 12)
+        scale = self.scales.setdefault(what, self.random.choice(scales)) if self.has_scales else None
+        if scale is None:
+            scale = 0 if self.random.random() < 0.3 else self.random.choice(scales)
+        return int(self.random.expovariate(1.0) * scale)
 
     def _late(self, wait: int) -> int:
-        return wait if self.calm or self.random.random() < 0.5 else wait + int(self.random.expovariate(4.0) * wait)
+        if self.calm or not self.lateness or self.random.random() < 0.5:
+            return wait
+        return wait + int(self.random.expovariate(1.0) * self.lateness * wait)
 
     # Processes
 
     def _set_up(self, position: int, node: FlowNode) -> None:
         for _, limit in node.participants or (("", 1),):
             here = self.random.randint(1, limit or _SEVERAL) if limit != 1 and not self.calm else (limit or 1)
-            for _ in range(here):
-                self._set_up_one(position)
+            for number in range(here):
+                # Devices are switched on at any time, in calm runs evenly spread over a cycle of their timers.
+                waits = [t.timer.wait for at in self.inside[position] for t in self.flow.nodes[at].triggers if t.timer]
+                spread = max([10 * SECOND, *(each for each in waits if each)])
+                offset = spread * number // here if self.calm else int(self.random.random() * self.longest)
+                self._after(offset if self.apart else 0, partial(self._set_up_one, position))
 
     def _set_up_one(self, process: int) -> None:
         starts = [each for each in self.inside[process] if self.flow.nodes[each].kind == "start"]
@@ -161,7 +178,7 @@ class Simulation:
 
         if trigger.kind == "signal":
             for topic in self.topics[start]:
-                self.waiting[topic].append((lambda: True, begin))
+                self.samples.waiting[topic].append(Subscription(start, lambda: True, begin))
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, lambda: True, begin, first=0 if self.calm else None)
         else:
@@ -171,7 +188,7 @@ class Simulation:
         """Let something outside happen again and again, or hardly ever."""
         pause = max(1, self.horizon // self.random.choice((3, 40, 200)))
         if self.calm:
-            pause = SECOND
+            pause = self.random.choice((SECOND, max(SECOND, self.horizon // 400)))
 
         def again() -> None:
             do()
@@ -193,7 +210,9 @@ class Simulation:
         timer = trigger.timer
         assert timer is not None
         wait = timer.wait
-        if wait is None:
+        if timer.kind == "duration" and wait and timer.due is None:
+            wait = int(wait * self.random.choice((1, 31 / 28)))  # months and years
+        if not wait:
             wait = SECOND if self.calm else max(1, int(self.horizon / self.random.choice((5, 100, 300))))
         left = 1 if timer.kind != "cycle" or once else timer.count
         most = None if left is None else [left]
@@ -214,10 +233,10 @@ class Simulation:
         self._after(first, fire)
 
     def _instance(self, process: int, starts: list[int]) -> None:
-        scope = _Scope(process, None, lambda: None)
+        scope = Scope(process, None, lambda: None)
         self._begin(scope, starts)
 
-    def _begin(self, scope: _Scope, starts: list[int]) -> None:
+    def _begin(self, scope: Scope, starts: list[int]) -> None:
         """Put tokens on starts, and on nodes that no flow leads to."""
         nodes = self.flow.nodes
         free = [
@@ -238,19 +257,20 @@ class Simulation:
         if not scope.tokens:
             self._finish(scope)
 
-    def _finish(self, scope: _Scope) -> None:
+    def _finish(self, scope: Scope) -> None:
         if not scope.ended:
             scope.ended = True
             scope.done()
 
-    def _arm_event_subprocess(self, scope: _Scope, position: int) -> None:
+    def _arm_event_subprocess(self, scope: Scope, position: int) -> None:
         for start in (each for each in self.inside[position] if self.flow.nodes[each].kind == "start"):
             node = self.flow.nodes[start]
 
             def begin(node: FlowNode = node, start: int = start) -> None:
                 if node.interrupting:
-                    scope.tokens += 1
-                inner = _Scope(position, scope, lambda: self._gone(scope) if node.interrupting else None)
+                    scope.tokens, scope.halted = 1, True
+                done = partial(self._gone, scope) if node.interrupting else lambda: None
+                inner = Scope(position, scope, done, by_event=True)
                 self._begin(inner, [start])
 
             for trigger in node.triggers:
@@ -258,7 +278,7 @@ class Simulation:
 
     # Tokens
 
-    def _enter(self, scope: _Scope, position: int, flow: int | None) -> None:
+    def _enter(self, scope: Scope, position: int, flow: int | None) -> None:
         if not scope.alive:
             return
         node = self.flow.nodes[position]
@@ -270,7 +290,7 @@ class Simulation:
         elif kind in {"event_based", "event_start"}:
             self._wait(scope, {end: end for _, end in self.out[position]})
         elif kind == "task" or (kind == "call" and node.calls is None):
-            self._work(scope, position, lambda done, _inner: self._after(self._some_time(), done))
+            self._work(scope, position, lambda done, inner: self._unknown_work(position, done, inner))
         elif kind == "call" or kind in _INSIDE:
             self._work(scope, position, lambda done, inner: self._run_inside(position, done, inner))
         elif kind == "parallel":
@@ -278,7 +298,7 @@ class Simulation:
         else:
             self._choose(scope, position, kind)
 
-    def _choose(self, scope: _Scope, position: int, kind: str) -> None:
+    def _choose(self, scope: Scope, position: int, kind: str) -> None:
         ways = self.out[position]
         if not ways:
             self._gone(scope)
@@ -289,7 +309,7 @@ class Simulation:
         else:
             self._go(scope, self.random.sample(ways, self.random.randint(1, len(ways))))
 
-    def _join(self, scope: _Scope, position: int, flow: int | None) -> None:
+    def _join(self, scope: Scope, position: int, flow: int | None) -> None:
         needed = self.into[position]
         here = scope.arrived[position]
         here.append(-1 if flow is None else flow)
@@ -301,24 +321,24 @@ class Simulation:
             scope.tokens -= len(needed) - 1
         self._leave(scope, position)
 
-    def _go(self, scope: _Scope, ways: list[tuple[int, int]]) -> None:
+    def _go(self, scope: Scope, ways: list[tuple[int, int]]) -> None:
         scope.tokens += len(ways) - 1
         for number, end in ways:
-            self._after(0, lambda number=number, end=end: self._enter(scope, end, number))  # type: ignore[misc]
+            self._after(self.step, lambda number=number, end=end: self._enter(scope, end, number))  # type: ignore[misc]
 
-    def _leave(self, scope: _Scope, position: int) -> None:
+    def _leave(self, scope: Scope, position: int) -> None:
         ways = self.out[position]
         if ways:
             self._go(scope, ways)
         else:
             self._gone(scope)
 
-    def _gone(self, scope: _Scope) -> None:
+    def _gone(self, scope: Scope) -> None:
         scope.tokens -= 1
-        if scope.tokens <= 0 and scope.alive:
+        if scope.tokens <= 0 and scope.open:
             self._finish(scope)
 
-    def _fire(self, scope: _Scope, position: int, node: FlowNode) -> None:
+    def _fire(self, scope: Scope, position: int, node: FlowNode) -> None:
         self.log.fired[position].append(self.now)
         if node.kind in {"end", "throw"}:
             kinds = {each.kind for each in node.triggers}
@@ -339,25 +359,23 @@ class Simulation:
         node = self.flow.nodes[position]
         return node.kind == "catch" and any(each.kind == "link" and each.link == link for each in node.triggers)
 
-    def _enter_link(self, scope: _Scope, position: int) -> None:
+    def _enter_link(self, scope: Scope, position: int) -> None:
         if scope.alive:
             self._fire(scope, position, self.flow.nodes[position])
 
     def _broadcast(self, position: int) -> None:
         for topic in self.topics[position]:
-            self._deliver(topic)
+            self._deliver(topic, Sample(self.now, self.kept_at[position][0]))
 
-    def _deliver(self, topic: str) -> None:
-        """Let a sample arrive after some time, at all that wait then; each of them may lose it."""
+    def _outside(self, topic: str) -> None:
+        self.log.outside[topic].append(self.now)
+        self._deliver(topic, Sample(self.now, Kept()))
 
-        def arrive() -> None:
-            there = [(alive, do) for alive, do in self.waiting[topic] if alive()]
-            self.waiting[topic] = list(there)
-            for alive, do in there:
-                if alive() and (self.calm or self.random.random() > 0.1):
-                    do()
-
-        self._after(0 if self.calm else self._some_time(), arrive)
+    def _deliver(self, topic: str, sample: Sample) -> None:
+        """Let a sample arrive after some time, or at once."""
+        self.samples.history[topic].append(sample)
+        arrive = partial(self.samples.arrive, topic, sample, lambda: not self.calm and self.random.random() < self.lost)
+        self._after(0 if self.log.prompt else self._some_time(topic), arrive)
 
     # Waiting
 
@@ -367,13 +385,13 @@ class Simulation:
         """Call ``do`` when a trigger happens, as long as ``alive`` says so."""
         if trigger.kind == "signal":
             for topic in self.topics[position]:
-                self.waiting[topic].append((alive, do))
+                self.samples.subscribe(topic, Subscription(position, alive, do), self.kept_at[position][0])
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, alive, do, once=not again)
         elif trigger.kind in _GIVEN_OUTSIDE:
-            self._after(self._some_time(), lambda: do() if alive() else None)
+            self._after(self._some_time((position, trigger.kind)), lambda: do() if alive() else None)
 
-    def _wait(self, scope: _Scope, events: Mapping[int, int]) -> None:
+    def _wait(self, scope: Scope, events: Mapping[int, int]) -> None:
         """Wait for the first of several events."""
         over = [False]
 
@@ -386,7 +404,7 @@ class Simulation:
             node = self.flow.nodes[position]
             self.log.waited.add(position)
             if not node.triggers:
-                self._after(self._some_time(), lambda position=position: ended(position))  # type: ignore[misc]
+                self._after(self._some_time((position, "any")), lambda position=position: ended(position))  # type: ignore[misc]
             for trigger in node.triggers:
                 self._arm(
                     position,
@@ -397,12 +415,13 @@ class Simulation:
 
     # Activities
 
-    def _work(self, scope: _Scope, position: int, start: Callable[[Callable[[], None], _Scope], None]) -> None:
+    def _work(self, scope: Scope, position: int, start: Callable[[Callable[[], None], Scope], None]) -> None:
         """Do an activity as often as it says, while its boundary events wait."""
         node = self.flow.nodes[position]
-        inner = _Scope(position, scope, lambda: None)
+        inner = Scope(position, scope, lambda: None)
         most = _SEVERAL if node.times is None else node.times
-        left = [most if self.calm else self.random.randint(min(node.least_times, most), most)]
+        least = min(node.least_times, most)
+        left = [least if self.least_times else most if self.calm else self.random.randint(least, most)]
 
         def done() -> None:
             if not inner.alive:
@@ -421,7 +440,22 @@ class Simulation:
         for _ in range(left[0]):
             start(done, inner)
 
-    def _arm_boundary(self, scope: _Scope, inner: _Scope, position: int) -> None:
+    def _unknown_work(self, position: int, done: Callable[[], None], inner: Scope) -> None:
+        """Do what takes any time; a call with a computed name may run any process that only calls run."""
+        node = self.flow.nodes[position]
+        called = [at for at, each in enumerate(self.flow.nodes) if each.kind == "process" and not each.has_pool]
+        if (
+            node.kind == "call"
+            and node.called is None
+            and called
+            and inner.depth < _DEEPEST
+            and self.random.random() < 0.8
+        ):
+            self._run_body(self.random.choice(called), done, inner)
+        else:
+            self._after(self._some_time(position), done)
+
+    def _arm_boundary(self, scope: Scope, inner: Scope, position: int) -> None:
         node = self.flow.nodes[position]
         self.log.waited.add(position)
 
@@ -435,15 +469,18 @@ class Simulation:
         for trigger in node.triggers:
             self._arm(position, trigger, lambda: inner.alive, caught, again=not node.interrupting)
 
-    def _run_inside(self, position: int, done: Callable[[], None], inner: _Scope) -> None:
+    def _run_inside(self, position: int, done: Callable[[], None], inner: Scope) -> None:
         node = self.flow.nodes[position]
-        body = position if node.calls is None else node.calls
-        scope = _Scope(body, inner, done)
+        self._run_body(position if node.calls is None else node.calls, done, inner)
+
+    def _run_body(self, body: int, done: Callable[[], None], inner: Scope) -> None:
+        kind = self.flow.nodes[body].kind
+        scope = Scope(body, inner, done)
         inside = self.inside[body]
         starts = [each for each in inside if self.flow.nodes[each].kind == "start"]
-        if node.calls is not None:
+        if kind == "process":
             starts = [each for each in starts if not self.flow.nodes[each].triggers]
-        if node.kind == "adhoc":
+        if kind == "adhoc":
             starts = [each for each in inside if self.random.random() < 0.7]
         self._begin(scope, starts)
 

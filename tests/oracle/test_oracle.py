@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from random import Random
 
@@ -9,9 +10,9 @@ import pytest
 
 from tests.behaviour.drawing import model
 from tests.behaviour.test_cases import cases
-from tests.oracle.checks import CHECKED, Oracle, holds, possible_faults
+from tests.oracle.checks import CHECKED, NEVER, RATES, Oracle, holds, possible_faults
 from tests.oracle.random_models import random_model
-from tests.oracle.record import DOCUMENT, document, drawn
+from tests.oracle.record import DOCUMENT, REASONS, RECORDED, document, drawn
 
 LONG = os.environ.get("CQOS_HYPOTHESIS") == "explore"
 RUNS = 10_000 if LONG else 12
@@ -29,7 +30,7 @@ def test_no_run_of_a_case_contradicts_a_finding():
             wrong += [f"{each.id}: {claim}: run {number}" for claim, answer in answers.items() if answer is False]
             seen |= {claim.code for claim, answer in answers.items() if answer}
     assert wrong == []
-    assert seen >= {"BP101", "BP102", "BP103", "BP110", "BP111", "BP112"}
+    assert seen >= {*NEVER, *RATES, "BP106", "BP107", "BP109", "BP118"}
 
 
 @pytest.mark.explored
@@ -53,6 +54,11 @@ def test_the_simulator_shows_a_contradiction_where_there_is_one():
     assert never in possible_faults(oracle)
     assert holds(never, oracle.run(0)) is False
     assert set(CHECKED) >= {"BP101", "BP110"}
+
+
+def test_every_silent_twin_has_a_run_or_a_reason():
+    without = json.loads(RECORDED.read_text(encoding="utf-8"))["examples"]["without"]
+    assert {each.split(": ")[-2] for each in without} <= REASONS.keys()
 
 
 def test_the_page_is_what_was_recorded():
