@@ -37,7 +37,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
 }
 
 const MARGIN = 24;
-const LARGEST = 1.25;
+const LARGEST = 1;
 
 /** Show all of the diagram, beside the palette and not below it. */
 export function fit(modeler: Modeler): void {

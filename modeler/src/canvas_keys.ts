@@ -11,6 +11,7 @@ import type Rules from 'diagram-js/lib/features/rules/Rules';
 import type Selection from 'diagram-js/lib/features/selection/Selection';
 import type { Element, Parent, Shape } from 'bpmn-js/lib/model/Types';
 
+import { fit } from './canvas';
 import { button, make } from './layout/dom';
 import { show } from './layout/dialog';
 
@@ -18,16 +19,20 @@ interface DirectEditing {
   activate(shape: Shape): void;
 }
 
-interface Kind {
+/** A kind of element that a person can add. */
+export interface Kind {
   readonly label: string;
   readonly type: string;
   readonly eventDefinitionType?: string;
 }
 
 const SIGNAL = 'bpmn:SignalEventDefinition';
+export const PUBLISHER: Kind = { label: 'Publish: throw a signal', type: 'bpmn:IntermediateThrowEvent', eventDefinitionType: SIGNAL };
+export const SUBSCRIBER: Kind = { label: 'Subscribe: catch a signal', type: 'bpmn:IntermediateCatchEvent', eventDefinitionType: SIGNAL };
+export const POOL: Kind = { label: 'Pool', type: 'bpmn:Participant' };
 const KINDS: readonly Kind[] = [
-  { label: 'Publish: throw a signal', type: 'bpmn:IntermediateThrowEvent', eventDefinitionType: SIGNAL },
-  { label: 'Subscribe: catch a signal', type: 'bpmn:IntermediateCatchEvent', eventDefinitionType: SIGNAL },
+  PUBLISHER,
+  SUBSCRIBER,
   { label: 'Start with a signal', type: 'bpmn:StartEvent', eventDefinitionType: SIGNAL },
   { label: 'End with a signal', type: 'bpmn:EndEvent', eventDefinitionType: SIGNAL },
   { label: 'Start', type: 'bpmn:StartEvent' },
@@ -36,7 +41,7 @@ const KINDS: readonly Kind[] = [
   { label: 'Exclusive gateway', type: 'bpmn:ExclusiveGateway' },
   { label: 'Parallel gateway', type: 'bpmn:ParallelGateway' },
   { label: 'Sub-process', type: 'bpmn:SubProcess' },
-  { label: 'Pool', type: 'bpmn:Participant' },
+  POOL,
 ];
 const FIRST = 1500; // before the keys of bpmn-js
 
@@ -102,7 +107,8 @@ export function chooseKind(modeler: Modeler): void {
   const dialog = show('Add an element', [list]);
 }
 
-function add(modeler: Modeler, kind: Kind): void {
+/** Add an element behind the selected one, else into the selected pool or the first one. */
+export function add(modeler: Modeler, kind: Kind): void {
   const selection = modeler.get<Selection>('selection');
   const canvas = modeler.get<Canvas>('canvas');
   const factory = modeler.get<ElementFactory>('elementFactory');
@@ -117,7 +123,11 @@ function add(modeler: Modeler, kind: Kind): void {
     place(modeler, shape, selected);
   }
   selection.select(shape);
-  canvas.scrollToElement(shape);
+  if (kind === POOL) {
+    fit(modeler);
+  } else {
+    canvas.scrollToElement(shape);
+  }
   canvas.focus();
   if (kind.eventDefinitionType === undefined) {
     modeler.get<DirectEditing>('directEditing').activate(shape); // its name comes next; a signal event is named by its topic
@@ -133,13 +143,13 @@ function isFlowNode(element: Element): boolean {
   return object?.$instanceOf?.('bpmn:FlowNode') === true;
 }
 
-/** Put a shape into the selected pool, else the first one, to the right of what is there; a pool below the others. */
+/** Put a shape into the pool of what is selected, else the first one, to the right of what is there; a pool below the others. */
 function place(modeler: Modeler, shape: Shape, selected: Element | undefined): void {
   const canvas = modeler.get<Canvas>('canvas');
   const root = canvas.getRootElement();
   const pools = modeler.get<ElementRegistry>('elementRegistry').filter((each) => isA(each, 'bpmn:Participant')) as Shape[];
   const isPool = isA(shape, 'bpmn:Participant');
-  const pool = isPool ? undefined : (pools.find((each) => each === selected) ?? pools[0]);
+  const pool = isPool ? undefined : (pools.find((each) => isWithin(selected, each)) ?? pools[0]);
   const parent = (pool ?? root) as Parent;
   const inside = ((parent.children ?? []) as Shape[]).filter((each) => isShape(each));
   const right = Math.max(pool === undefined ? 100 : pool.x + 60, ...inside.map((each) => each.x + each.width));
@@ -148,6 +158,10 @@ function place(modeler: Modeler, shape: Shape, selected: Element | undefined): v
     ? { x: (pools[0]?.x ?? 160) + shape.width / 2, y: below + 50 + shape.height / 2 }
     : { x: right + 50 + shape.width / 2, y: pool === undefined ? 200 : pool.y + pool.height / 2 };
   modeler.get<Modeling>('modeling').createShape(shape, at, parent);
+}
+
+function isWithin(element: Element | undefined, pool: Shape): boolean {
+  return element !== undefined && (element === pool || isWithin((element.parent ?? undefined) as Element | undefined, pool));
 }
 
 function isA(element: object, type: string): boolean {

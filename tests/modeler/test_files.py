@@ -125,11 +125,11 @@ def test_a_team_gets_the_page_and_no_files(built):
             connection.close()
 
 
-TOKEN = "a-token-of-the-team-0123456789abcdef"
+OF_THE_TEAM = "a-token-of-the-team-0123456789abcdef"
 
 
 def test_a_team_with_tokens_asks_for_one_in_the_page(built, tmp_path, browser):
-    (tmp_path / "tokens").write_text(f"{TOKEN} name=team\n")
+    (tmp_path / "tokens").write_text(f"{OF_THE_TEAM} name=team\n")
     with serving("--web", "127.0.0.1:0", "--modeler", "--token-file", str(tmp_path / "tokens")) as service:
         shown = Shown(browser, service.web, waits=False)
         shown.expected = "401"
@@ -144,13 +144,13 @@ def test_a_team_with_tokens_asks_for_one_in_the_page(built, tmp_path, browser):
         dialog.get_by_text("The service refused this token.").wait_for()
         dialog.get_by_role("button", name="Cancel").click()
         page.get_by_role("button", name="Enter the token").click()
-        answer(TOKEN)
+        answer(OF_THE_TEAM)
         shown.ready()
         page.locator(".list-note", has_text="Nothing to check yet").wait_for()
         kept = (
             "[Object.values(sessionStorage), Object.values(localStorage), [location.href, document.cookie]].map(String)"
         )
-        assert [TOKEN in each for each in page.evaluate(kept)] == [True, False, False]
+        assert [OF_THE_TEAM in each for each in page.evaluate(kept)] == [True, False, False]
 
         # The team has other tokens now: drawing goes on, and the next check asks again.
         page.evaluate("sessionStorage.setItem('cqos-token', 'an-old-token-0123456789abcdef')")
@@ -163,7 +163,7 @@ def test_a_team_with_tokens_asks_for_one_in_the_page(built, tmp_path, browser):
         notice.wait_for()
         assert page.locator(".djs-shape[data-element-id^=Event_]").count() > 0
         notice.get_by_role("button", name="Enter the token").click()
-        answer(TOKEN)
+        answer(OF_THE_TEAM)
         notice.wait_for(state="detached")
         page.wait_for_selector(".qos-badge")
         shown.close()

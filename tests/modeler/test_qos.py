@@ -513,6 +513,28 @@ def test_problems_are_filtered_and_lead_to_the_setting(paper):
     assert 0 < box["y"] < 700
 
 
+def test_the_timer_that_a_finding_names_is_found(paper):
+    paper.choose(THROW_REQUEST)
+    card = panel(paper).locator(".card", has_text="Deadline and mean period")
+    card.get_by_text("at least 6h").wait_for()
+    deadline = panel(paper).locator('[data-policy="deadline"]')
+    assert "sends at most one sample in 6h" in deadline.inner_text()
+    card.get_by_role("button", name="Every six hours").click()
+    assert paper.page.locator(".djs-shape.selected").get_attribute("data-element-id") == "Drone_Start"
+
+
+def test_words_of_verdicts_give_way_where_they_would_lie_over_each_other(checks):
+    near = [Event(f"E{number}", THROW, "t") for number in range(2)]
+    shown = checks(drawing(Pool("A", tuple(near)), Pool("B", (Event("In", CATCH, "t"),))))
+    word = shown.page.locator(".qos-badge span").first
+    word.wait_for()
+    assert word.bounding_box()["height"] >= 11
+    for _ in range(3):
+        shown.page.get_by_role("button", name="Zoom out").click()
+    word.wait_for(state="hidden")
+    assert shown.page.locator(".qos-badge .glyph").first.bounding_box()["width"] >= 12
+
+
 def test_names_are_never_markup(checks):
     evil = '<img src=x onerror="document.title=1">'
     more = (Event("Other", CATCH, evil),)

@@ -180,6 +180,40 @@ def test_the_protocol_is_changed_to_mqtt(opens, shared):
     assert "qos:depth" not in text
 
 
+def test_a_protocol_that_was_changed_at_one_event_only_is_changed_for_all(opens, shared):
+    person = Person(opens((EXAMPLES / NAME).read_text(encoding="utf-8")))
+    person.choose("Drone_ThrowReq")
+    person.select("Protocol", "mqtt")
+    person.panel.get_by_text("but uses ROS 2 and not MQTT").wait_for()
+    person.click(person.panel.get_by_role("button", name="Use MQTT for all events"))
+    person.click(person.panel.get_by_role("button", name="Remove from all 4 events"))
+    person.sees("compatible", 4)
+    person.shown.saved(NAME)
+    assert shared[1].read_text(encoding="utf-8").count("qos:protocol") == 1
+
+
+def test_a_pair_is_drawn_with_the_buttons_of_the_panel(opens):
+    person = Person(opens())
+    person.click(person.panel.get_by_role("button", name="Add a publisher"))
+    person.page.keyboard.type("weather")
+    person.page.keyboard.press("Enter")
+    person.click(person.page.locator(".canvas"), position={"x": 500, "y": 430})
+    person.click(person.panel.get_by_role("button", name="Add a pool"))
+    person.page.wait_for_function("() => document.activeElement.matches('.djs-direct-editing-content')")
+    person.page.keyboard.type("Station")
+    person.page.keyboard.press("Enter")
+    person.click(person.panel.get_by_role("button", name="Add a subscriber"))
+    person.page.keyboard.type("weather")
+    person.page.keyboard.press("Enter")
+    person.sees("compatible", 2)
+    assert person.page.locator(".djs-shape[data-element-id^=Participant_]").count() == 2
+    boxes = [each.bounding_box() for each in person.page.locator(".djs-shape[data-element-id^=Participant_]").all()]
+    canvas = person.page.locator(".canvas").bounding_box()
+    assert all(
+        canvas["y"] <= each["y"] and each["y"] + each["height"] <= canvas["y"] + canvas["height"] for each in boxes
+    )
+
+
 def test_the_reason_why_an_event_has_no_partner_is_found(opens):
     throw, catch = Event("Out", THROW, "weather"), Event("In", CATCH, "wether")
     person = Person(opens(drawing(Pool("A", (throw,)), Pool("B", (catch,)))))

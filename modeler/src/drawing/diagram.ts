@@ -9,6 +9,8 @@ import type { Definitions, ModdleElement } from '../moddle';
 export interface Shape {
   readonly id: string;
   readonly type: string;
+  readonly x?: number;
+  readonly y?: number;
   readonly width: number;
   readonly businessObject: ModdleElement;
   readonly labelTarget?: Shape;
@@ -36,6 +38,7 @@ interface Canvas {
   addMarker(element: string, marker: string): void;
   removeMarker(element: string, marker: string): void;
   getContainer(): HTMLElement;
+  zoom(): number;
   getRootElement(): Shape;
   setRootElement(root: Shape): void;
   findRoot(element: string): Shape | undefined;

@@ -14,7 +14,7 @@ import {
 import { FactSchema, RemedySchema, Role } from '../gen/cqos/v1/report_pb';
 import type { Definitions, ModdleElement } from '../moddle';
 import { is, parts, text, type Diagram, type Shape, type Step } from './diagram';
-import { chooseSignal, createSignal, protocolOf, renameSignal, roleOf, signalDefinitions, signalOf, usesOf } from './events';
+import { chooseSignal, createSignal, protocolOf, protocolSteps, renameSignal, roleOf, signalDefinitions, signalOf, usesOf } from './events';
 import { fixSteps } from './fixes';
 import { convertSteps, foreignOf } from './foreign';
 import { settingsOf, wordFor } from './form';
@@ -209,6 +209,10 @@ describe('signal events', () => {
     const collaboration = shape(diagram, 'C').businessObject;
     parts(collaboration, 'participants')[0]?.set('qos:protocol', 'pool');
     expect(protocolOf(diagram, form, shape(diagram, 'F').businessObject)?.id).toBe('pool');
+    parts(collaboration, 'participants')[0]?.set('qos:protocol', undefined);
+    shape(diagram, 'P').businessObject.set('qos:protocol', 'process');
+    diagram.edit(protocolSteps(diagram, form, 'all'));
+    expect((await written(diagram)).match(/protocol="\w+"/g)).toEqual(['protocol="all"']);
   });
 });
 

@@ -116,3 +116,27 @@ export function protocolOf(diagram: Diagram, form: DrawnForm, owner: ModdleEleme
   }
   return undefined;
 }
+
+/** Steps that state one protocol for the whole model, and none for its parts. */
+export function protocolSteps(diagram: Diagram, form: DrawnForm, id: string): Step[] {
+  const root = diagram.canvas.getRootElement();
+  const model = attributeFor(form, DrawnOwnerKind.MODEL, DrawnMeaning.PROTOCOL) ?? '';
+  const parts: [ModdleElement, Shape, DrawnOwnerKind][] = [];
+  for (const shape of diagram.registry.filter((each) => !each.labelTarget)) {
+    const owner = shape.businessObject;
+    if (is(owner, 'bpmn:Event')) {
+      parts.push([owner, shape, DrawnOwnerKind.EVENT]);
+    } else if (is(owner, 'bpmn:Participant') || is(owner, 'bpmn:Process')) {
+      parts.push([owner, shape, DrawnOwnerKind.PARTICIPANT]);
+      const process = processOf(owner);
+      if (process && process !== owner) {
+        parts.push([process, shape, DrawnOwnerKind.PARTICIPANT]);
+      }
+    }
+  }
+  const steps = parts.flatMap(([owner, shape, kind]) => {
+    const name = attributeFor(form, kind, DrawnMeaning.PROTOCOL);
+    return name && text(owner, name) !== '' ? [diagram.updatePart(shape, owner, { [name]: undefined })] : [];
+  });
+  return [...steps, diagram.updatePart(root, diagram.definitions(), { [model]: id })];
+}

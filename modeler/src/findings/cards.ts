@@ -1,7 +1,8 @@
 /** One finding in full: both sides, the reason, its fixes, and the way to accept it. */
 
+import { text } from '../drawing/diagram';
 import { fixSteps, documentsOf } from '../drawing/fixes';
-import { Severity, type Finding, type Remedy, type Side } from '../gen/cqos/v1/report_pb';
+import { Severity, type Finding, type Place, type Remedy, type Side } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
@@ -25,7 +26,9 @@ function shortTitle(page: Page, finding: Finding): [string] | undefined {
   const pack = page.catalogue.pack(finding.source);
   const facts = finding.sides.flatMap((side) => side.facts);
   const labels = [...new Set(facts.map((fact) => factText(pack, fact).label))];
-  return labels.length > 0 && labels.length < 4 ? [labels.join(', ')] : undefined;
+  const [first = '', ...others] = labels;
+  const words = [first, ...others.map((each) => each.charAt(0).toLowerCase() + each.slice(1))];
+  return words.length < 4 && first !== '' ? [words.join(', ').replace(/, ([^,]*)$/, ' and $1')] : undefined;
 }
 
 /** The details of a finding: both sides, the fixes, the reasons. `folds` puts the reasons into a fold. */
@@ -82,7 +85,7 @@ function sideElement(page: Page, view: View, finding: Finding, side: Side): HTML
     }
   }
   for (const id of side.members.slice(0, 5)) {
-    element.append(memberLink(page, view, id, side.facts[0]?.policy));
+    element.append(memberLink(page, view, id, { policy: side.facts[0]?.policy, place: side.place }));
   }
   if (side.members.length > 5) {
     element.append(make('p', { class: 'fact-origin' }, `and ${side.members.length - 5} more`));
@@ -95,12 +98,18 @@ function sideLabel(side: Side): string {
   return word.charAt(0).toUpperCase() + word.slice(1);
 }
 
-/** A button that jumps to an endpoint of the diagram; a name for others. */
-export function memberLink(page: Page, view: View, id: string, policy?: string): HTMLElement {
-  const endpoint = view.endpoints.get(id);
-  const place =
-    endpoint?.endpoint.place ?? view.checked.participants.find((each) => each.id === id)?.place;
-  const name = fullName(view, id);
+/** What a finding says of a member: the policy that it is about, and the place of others than endpoints and pools, such as timers. */
+interface About {
+  readonly policy?: string | undefined;
+  readonly place?: Place | undefined;
+}
+
+/** A button that jumps to an element of the diagram; a name for others. */
+export function memberLink(page: Page, view: View, id: string, { policy, place: other }: About = {}): HTMLElement {
+  const known = view.endpoints.get(id)?.endpoint ?? view.checked.participants.find((each) => each.id === id);
+  const drawn = known ? undefined : page.diagram.registry.get(id)?.businessObject;
+  const place = known ? known.place : other;
+  const name = (drawn && text(drawn, 'name')) || fullName(view, id);
   const isHere = place?.source === view.name;
   const element = isHere ? place.element : undefined;
   if (element === undefined || page.diagram.registry.get(element) === undefined) {

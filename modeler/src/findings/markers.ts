@@ -1,5 +1,6 @@
 /** Verdicts at the shapes of the diagram. They are never part of the model. */
 
+import type { Shape } from '../drawing/diagram';
 import { Severity, type Finding } from '../gen/cqos/v1/report_pb';
 import { make } from '../layout/dom';
 import { sign, type SignName } from '../layout/signs';
@@ -34,6 +35,13 @@ interface Drawn {
   readonly html: HTMLElement;
 }
 
+/** Badges are never smaller than this part of their size. */
+const LEAST_SCALE = 0.8;
+/** The width of the longest badge. */
+const WORDS = 102;
+/** Badges whose tops differ by less are beside each other. */
+const ROW = 20;
+
 /** Keep markers and badges of the diagram equal to views. */
 export interface Markers {
   show(view: View): void;
@@ -63,9 +71,11 @@ export function createMarkers(page: Page): Markers {
     const html = make('div');
     dressBadge(html, mark);
     diagram.canvas.addMarker(id, markerOf(mark));
+    const middle = (diagram.registry.get(id)?.width ?? 0) / 2;
     const overlay = diagram.overlays.add(id, 'qos-verdict', {
-      position: mark.inside ? { top: 6, left: 36 } : { top: -24, left: -32 },
-      html,
+      position: mark.inside ? { top: 6, left: 36 } : { top: -6, left: middle },
+      scale: { min: LEAST_SCALE },
+      html: mark.inside ? html : make('div', { class: 'qos-anchor' }, html),
     });
     drawn.set(id, { key, mark, overlay, html });
   }
@@ -78,9 +88,21 @@ export function createMarkers(page: Page): Markers {
     drawn.set(id, { ...old, key, mark });
   }
 
+  let room = Infinity;
+
+  /** Show signs alone where words would lie over each other. */
+  function fitWords(): void {
+    const zoom = diagram.canvas.zoom();
+    diagram.canvas.getContainer().classList.toggle('qos-signs-only', room * zoom < WORDS * Math.max(zoom, LEAST_SCALE));
+  }
+
+  diagram.modeler.on('canvas.viewbox.changed', fitWords);
+
   return {
     stale(isStale) {
       diagram.canvas.getContainer().classList.toggle('qos-stale', isStale);
+      const { panel, problems, matrix } = page.workspace.regions;
+      [panel, problems, matrix].forEach((each) => each.classList.toggle('stale', isStale));
     },
     show(view) {
       const wanted = marksOf(view);
@@ -102,8 +124,20 @@ export function createMarkers(page: Page): Markers {
           }
         }
       }
+      room = leastGap([...wanted].flatMap(([id, { inside }]) => (inside ? [] : (diagram.registry.get(id) ?? []))));
+      fitWords();
     },
   };
+}
+
+/** The least distance between neighbours in a row. */
+function leastGap(shapes: readonly Shape[]): number {
+  const ends = shapes.map(({ x = 0, y = 0, width }) => ({ x: x + width / 2, row: Math.round(y / ROW) }));
+  ends.sort((one, other) => one.row - other.row || one.x - other.x);
+  return ends.slice(1).reduce((least, { x, row }, at) => {
+    const before = ends[at];
+    return before?.row === row ? Math.min(least, x - before.x) : least;
+  }, Infinity);
 }
 
 function markerOf({ state }: Mark): string {

@@ -1,11 +1,41 @@
 /** The partners of a selected event, also those in other pools and documents. */
 
-import { make } from '../layout/dom';
+import { protocolSteps } from '../drawing/events';
+import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
 import { memberLink } from './cards';
 import { stateSign } from './markers';
-import { STATE_WORDS, partnersOf, stateOfVerdict, type ElementView, type View } from './view';
+import { STATE_WORDS, fullName, partnersOf, stateOfVerdict, type ElementView, type EndpointView, type View } from './view';
+
+interface OtherProtocol {
+  readonly own: EndpointView;
+  readonly other: EndpointView;
+}
+
+/** An endpoint of another protocol that would be a partner in this one. */
+function otherProtocol(view: View, { endpoints }: ElementView): OtherProtocol | undefined {
+  for (const own of endpoints) {
+    const { topicWritten, protocol, role } = own.endpoint;
+    const other = [...view.endpoints.values()].find(
+      ({ endpoint }) => topicWritten !== '' && endpoint.topicWritten === topicWritten && endpoint.role !== role && endpoint.protocol !== protocol,
+    );
+    if (other) {
+      return { own, other };
+    }
+  }
+  return undefined;
+}
+
+/** Say that protocols differ, and offer to use one of them for the whole diagram. */
+function otherProtocolHint(page: Page, view: View, { own, other }: OtherProtocol): HTMLElement {
+  const title = (id: string): string => page.catalogue.packs.find((each) => each.id === id)?.title ?? id;
+  const [mine, theirs] = [own.endpoint.protocol, other.endpoint.protocol];
+  const name = fullName(view, other.endpoint.id);
+  const words = make('p', {}, `${name} has this topic, too, but uses ${title(theirs)} and not ${title(mine)}. Different protocols never match.`);
+  const use = (id: string): HTMLElement => button(`Use ${title(id)} for all events`, () => page.diagram.edit(protocolSteps(page.diagram, page.catalogue.form, id)));
+  return make('div', { class: 'question' }, words, ...(other.here ? [use(mine), use(theirs)] : []));
+}
 
 /** The most partners at once. */
 const SHOWN = 20;
@@ -15,6 +45,10 @@ export function partnerList(page: Page, view: View, element: ElementView): HTMLE
   const partners = partnersOf(view, element.endpoints);
   if (partners.length === 0) {
     const external = element.endpoints.some((each) => each.endpoint.external);
+    const foreign = otherProtocol(view, element);
+    if (foreign) {
+      return otherProtocolHint(page, view, foreign);
+    }
     return make('p', { class: 'hint' }, external ? 'The partner is outside of this system.' : 'No event or document shares this topic yet.');
   }
   const list = make('ul', { class: 'partners' });

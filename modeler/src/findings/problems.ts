@@ -28,6 +28,7 @@ export function createProblems(page: Page): Problems {
   const list = make('ul', { class: 'problems' });
   let last: View | undefined;
   let limit = SHOWN;
+  note.textContent = 'Not checked yet.';
   region.append(make('div', { class: 'problems-bar' }, filters, note), list);
 
   function filter(view: View, severity: Severity): HTMLElement {

@@ -7,7 +7,7 @@ import type { Checked } from '../service/live';
 import { marksOf } from './markers';
 import { topicsOf } from './topics';
 import { fullName, partnersOf, viewOf } from './view';
-import { remedyNotes } from './words';
+import { factText, remedyNotes } from './words';
 
 const NAME = 'drawing.bpmn';
 
@@ -104,6 +104,14 @@ describe('topics', () => {
     expect(last?.topic).toBe('Alone');
     expect(last?.state).toBe('unmatched');
     expect(last?.subscribers).toEqual([]);
+  });
+});
+
+describe('a fact that no policy holds', () => {
+  it('has its bound with its value', () => {
+    const words = (policy: string) => factText(undefined, { policy, value: '6h' });
+    expect(words('mean_period_at_least')).toEqual({ label: 'Mean period', value: 'at least 6h' });
+    expect(words('gap')).toEqual({ label: 'Gap', value: '6h' });
   });
 });
 

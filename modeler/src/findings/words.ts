@@ -47,12 +47,17 @@ export function policyOf(pack: Pack | undefined, name: string): Policy | undefin
   return pack?.policies.find((each) => each.name === name);
 }
 
+/** `mean_period_at_least`: a name, and how its value is meant. */
+const BOUNDED = /^(?<name>.*?)(?:_(?<bound>at_least|at_most))?$/s;
+
 /** A value with its label and its policy: `Reliability: Best effort`. */
 export function factText(pack: Pack | undefined, fact: Pick<Fact, 'policy' | 'value'>): { label: string; value: string } {
   const policy = policyOf(pack, fact.policy);
   // Facts that no policy holds, such as the time between two samples, have a name only.
-  const plain = fact.policy.replaceAll('_', ' ');
-  return { label: policy?.label || plain.charAt(0).toUpperCase() + plain.slice(1), value: policy ? valueLabel(policy, fact.value) : fact.value };
+  const { name = '', bound } = BOUNDED.exec(fact.policy)?.groups ?? {};
+  const plain = name.replaceAll('_', ' ');
+  const value = bound === undefined ? fact.value : `${bound.replace('_', ' ')} ${fact.value}`;
+  return { label: policy?.label || plain.charAt(0).toUpperCase() + plain.slice(1), value: policy ? valueLabel(policy, fact.value) : value };
 }
 
 /** What a fix does, for its button. */

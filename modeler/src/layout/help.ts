@@ -23,9 +23,12 @@ const OF_THE_DIAGRAM: readonly (readonly [keys: string, label: string])[] = [
 
 /** Show which keys do what. */
 export function showHelp(commands: readonly Command[]): void {
-  const ours = commands.flatMap(({ keys, label }) => (keys === undefined ? [] : [[keys, label] as const]));
+  const ours = new Map<string, string>();
+  for (const { keys, label } of commands.filter((each) => each.keys !== undefined)) {
+    ours.set(label, [ours.get(label), keys].filter((each) => each !== undefined).join(', '));
+  }
   const dialog = show('Keyboard', [
-    make('div', { class: 'keys' }, section('Anywhere', ours), section('In the diagram', OF_THE_DIAGRAM)),
+    make('div', { class: 'keys' }, section('Anywhere', [...ours].map(([label, keys]) => [keys, label])), section('In the diagram', OF_THE_DIAGRAM)),
     make('div', { class: 'answers' }, button('Close', () => dialog.close(), { class: 'primary', autofocus: true })),
   ]);
   dialog.classList.add('wide');

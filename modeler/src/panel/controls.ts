@@ -110,8 +110,7 @@ function list({ policy }: Setting, values: readonly string[], words: readonly st
     labelled: true,
     focus: () => element.focus(),
     show(text, fallback) {
-      const label = fallback === '' ? 'not set' : valueLabel(policy, fallback);
-      unset.textContent = fallback === '' ? 'Not set' : `Default: ${label}`;
+      unset.textContent = fallback === '' ? 'Not set' : `${valueLabel(policy, fallback)} (default)`;
       const known = text === undefined || values.includes(text) || words.includes(text);
       extra.value = known ? '?' : text;
       extra.textContent = known ? '' : text;

@@ -36,6 +36,7 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
   const definitions = signalDefinitions(owner.part);
   const sections: Maybe[] = [
     ...definitions.map((each) => topicSection(page, shape, each)),
+    pack && unknownSection(page, shape, pack),
     verdictSection(page, shape.id),
     convertSection(page, shape),
     protocolSection(page, owner, kind, () => views()[0]?.endpoint.protocol ?? ''),
@@ -45,7 +46,6 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
     const store = attributeStore(page.diagram, form, owner);
     const isStated = (written: WrittenSetting): boolean => store.read(written) !== undefined;
     const subject = subjectOf(page, pack, role, store, views);
-    sections.push(unknownSection(page, shape, pack));
     sections.push(presetSection(page, shape, pack));
     sections.push(settingsSection(page, subject, settingsOf(pack, form, PolicyLevel.ENDPOINT, { role, isStated })));
     sections.push(needsSection(page, pack, role, owner, views));

@@ -1,7 +1,8 @@
 /** The panel beside the diagram: what the selected element states, and how it stands. */
 
 import type { Pack } from '../gen/cqos/v1/catalogue_pb';
-import { is, type Shape } from '../drawing/diagram';
+import { add, POOL, PUBLISHER, SUBSCRIBER, type Kind } from '../canvas_keys';
+import { is, part, type Shape } from '../drawing/diagram';
 import { protocolOf, signalDefinitions, signalOf } from '../drawing/events';
 import { button, make } from '../layout/dom';
 import { hideTip } from '../layout/tip';
@@ -42,7 +43,7 @@ export function createPanel(page: Page): Panel {
     }
     const shape = page.diagram.selected();
     const pack = packFor(page, shape);
-    const key = keyOf(shape, pack);
+    const key = keyOf(shape, pack) + (shape === page.diagram.canvas.getRootElement() ? hasEvents(page) : '');
     if (key !== drawn || bound !== shape.businessObject) {
       if (isTyping()) {
         // An answer must not take the field away in which a person types; who has gone on has finished.
@@ -113,6 +114,29 @@ function sectionsOf(page: Page, shape: Shape, pack: Pack | undefined): Section[]
   return shape === page.diagram.canvas.getRootElement() ? modelSections(page, pack) : [];
 }
 
+function hasEvents(page: Page): boolean {
+  return page.diagram.registry.filter((each) => signalDefinitions(each.businessObject).length > 0).length > 0;
+}
+
+/** Buttons that add an event to the selected pool, or to the first one. */
+function adders(page: Page): HTMLElement[] {
+  const { modeler } = page.diagram;
+  const addEvent = (kind: Kind): void => {
+    add(modeler, kind);
+    focusTopic(page);
+  };
+  return [button('Add a publisher', () => addEvent(PUBLISHER)), button('Add a subscriber', () => addEvent(SUBSCRIBER))];
+}
+
+/** Go on with what an event that publishes or subscribes needs first. */
+function focusTopic({ workspace }: Page): void {
+  workspace.regions.panel.querySelector<HTMLElement>('[data-focus=topic] input')?.focus();
+}
+
+function poolAdder(page: Page): HTMLElement {
+  return button('Add a pool', () => add(page.diagram.modeler, POOL));
+}
+
 interface Replace {
   replaceElement(shape: Shape, target: { type: string; eventDefinitionType: string }): Shape;
 }
@@ -121,9 +145,14 @@ interface Replace {
 function hintFor(page: Page, shape: Shape): HTMLElement | undefined {
   const owner = shape.businessObject;
   if (shape === page.diagram.canvas.getRootElement()) {
-    return make('p', { class: 'hint' }, 'Select a signal event to see and set its QoS. What is set here holds for the whole model.');
+    return hasEvents(page)
+      ? make('div', { class: 'hint' }, make('p', {}, 'Select a signal event to see and set its QoS. What is set here holds for the whole model.'), poolAdder(page))
+      : make('div', { class: 'hint' }, make('p', {}, 'Nothing publishes or subscribes yet. Add the first event here, or with the palette.'), ...adders(page), poolAdder(page));
   }
-  if (signalDefinitions(owner).length > 0 || is(owner, 'bpmn:Participant')) {
+  if (is(owner, 'bpmn:Participant')) {
+    return part(owner, 'processRef') ? make('div', { class: 'hint' }, ...adders(page)) : undefined;
+  }
+  if (signalDefinitions(owner).length > 0) {
     return undefined;
   }
   if (!is(owner, 'bpmn:Event')) {
@@ -135,6 +164,7 @@ function hintFor(page: Page, shape: Shape): HTMLElement | undefined {
         .get<Replace>('bpmnReplace')
         .replaceElement(shape, { type, eventDefinitionType: 'bpmn:SignalEventDefinition' });
       page.diagram.selection.select([replaced]);
+      focusTopic(page);
     });
   const between = is(owner, 'bpmn:IntermediateThrowEvent') || is(owner, 'bpmn:IntermediateCatchEvent');
   const choices = between

@@ -142,13 +142,14 @@ function problemOf(page: Page, subject: Subject, policy: string, findings: reado
     return undefined;
   }
   const error = found.severity === Severity.ERROR;
-  const other = found.sides.find((side) => !isOwn(side) && side.facts.length === 1 && side.members.length > 0);
+  const isEnd = (side: Side): boolean => side.role === 'publisher' || side.role === 'subscriber';
+  const other = found.sides.find((side) => !isOwn(side) && isEnd(side) && side.facts.length === 1 && side.members.length > 0);
   const [fact] = other?.facts ?? [];
   if (!other || !fact) {
     return { message: make('span', {}, ...messageOf(view, found.message)).textContent ?? '', error };
   }
   const { label, value } = factText(subject.pack, fact);
-  const verb = other.role === 'publisher' ? 'offers' : other.role === 'subscriber' ? 'requests' : 'has';
+  const verb = other.role === 'publisher' ? 'offers' : 'requests';
   const named = fact.policy === policy ? value : `${label} ${value}`;
   return { message: `${fullName(view, other.members[0] ?? '')} ${verb} ${named}`, error };
 }

@@ -54,6 +54,7 @@ export function topicSection(page: Page, shape: Shape, definition: ModdleElement
   });
   const element = labelled('Topic', input, hint, 'Events with the same topic are partners. In the drawing it is the name of the signal.');
   element.append(list, question);
+  element.dataset['focus'] = 'topic';
   let last: string | undefined;
   let listed = '';
   let drawn: number | undefined;

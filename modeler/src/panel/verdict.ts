@@ -21,11 +21,13 @@ export function verdictSection(page: Page, id: string): Section {
   const element = make('section', { class: 'standing', 'aria-label': 'Verdict' }, verdict, partners, findings);
   const open = new Map<string, boolean>();
   let drawn: { view: View; packs: number } | undefined;
+  let isEmpty = true;
 
   function draw(view: View): void {
     const own = view.elements.get(id);
     const about = own?.findings ?? view.participants.get(id)?.findings ?? [];
     const state = own?.state;
+    isEmpty = own === undefined && about.length === 0;
     const focused = element.contains(document.activeElement);
     verdict.className = state ? `verdict state-${state}` : 'verdict';
     const words = state ? sentence(STATE_WORDS[state]) + (isAccepted(about) ? ', accepted' : '') : '';
@@ -53,12 +55,12 @@ export function verdictSection(page: Page, id: string): Section {
     fields: [],
     update() {
       const view = page.view();
-      element.hidden = view === undefined;
       const packs = page.catalogue.loaded();
       if (view && (view !== drawn?.view || packs !== drawn.packs)) {
         drawn = { view, packs };
         draw(view);
       }
+      element.hidden = view === undefined || isEmpty;
     },
   };
 }
