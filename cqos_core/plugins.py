@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 GROUP: Final = "cqos"
 LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
 """The environment variable that names the distributions to load plugins from, beside those we ship."""
+FILES_VARIABLE: Final = "CQOS_PACK_FILES"
+"""The environment variable that names rule pack files, which count as installed; `cqos serve --pack` sets it for its processes."""
 FAULTS: Final = (Exception, SystemExit)
 """What to expect of a foreign plugin: it may also call ``sys.exit``."""
 
@@ -73,6 +75,15 @@ class RulePackInfo:
     def load(self) -> RulePack:
         """Import the pack."""
         return named(self.pack)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, slots=True)
+class PackFileInfo(RulePackInfo):
+    """A rule pack in a YAML file, whose path is ``pack``."""
+
+    def load(self) -> RulePack:
+        """Read the file."""
+        return _read_pack_file(self.pack)
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,7 +386,24 @@ def _load_pack(info: RulePackInfo) -> RulePack:
 @cache
 def load_plugins() -> Plugins:
     """Find and load every installed plugin once per process; see `Plugins.broken` for those that failed."""
-    return load_from(entry_points(GROUP), os.environ.get(LOAD_VARIABLE))
+    plugins = load_from(entry_points(GROUP), os.environ.get(LOAD_VARIABLE))
+    for path in filter(None, os.environ.get(FILES_VARIABLE, "").split(os.pathsep)):
+        pack = _read_pack_file(path)
+        plugins.packs.setdefault(pack.id, PackFileInfo(pack.id, pack.summary, path))
+        plugins.owners.setdefault(
+            ("packs", pack.id), Origin(pack.id, path.rpartition(os.sep)[2], shipped=False, package=path)
+        )
+    return plugins
+
+
+@cache
+def _read_pack_file(path: str) -> RulePack:
+    from pathlib import Path
+
+    from cqos_core.importers.source import Source
+    from cqos_core.packs.pack_file import read_pack
+
+    return read_pack(Source(path, Path(path).read_bytes()))
 
 
 def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins:

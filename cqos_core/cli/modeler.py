@@ -9,7 +9,7 @@ from typing import Final
 
 import click
 
-from cqos_core.cli.parameters import debug_option
+from cqos_core.cli.parameters import debug_option, packs_option
 from cqos_core.cli.streams import say
 from cqos_core.model.problems import CqosError
 
@@ -23,8 +23,9 @@ _HERE: Final = "127.0.0.1"
 @click.argument("files", metavar="[FILE]...", nargs=-1)
 @click.option("--port", type=click.IntRange(0, 65_535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
+@packs_option
 @debug_option
-def modeler(files: tuple[str, ...], port: int, *, no_browser: bool) -> None:
+def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, no_browser: bool) -> None:
     """Draw a system in the browser, and see while you draw whether its QoS fits.
 
     The page and its service run on this machine, and serve no other. The page reads and saves the FILEs, and no other files
@@ -37,12 +38,14 @@ def modeler(files: tuple[str, ...], port: int, *, no_browser: bool) -> None:
       cqos modeler examples/smart_agriculture.bpmn
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.cli.reading import install_packs
     from cqos_core.service.process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
     for each in map(Path, files):
         if each.is_dir() or not (each.is_file() or each.absolute().parent.is_dir()):
             raise CqosError(f"{each} {'is a folder' if each.is_dir() else 'is in a folder that does not exist'}")
+    install_packs(pack_files)
     key, ticket = new_key(), new_key()
 
     def started(addresses: dict[str, str]) -> None:

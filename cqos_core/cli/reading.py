@@ -21,9 +21,9 @@ from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.importers.source import OPTIONS, VARIABLES
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import InputError, InvalidValueError, Problem
+from cqos_core.model.problems import CqosError, InputError, InvalidValueError, Problem
 from cqos_core.model.system import Place
-from cqos_core.plugins import load_plugins
+from cqos_core.plugins import FILES_VARIABLE, load_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -378,6 +378,25 @@ def read_packs(paths: Iterable[str]) -> list[RulePack]:
     if problems:
         raise InputError(problems)
     return packs
+
+
+def install_packs(files: Iterable[str]) -> None:
+    """Let rule pack files count as installed, in this process and in those that it starts.
+
+    Raises:
+        InputError: one of them cannot be used.
+        CqosError: another pack has its id.
+    """
+    paths = [os.path.abspath(path) for path in files]  # noqa: PTH100 - a link keeps its name
+    known = {name: load_plugins().owner("packs", name) for name in load_plugins().packs} if paths else {}
+    for path, pack in zip(paths, read_packs(paths), strict=True):
+        if pack.id in known:
+            raise CqosError(f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}")
+        known[pack.id] = path
+    if paths:
+        os.environ[FILES_VARIABLE] = os.pathsep.join(paths)
+        load_plugins.cache_clear()
+        load_plugins()
 
 
 def packs_here(files: Iterable[str]) -> list[RulePack]:

@@ -22,7 +22,7 @@ _PREFIX: Final = "CQOS_SERVE"
 _TOKEN: Final = f"{_PREFIX}_TOKEN"
 _PROCESSES: Final = click.IntRange(1, 256)
 
-_FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca"})
+_FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca", "pack"})
 
 
 def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
@@ -42,10 +42,10 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         option, at = options.get(name), setting.place or config.path
         if option is None or option.name is None:
             raise click.UsageError(f"{at}: `cqos serve` has no option `{name}`{nearest(name, options)}", ctx)
-        text = setting.text
-        if name in _FILES and setting.place is not None:
-            text = str(Path(setting.place.source).parent / text)
-        defaults[option.name] = Names().parse(text) if option.multiple else text
+        folder = Path(setting.place.source).parent if name in _FILES and setting.place is not None else None
+        texts = Names().parse(setting.text) if option.multiple else (setting.text,)
+        beside = tuple(text if folder is None else str(folder / text) for text in texts)
+        defaults[option.name] = beside if option.multiple else beside[0]
         try:
             option.type_cast_value(ctx, defaults[option.name])
         except click.BadParameter as error:
@@ -163,8 +163,16 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
     show_default=True,
     help="Of the log on standard error.",
 )
+@click.option(
+    "--pack",
+    "pack_files",
+    metavar="FILE",
+    multiple=True,
+    envvar=f"{_PREFIX}_PACK",
+    help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
+)
 @debug_option
-def serve(**given: Any) -> None:
+def serve(pack_files: tuple[str, ...], **given: Any) -> None:
     """Serve checks by gRPC: to modelers while a person draws, to CI jobs, to `cqos check --server`.
 
     Every option can also be given as a variable, CQOS_SERVE_LISTEN for --listen, and in [serve] of cqos.toml, as
@@ -177,8 +185,10 @@ def serve(**given: Any) -> None:
       cqos serve --listen 127.0.0.1:0 --web 127.0.0.1:8080
       cqos serve --listen 0.0.0.0:50051 --tls-cert cert.pem --tls-key key.pem --token-file tokens
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.cli.reading import install_packs
     from cqos_core.service.process import serve as run
 
+    install_packs(pack_files)
     run(settings_from(given, os.environ.get(_TOKEN)))
 
 

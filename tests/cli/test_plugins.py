@@ -178,6 +178,16 @@ def test_broken_plugins_are_listed_with_the_packs(forked, plugins):
     assert "could not be loaded" in forked("packs", "half", **plugins).err
 
 
+def test_a_pack_file_of_a_service_has_an_id_of_its_own(forked):
+    pack = Path(__file__).parents[2] / "examples" / "opcua" / "opcua_pack.yaml"
+    twice = forked("serve", "--pack", pack, "--pack", pack)
+    assert (twice.code, twice.out) == (2, "")
+    assert f"there is a rule pack `opcua` already, from {pack}" in twice.err
+    missing = forked("modeler", "--no-browser", "--pack", "nowhere.yaml")
+    assert missing.code == 2
+    assert "nowhere.yaml: cannot be read" in missing.err
+
+
 def test_a_command_that_cannot_be_imported(forked, plugins):
     done = forked("gone", **plugins)
     assert done.code == 2

@@ -3,7 +3,6 @@
 import importlib.util
 import os
 import re
-import shutil
 
 import pytest
 
@@ -285,28 +284,9 @@ def test_an_answer_takes_no_field_from_a_person_who_types(opens):
 PACK = ROOT / "examples" / "opcua" / "opcua_pack.yaml"
 
 
-@pytest.fixture
-def another_pack(tmp_path, monkeypatch):
-    """A distribution of a pack in YAML, as the tutorial makes one."""
-    package = tmp_path / "packs" / "cqos_opcua"
-    package.mkdir(parents=True)
-    shutil.copy(PACK, package)
-    hook = 'register(RulePackInfo("opcua", "OPC UA PubSub", "cqos_opcua.pack:PACK"))'
-    imports = "from cqos_core.plugins import RulePackInfo, hookimpl\n"
-    (package / "__init__.py").write_text(f"{imports}\n@hookimpl\ndef register_rule_packs(register):\n    {hook}\n")
-    source = 'Source("opcua.yaml", Path(__file__).with_name("opcua_pack.yaml").read_bytes())'
-    needed = "from pathlib import Path\nfrom cqos_core.importers.source import Source\nfrom cqos_core.packs.pack_file import read_pack\n"
-    (package / "pack.py").write_text(f"{needed}PACK = read_pack({source})\n")
-    about = package.parent / "cqos_opcua-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: cqos-opcua\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[cqos]\nopcua = cqos_opcua\n")
-    monkeypatch.setenv("PYTHONPATH", str(package.parent), prepend=os.pathsep)
-
-
-def test_a_pack_in_yaml_appears_in_the_panel(another_pack, run_modeler, show, tmp_path):
+def test_a_pack_in_yaml_appears_in_the_panel(run_modeler, show, tmp_path):
     file = written(tmp_path, "drawn.bpmn", pair(attributes=' qos:protocol="opcua"'))
-    shown = checked(show(run_modeler(file).address))
+    shown = checked(show(run_modeler("--pack", PACK, file).address))
     shown.choose("Out")
     field(shown, "Security mode").wait_for()
     mode = panel(shown).locator('[data-policy="security_mode"]')
