@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.language.values import Value
+    from cqos_core.language.values import Value, Values
     from cqos_core.language.vocabulary import Use
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.guarantee import Word
+    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import QosProfile
 
@@ -125,13 +126,14 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
 def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
     index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
     restarts = _names(publisher.values[index]), _names(subscriber.values[index])
+    asked = _AskedWord(word, publisher, subscriber)
 
     def under(*faults: str) -> Cell:
         befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
         counting = [
             each for each in rules if each.rule.survives == LINK or set(befall) & set(faults_of(each.rule.survives))
         ]
-        cell = _granted(word, counting, faults, publisher, subscriber)
+        cell = asked.granted(counting, faults)
         if cell.value is None or cell.value == word.nothing:
             return cell
         proven, derived = _evidence(word, befall or (LINK,), publisher, subscriber)
@@ -155,16 +157,21 @@ def _evidence(
     )
     if index is None:
         return (), ()
-    by_fault = [
-        {each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)} for fault in faults
-    ]
-    seen = set.intersection(*({each.value for each in proofs} for proofs in by_fault))
-    proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
-    of_pair = dict.fromkeys(
+    of_pair = tuple(
         name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
     )
+    return _evidence_on(pack, word.name, faults, of_pair)
+
+
+@lru_cache(maxsize=_CACHE)
+def _evidence_on(
+    pack: RulePack, word: str, faults: tuple[str, ...], implementations: tuple[str, ...]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    by_fault = [{each for each in pack.proofs if (each.guarantee, each.fault) == (word, fault)} for fault in faults]
+    seen = set.intersection(*({each.value for each in proofs} for proofs in by_fault))
+    proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
     proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
-    return tuple(proven), tuple(name for name in of_pair if name not in seen)
+    return tuple(proven), tuple(name for name in dict.fromkeys(implementations) if name not in seen)
 
 
 def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
@@ -173,75 +180,78 @@ def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
     return (policy.format(value) if is_plain(value) else NOT_NAMED,)
 
 
-def _granted(
-    word: Word, rules: Sequence[BoundRule], faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
-) -> Cell:
-    """The strongest need that all rules grant under these faults."""
-    # The weakest need there is.
-    least = INFINITE - 1 if word.kind == "at_most" else 1
-    results = _asked(rules, word, least, publisher, subscriber, faults)
-    lost = tuple(rule for rule, result in results if result is not True)
-    if not lost:
-        found = _strongest(word, rules, least, faults, publisher, subscriber)
-        # A bound that no rule gives as a number is not known.
-        return Cell(None if word.kind == "at_most" and found == least else found)
-    return Cell(word.nothing if any(result is False for _, result in results) else None, lost)  # type: ignore[arg-type]
+class _AskedWord:
+    """One word of a pair, and what each rule answers; a rule that reads no fault is asked once for all faults."""
 
+    def __init__(self, word: Word, publisher: QosProfile, subscriber: QosProfile) -> None:
+        """Begin with a subscriber that needs nothing."""
+        pack = subscriber.pack
+        self.word = word
+        self.offered = publisher.values
+        self.need = pack.needs[word.name][0]
+        self.survives = pack.vocabulary.indices[NEED, SURVIVES.name]
+        self._nothing: list[Value] = [*subscriber.values]
+        for index, nothing in pack.needs.values():
+            self._nothing[index] = nothing
+        self._answers: dict[tuple[int, int, tuple[str, ...]], bool | None] = {}
+        self._candidates: dict[tuple[int, tuple[str, ...]], tuple[Value, ...]] = {}
 
-def _asked(
-    rules: Sequence[BoundRule],
-    word: Word,
-    need: int,
-    publisher: QosProfile,
-    subscriber: QosProfile,
-    faults: tuple[str, ...],
-) -> list[tuple[Rule, bool | None]]:
-    """Ask the rules as if this were needed; False or None where a rule speaks."""
-    values = _asking(subscriber, word, need, faults)
-    spoken = ((bound.rule, ask(bound, publisher.values, values)) for bound in rules)
-    return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
+    def granted(self, rules: Sequence[BoundRule], faults: tuple[str, ...]) -> Cell:
+        """Return the strongest need that all rules grant under these faults."""
+        # The weakest need there is.
+        least = INFINITE - 1 if self.word.kind == "at_most" else 1
+        results = [(bound.rule, self.answer(bound, least, faults)) for bound in rules]
+        lost = tuple(rule for rule, result in results if result is not True)
+        if not lost:
+            found = self.strongest(rules, least, faults)
+            # A bound that no rule gives as a number is not known.
+            return Cell(None if self.word.kind == "at_most" and found == least else found)
+        refused = any(result is False for _, result in results)
+        return Cell(self.word.nothing if refused else None, lost)  # type: ignore[arg-type]
 
+    def answer(self, bound: BoundRule, need: int, faults: tuple[str, ...]) -> bool | None:
+        """Ask a rule as if this were needed; False or None where it speaks."""
+        key = (id(bound), need, self._read_by(bound, faults))
+        if key not in self._answers:
+            said = ask(bound, self.offered, self._asking(need, faults))
+            self._answers[key] = True if said is None else None if bound.rule.doubt else said.outcome.result
+        return self._answers[key]
 
-def _asking(subscriber: QosProfile, word: Word, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
-    """The values of a subscriber that needs this one word under these faults."""
-    pack = subscriber.pack
-    asking: list[Value] = [*subscriber.values]
-    for index, nothing in pack.needs.values():
-        asking[index] = nothing
-    asking[pack.needs[word.name][0]] = need
-    asking[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
-    return tuple(asking)
-
-
-def _strongest(
-    word: Word,
-    rules: Sequence[BoundRule],
-    least: int,
-    faults: tuple[str, ...],
-    publisher: QosProfile,
-    subscriber: QosProfile,
-) -> int:
-    """The strongest need that all rules grant; ``least`` is granted."""
-    if word.kind == "holds":
-        return 1
-    index = publisher.pack.needs[word.name][0]
-    found = least
-    asking = _asking(subscriber, word, least, faults)
-    for bound in rules:
-        use = next((use for use in bound.bound.uses if use.index == index), None)
-        for value in () if use is None else _candidates(bound, use, publisher, asking):
+    def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
+        """Return the strongest need that all rules grant; ``least`` is granted."""
+        word, found = self.word, least
+        if word.kind == "holds":
+            return 1
+        for value in (value for bound in rules for value in self.candidates(bound, least, faults)):
             if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
                 continue
-            if all(granted is True for _, granted in _asked(rules, word, value, publisher, subscriber, faults)):
+            if all(self.answer(bound, value, faults) is True for bound in rules):
                 found = value
-    return found
+        return found
+
+    def candidates(self, bound: BoundRule, least: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
+        """Return needs at which a rule may turn, also those of values that depend on an assumption."""
+        key = (id(bound), self._read_by(bound, faults))
+        if key not in self._candidates:
+            use = next((use for use in bound.bound.uses if use.index == self.need), None)
+            found = () if use is None else tuple(_candidates(bound, use, self.offered, self._asking(least, faults)))
+            self._candidates[key] = found
+        return self._candidates[key]
+
+    def _read_by(self, bound: BoundRule, faults: tuple[str, ...]) -> tuple[str, ...]:
+        return faults if self.survives in bound.bound.sides[1] else ()
+
+    def _asking(self, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
+        """Return the values of a subscriber that needs this one word under these faults."""
+        asking = self._nothing.copy()
+        asking[self.need], asking[self.survives] = need, faults
+        return tuple(asking)
 
 
-def _candidates(bound: BoundRule, use: Use, publisher: QosProfile, asking: tuple[Value, ...]) -> Iterator[Value]:
-    """Yield needs at which a rule may turn, also those of values that depend on an assumption."""
-    yield from turning_points(bound.bound, use, publisher.values, asking)
+def _candidates(bound: BoundRule, use: Use, offered: Values, asking: Values) -> Iterator[Value]:
+    yield from turning_points(bound.bound, use, offered, asking)
     for other in bound.bound.uses:
-        value = (asking if other.second else publisher.values)[other.index]
+        value = (asking if other.second else offered)[other.index]
         if isinstance(value, Depends):
             yield from (case for _, case in value.cases)
 
