@@ -336,6 +336,32 @@ class TestApplying:
         assert Config().apply_to(system) == system
 
 
+@pytest.mark.parametrize(
+    ("text", "ours"),
+    [
+        ("[tool.cqos]\nformat = 'json'", True),
+        (" [ tool . 'cqos' ]", True),
+        ("[ 'tool' . cqos ]", True),
+        ('["tool"."cqos"]', True),
+        ('[tool."c\\u0071os"]', True),
+        ('["t\\u006Fol".cqos]', True),
+        ("tool.cqos.format = 'json'", True),
+        ("tool = {cqos = {format = 'json'}}", True),
+        ("'tool'.cqos.format = 'json'", True),
+        ("[tool]\n[project]\n", False),
+        ("[tool]\ncqos.format = 'json'", True),
+        ("[[tool.cqos.checks]]", True),
+        ("[tool.other]\ncqos = 1\n[project.entry-points.cqos]\na = 'b'", False),
+        ("x = 1", False),
+    ],
+)
+def test_our_table_is_found_in_any_spelling(tmp_path, text, ours):
+    file = tmp_path / "pyproject.toml"
+    file.write_text(text, encoding="utf-8")
+    found = find_config(tmp_path)
+    assert (found is not None and found.resolve() == file.resolve()) is ours
+
+
 def test_every_key_is_documented():
     text = (Path(__file__).parent.parent / "docs" / "yaml-form.md").read_text(encoding="utf-8")
     configuration = text[text.index("## Configuration") :]

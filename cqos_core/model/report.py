@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import field
 from enum import Enum
-from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
@@ -282,6 +281,8 @@ class _InNotebooks:
         printer.text(str(self))
 
     def _repr_html_(self) -> str:
+        from html import escape  # only notebooks ask
+
         rows = "".join(
             f"<tr><td>{each.severity}</td><td>{each.code}</td><td>{escape(each.message)}</td><td>{escape(str(each.place or ''))}</td></tr>"
             for each in self.findings[:_SHOWN]

@@ -30,7 +30,13 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     module, summary = "cqos_ros2.workspace.importer", "Workspaces of ROS 2: a folder with --launch FILE"
     register(
         ImporterInfo(
-            "workspace", summary, (), f"{module}:claims", f"{module}:read", options=_LAUNCH, folders_with="launch"
+            "workspace",
+            summary,
+            (),
+            "cqos_ros2.importers.detect_config:claims_workspace",
+            f"{module}:read",
+            options=_LAUNCH,
+            folders_with="launch",
         )
     )
 

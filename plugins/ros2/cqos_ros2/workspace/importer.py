@@ -29,12 +29,6 @@ LAUNCH: Final = "launch"
 ARGUMENT: Final = "launch_arg"
 
 
-def claims(name: str, head: bytes) -> bool:
-    """Claim nothing: a workspace is a folder, which `--launch` names."""
-    del name, head
-    return False
-
-
 def read(source: Source, context: ReadContext) -> System:
     """Return the system that the launch files start together.
 
