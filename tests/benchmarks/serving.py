@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import grpc
+from google.protobuf.field_mask_pb2 import FieldMask
 
 from cqos.v1 import check_pb2, report_pb2, system_pb2
 from tests.benchmarks import inputs
@@ -19,12 +20,16 @@ from tests.benchmarks.library import Row
 from tests.service.running import serving
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
 SERVICE: Final = "cqos.v1.CheckService"
 TICKS: Final = os.sysconf("SC_CLK_TCK")
 ROUNDS: Final = 3
 _models = itertools.count(1)
+
+
+VERDICT: Final = ("verdict",)
+"""The fields that a caller asks for who reads nothing else."""
 
 
 def model(endpoints: int) -> check_pb2.CheckSystemRequest:
@@ -48,16 +53,22 @@ def model(endpoints: int) -> check_pb2.CheckSystemRequest:
     return check_pb2.CheckSystemRequest(revision=number, system=system)
 
 
-def asked_pair() -> check_pb2.CheckPairRequest:
+def _mask(fields: Sequence[str]) -> FieldMask | None:
+    return FieldMask(paths=fields) if fields else None
+
+
+def asked_pair(fields: Sequence[str] = ()) -> check_pb2.CheckPairRequest:
     """A pair that was not seen before."""
     number = next(_models)
     offered, requested = inputs.pair(number)
-    return check_pb2.CheckPairRequest(revision=number, protocol="ros2", offered=offered, requested=requested)
+    return check_pb2.CheckPairRequest(
+        revision=number, protocol="ros2", offered=offered, requested=requested, fields=_mask(fields)
+    )
 
 
-def asked_of_stream() -> check_pb2.CheckPairsRequest:
+def asked_of_stream(fields: Sequence[str] = ()) -> check_pb2.CheckPairsRequest:
     """The same, for the stream."""
-    return check_pb2.CheckPairsRequest(pair=asked_pair())
+    return check_pb2.CheckPairsRequest(pair=asked_pair(fields))
 
 
 # --- the echo ---
@@ -139,6 +150,15 @@ def service(scale: float) -> Iterator[Row]:
         ("gRPC `CheckSystem`, 200 endpoints", "CheckSystem", lambda: model(200), 200, 0.25, "a bare echo"),
         ("gRPC `CheckPair`", "CheckPair", asked_pair, 2000, 0.6, "a bare echo"),
         ("gRPC stream `CheckPairs`", "CheckPairs", asked_of_stream, 4000, 0.4, "an echo stream"),
+        ("gRPC `CheckPair`, `verdict` alone", "CheckPair", lambda: asked_pair(VERDICT), 2000, 0.6, "a bare echo"),
+        (
+            "gRPC stream `CheckPairs`, `verdict` alone",
+            "CheckPairs",
+            lambda: asked_of_stream(VERDICT),
+            4000,
+            0.4,
+            "an echo stream",
+        ),
     )
     with serving("--log-level", "warning") as running:
         for what, method, make, whole, target, beside in loads:
