@@ -63,6 +63,7 @@ class _Shown:
     """What is read once in a run; below it, the code is reminder enough."""
 
     reasons: set[tuple[str, str]] = field(default_factory=set)
+    rules: set[tuple[str, str]] = field(default_factory=set)
     notes: set[str] = field(default_factory=set)
 
     def reason(self, finding: Finding) -> str:
@@ -71,6 +72,13 @@ class _Shown:
         known = key in self.reasons
         self.reasons.add(key)
         return "" if known else finding.because
+
+    def rule(self, finding: Finding) -> bool:
+        """Whether the rule, with this clause, was named before."""
+        key = (finding.code, finding.clause)
+        known = key in self.rules
+        self.rules.add(key)
+        return known
 
     def fresh(self, notes: Iterable[str]) -> list[str]:
         """The notes that were not printed before."""
@@ -117,14 +125,23 @@ def _pointed(side: Side) -> tuple[Fact, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """One thing to point at: what it is (``policy``), what to say about it, and its excerpt if there is one."""
+    """One thing to point at: what it is (``policy``), what to say about it, and its excerpt if there is one.
+
+    ``value`` is empty where it can be read from what is underlined.
+    """
 
     place: Place | None
     policy: str
-    text: str
+    label: str
+    value: str
     excerpt: Excerpt | None
     side: Side
     pen: _Pen
+
+    @property
+    def text(self) -> str:
+        """The label, and the value where it cannot be read from what is underlined."""
+        return f"{self.label}: {self.value}" if self.label and self.value else self.label or self.value
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +169,7 @@ class _Page:
 
     def finding(self, finding: Finding) -> Iterator[str]:
         """Yield the lines of one finding."""
-        yield self._title(finding)
-        yield from self._paragraph("", "", finding.message)
+        yield from self._headline(finding)
         yield from self._sides(finding)
         for sentence in wording.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
@@ -163,16 +179,23 @@ class _Page:
             yield from self._paragraph("why:", "title", reason)
         if finding.accepted is not None:
             yield from self._paragraph("accepted:", "title", finding.accepted)
-        clause = f"; {finding.clause}" if finding.clause else ""
-        yield from self._paragraph("see:", "quiet", f"cqos rule {finding.code}{clause}")
+        if not self._said.rule(finding):
+            clause = f"; {finding.clause}" if finding.clause else ""
+            yield from self._paragraph("see:", "quiet", f"cqos rule {finding.code}{clause}")
 
     def verdict(self, report: Report) -> Iterator[str]:
         """Yield the verdict of one of several systems."""
         yield from wording.verdict(report, self._style, self._paint)
 
-    def _title(self, finding: Finding) -> str:
-        head = self._paint(terminal.clean(f"{finding.severity}[{finding.code}]"), finding.severity)
-        return f"{head} {self._paint(terminal.clean(finding.name), 'title')}"
+    def _headline(self, finding: Finding) -> Iterator[str]:
+        """Yield severity, code, name and message."""
+        head, name = (terminal.clean(text) for text in (f"{finding.severity}[{finding.code}]", f"{finding.name}:"))
+        first, *rest = terminal.wrap(f"{head} {name} {terminal.clean(finding.message)}", self._style.width - 2)
+        painted = self._paint(head, finding.severity) + first.removeprefix(head).replace(
+            name, self._paint(name, "title"), 1
+        )
+        yield painted if first.startswith(head) else first
+        yield from (f"  {line}" for line in rest)
 
     def _paragraph(self, label: str, role: str, text: str) -> Iterator[str]:
         """Yield wrapped text behind a label, under which its further lines are indented."""
@@ -214,8 +237,8 @@ class _Page:
         excerpt = None if place is None else self._places.excerpt(place)
         exact = None if place is None else self._places.exact(place)
         if fact is None:
-            return _Mark(exact, "", side.label, excerpt, side, pen)
-        return _Mark(exact, fact.policy, _saying(side.label, fact, excerpt), excerpt, side, pen)
+            return _Mark(exact, "", side.label, "", excerpt, side, pen)
+        return _Mark(exact, fact.policy, *_saying(side.label, fact, excerpt), excerpt, side, pen)
 
     def _in_one_view(self, marks: Sequence[_Mark]) -> bool:
         """Whether all marks are on one line, and in one view of it where it is too long to be shown whole."""
@@ -240,22 +263,55 @@ class _Page:
 
     def excerpt(self, excerpt: Excerpt) -> Iterator[str]:
         """Yield the line of something that is wrong, underlined."""
-        yield from self._excerpt([_Mark(None, "", "", excerpt, Side("system", ()), _Pen("^", "error"))])
+        yield from self._excerpt([_Mark(None, "", "", "", excerpt, Side("system", ()), _Pen("^", "error"))])
 
     def _excerpt(self, marks: Sequence[_Mark]) -> Iterator[str]:
         bar = self._paint(f"{self._indent} |", "frame")
         excerpt = _leftmost([mark.excerpt for mark in marks if mark.excerpt is not None])
         line = _Line(excerpt.text)
         left, right = line.window(excerpt, self._room)
-        several = len({mark.policy for mark in marks}) > 1
-        yield bar
         number = self._paint(f"{excerpt.line:>{len(self._indent)}} |", "frame")
         yield f"{number} {line.cut(left, right)}".rstrip()
-        for mark, marked in ((mark, mark.excerpt) for mark in marks if mark.excerpt is not None):
-            about = terminal.clean(f"{mark.policy} {mark.text}" if several else mark.text)
-            before, length = line.underline(marked, left, right)
-            for row in _sign(before, mark.pen.underline * length, about, self._room):
-                yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), mark.pen.role)}"
+        for alike in _rows(marks):
+            spans = [line.underline(mark.excerpt or excerpt, left, right) for mark in alike]
+            before, underline = spans[0][0], ""
+            for start, length in spans:
+                underline = underline.ljust(start - before)
+                underline += alike[0].pen.underline * (start + length - before - len(underline))
+            for row in _sign(before, underline, terminal.clean(_about(alike, marks)), self._room):
+                yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), alike[0].pen.role)}"
+
+
+def _rows(marks: Sequence[_Mark]) -> list[list[_Mark]]:
+    """Put marks into one row that one label explains: values of one side that can be read from the line, or that stand at one place."""
+    rows: list[list[_Mark]] = []
+    for mark in marks:
+        last = rows[-1][-1] if rows else None
+        if last is not None and (last.side, last.pen) == (mark.side, mark.pen) and _one_row(rows[-1], mark):
+            rows[-1].append(mark)
+        else:
+            rows.append([mark])
+    return [sorted(row, key=lambda mark: mark.excerpt.column if mark.excerpt else 0) for row in rows]
+
+
+def _one_row(row: Sequence[_Mark], mark: _Mark) -> bool:
+    if row[0].excerpt == mark.excerpt:
+        return row[-1].label == mark.label
+    plain = all(not each.value for each in (*row, mark))
+    return (
+        plain and len({each.label for each in (*row, mark)}) == 1 and all(each.excerpt != mark.excerpt for each in row)
+    )
+
+
+def _about(row: Sequence[_Mark], marks: Sequence[_Mark]) -> str:
+    """Return the label of the marks of one row; their policies only where that is needed to tell them from others."""
+    label = row[0].label
+    if len(row) > 1:
+        values = ", ".join(f"{mark.policy} {mark.value}" for mark in row if mark.value)
+        return f"{label}: {values}" if label and values else label or values
+    [mark] = row
+    text = mark.text
+    return f"{mark.policy} {text}" if len({each.policy for each in marks}) > 1 and len(marks) > 1 else text
 
 
 def _sign(before: int, underline: str, about: str, room: int) -> list[str]:
@@ -310,15 +366,15 @@ class _Line:
         return before, max(1, self._starts[last] - self._starts[first])
 
 
-def _saying(label: str, fact: Fact, excerpt: Excerpt | None) -> str:
-    """What to write at a value: the value itself only where it cannot be read from what is underlined."""
+def _saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
+    """What to write at a value: a label, and the value itself only where it cannot be read from what is underlined."""
     label = wording.label(label, fact)
     if excerpt is not None and _reads(excerpt, fact.value):
-        return ", ".join(part for part in (label, wording.origin(fact)) if part)
+        return ", ".join(part for part in (label, wording.origin(fact)) if part), ""
     value = wording.value(fact)
     if excerpt is not None and _ZERO.search(_marked(excerpt)):
         value = f"`0` means {value}"
-    return f"{label}: {value}" if label else value
+    return label, value
 
 
 def _marked(excerpt: Excerpt) -> str:

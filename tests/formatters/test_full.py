@@ -34,14 +34,14 @@ def with_fact(line, column, value="v", origin="explicit", members=("a",), label=
 def test_carets_stand_under_the_value(before):
     text = f"{before}value # rest"
     lines = render(with_fact(1, len(before) + 1, "value"), text=text, width=60).split("\n")
-    shown, underline = lines[4], lines[5]
+    shown, underline = lines[2], lines[3]
     assert cells(shown[: shown.index("value")]) == underline.index("^")
     assert underline.endswith("^^^^^ set here")
 
 
 def test_no_arrow_leads_nowhere():
     text = render(finding(sides=(Side("system", ()),)))
-    assert text.split("\n")[:3] == ["error[X101] bad-thing", "  a bad thing", "  see: cqos rule X101"]
+    assert text.split("\n")[:2] == ["error[X101] bad-thing: a bad thing", "  see: cqos rule X101"]
 
 
 def test_line_numbers_share_a_gutter():
@@ -244,3 +244,53 @@ def test_both_sides_in_one_line_are_marked_in_one_excerpt():
         shown = render_full(report, Style(width=width, sources={"<bytes>": text.encode()})).splitlines()
         assert sum(line.startswith(" 1 | ") for line in shown) == (2 if width < 100 else 1)
         assert sum("^^^^^^^^" in line for line in shown) == sum("-----------" in line for line in shown) == 1
+
+
+def test_a_rule_that_was_seen_takes_nine_lines_in_all():
+    text = "a: {publishes: {t: best_effort}}\nb: {subscribes: {t: reliable}}\n"
+
+    def clash(name):
+        offered = Fact("reliability", "best_effort", "explicit", Place("f.yaml", 1, 20))
+        requested = Fact("reliability", "reliable", "explicit", Place("f.yaml", 2, 21))
+        sides = (
+            Side("subscriber", (f"{name}/s",), "requested here", (requested,)),
+            Side("publisher", (f"{name}/p",), "offered here", (offered,)),
+        )
+        fixes = (
+            Remedy("publisher", (), "reliability", "reliable", "configuration", f"offer `reliable` on {name}/x"),
+            Remedy("subscriber", (), "reliability", "best_effort", "needs_code", f"request `best_effort` on {name}/x"),
+        )
+        notes = ("order of reliability: best_effort < reliable",)
+        return finding(sides=sides, remedies=fixes, notes=notes, because="nothing is sent again", clause="DDS 1.4")
+
+    first, second, _ = render(clash("a"), clash("b"), text=text).split("\n\n")
+    assert second.split("\n") == [
+        "error[X101] bad-thing: a bad thing",
+        "  --> f.yaml:2:21  b/s . reliability",
+        " 2 | b: {subscribes: {t: reliable}}",
+        "   |                     ^^^^^^^^ requested here",
+        "  ::: f.yaml:1:20  b/p . reliability",
+        " 1 | a: {publishes: {t: best_effort}}",
+        "   |                    ----------- offered here",
+        "  help: offer `reliable` on b/x",
+        "  help: or request `best_effort` on b/x (the program must keep this promise)",
+    ]
+    assert first.split("\n")[9:] == [
+        "  note: order of reliability: best_effort < reliable",
+        "  why: nothing is sent again",
+        "  see: cqos rule X101; DDS 1.4",
+    ]
+
+
+def test_values_of_one_side_that_can_be_read_share_one_label():
+    places = [Fact(name, "v", "explicit", Place("f.yaml", 1, column)) for name, column in (("p", 5), ("q", 11))]
+    lines = render(finding(sides=(Side("publisher", ("a",), "set here", tuple(places)),)), text="{a: v, b: v}").split(
+        "\n"
+    )
+    assert lines[2:4] == [" 1 | {a: v, b: v}", "   |     ^     ^ set here"]
+
+
+def test_values_at_one_place_share_one_label():
+    defaults = [Fact(name, f"w{name}", "default", Place("f.yaml", 1, 1)) for name in ("p", "q")]
+    lines = render(finding(sides=(Side("publisher", ("a",), "set here", tuple(defaults)),)), text="a: ").split("\n")
+    assert lines[2:4] == [" 1 | a:", "   | ^ set here: p wp (default), q wq (default)"]
