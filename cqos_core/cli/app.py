@@ -18,6 +18,7 @@ from cqos_core.plugins import FAULTS, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+_COMPLETING = "_CQOS_COMPLETE"
 USAGE = 2
 INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
@@ -50,7 +51,11 @@ class Commands(click.Group):
         if getattr(command.callback, READS_SYSTEMS, False):
             from cqos_core.cli.reading import with_importer_options
 
-            return with_importer_options(command)
+            command = with_importer_options(command)
+        if _COMPLETING in os.environ:
+            from cqos_core.cli.completion import knowing
+
+            return knowing(command)
         return command
 
     def resolve_command(
@@ -107,7 +112,7 @@ def cli() -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; every error becomes words on standard error."""
-    if "_CQOS_COMPLETE" in os.environ:  # a shell asks what could come next
+    if _COMPLETING in os.environ:  # a shell asks what could come next
         cli.main(prog_name="cqos")
     this = Run()
     if os.environ.get("CQOS_DEBUG", "") not in {"", "0"}:

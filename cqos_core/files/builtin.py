@@ -86,6 +86,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("init", "Write a commented configuration for what lies in a folder."),
+        ("completion", "Print a script by which bash, zsh or fish completes commands, rules and packs."),
         ("schema", "Print the JSON schema of the YAML system file."),
         ("modeler", "Draw a system in the browser, and see the QoS while you draw."),
         ("serve", "Serve checks by gRPC, to modelers and to others."),

@@ -1,0 +1,105 @@
+"""``cqos completion``: scripts by which shells complete commands, options, rules, packs, formats and files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+from click.shell_completion import CompletionItem, get_completion_class
+
+from cqos_core.cli.parameters import AssignmentType, Registered, debug_option
+from cqos_core.cli.streams import emit
+from cqos_core.model.codes import CODES
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+VARIABLE: Final = "_CQOS_COMPLETE"
+"""The variable by which a script asks for completions."""
+_FILES: Final = frozenset({"A", "B", "FILE", "NEW", "OLD", "PACK", "PATH"})
+
+_Word = tuple[str, str]
+"""What may come next, and what it means."""
+
+
+@click.command(
+    epilog="bash: cqos completion bash > ~/.local/share/bash-completion/completions/cqos; zsh: cqos completion zsh > "
+    '"${fpath[1]}/_cqos"; fish: cqos completion fish > ~/.config/fish/completions/cqos.fish'
+)
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@debug_option
+@click.pass_context
+def completion(ctx: click.Context, *, shell: str) -> None:
+    """Print a script by which a shell completes `cqos`.
+
+    The shell then knows commands, options, codes and names of rules, packs and their options, formats and files.
+
+    \b
+    Examples:
+      source <(cqos completion bash)
+      cqos completion fish > ~/.config/fish/completions/cqos.fish
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    found = get_completion_class(shell)
+    if found is not None:
+        complete = found(ctx.find_root().command, {}, "cqos", VARIABLE)
+        emit(complete.source_template % complete.source_vars())
+
+
+class _Known(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
+    """Words that are known when a shell asks for them."""
+
+    name = "text"
+
+    def __init__(self, words: Callable[[], Iterable[_Word]], *, listed: bool = False) -> None:
+        """Complete ``words``; the last one of several between commas if they are ``listed``."""
+        self._words, self._listed = words, listed
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002 - click's signature
+        """Return the words that begin so, whatever their case."""
+        head, comma, start = incomplete.rpartition(",") if self._listed else ("", "", incomplete)
+        words = sorted(each for each in self._words() if each[0].lower().startswith(start.lower()))
+        return [CompletionItem(f"{head}{comma}{word}", help=" ".join(about.split())) for word, about in words]
+
+
+def knowing(command: click.Command) -> click.Command:
+    """Return a command that completes what its parameters take."""
+    for param in command.params:
+        param.type = _type_of(param)
+    return command
+
+
+def _type_of(param: click.Parameter) -> Any:
+    metavar = (param.metavar or "").strip("[].")
+    kind = param.type
+    if isinstance(kind, Registered):
+        return _Known(lambda: _registered(kind.kind))
+    if isinstance(kind, AssignmentType):
+        return _Known(_options) if kind.form.startswith("PACK.") else kind
+    if kind is not click.STRING:
+        return kind
+    if metavar.startswith("CODE") or param.name == "code":
+        return _Known(_rules, listed=metavar == "CODES")
+    if metavar == "ID":
+        return _Known(lambda: _registered("packs"))
+    return click.Path() if metavar.partition(".")[0] in _FILES else kind
+
+
+def _registered(kind: str) -> Iterator[_Word]:
+    return ((name, info.summary) for name, info in getattr(load_plugins(), kind).items())
+
+
+def _rules() -> Iterator[_Word]:
+    yield from ((code, info.name) for code, info in CODES.items())
+    for pack in filter(None, map(load_plugins().pack, load_plugins().packs)):
+        yield from ((rule.code, rule.name) for rule in pack.rules)
+        yield from ((info.code, info.name) for info in pack.codes)
+
+
+def _options() -> Iterator[_Word]:
+    """Yield assignments of the options with few values."""
+    for pack in filter(None, map(load_plugins().pack, load_plugins().packs)):
+        for policy in pack.policies:
+            if policy.level == "option":
+                values = policy.domain.describe().get("values") or [""]
+                yield from ((f"{pack.id}.{policy.name}={value}", policy.doc) for value in values)
