@@ -159,7 +159,8 @@ def test_ten_changes_have_the_expected_answers(git, cqos):
         assert (name, found, system["order"], system["changed"], done.code) == (name, breaks, order, participants, code)
 
 
-def test_text_and_comment_say_which_pair_breaks_when_and_what_to_do(git, cqos):
+def test_text_and_comment_say_which_pair_breaks_when_and_what_to_do(git, cqos, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
     committed(git, "old", fleet=BASE)
     Path("fleet.yaml").write_text(
         changed(BASE, [("video: {reliability: best_effort", "video: {reliability: reliable")])
