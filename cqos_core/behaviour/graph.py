@@ -117,8 +117,8 @@ def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
         _add(graph, flow, signals)
     _call(graph)
     for at, node in enumerate(graph.nodes):
-        if node.kind == "unknown" and graph.before[at] and not graph.after[at]:
-            graph.loose.add(graph.parent[at])
+        if node.kind == "unknown" and not (node.id and graph.after[at]):
+            graph.loose.update(graph.parent[each] for each in graph.before[at])
         for topic in graph.throws[at]:
             graph.thrown_at.setdefault(topic, []).append(at)
         if node.kind in {"start", "catch", "boundary"}:

@@ -75,6 +75,14 @@ def test_a_flow_that_leads_to_nothing_may_lead_to_any_node_of_its_process():
     assert "BP111 error p" in reported(cqos.check(text, importer="bpmn"))
     assert reported(cqos.check(text.replace(b' targetRef="u"', b""), importer="bpmn")) == []
     assert reported(cqos.check(text.replace(b' targetRef="u"', b' targetRef="gone"'), importer="bpmn")) == []
+    also = text.replace(
+        b"</definitions>", b'<process id="E"><task id="o"/><sequenceFlow sourceRef="o"/></process></definitions>'
+    )
+    assert "BP111 error p" in reported(cqos.check(also, importer="bpmn"))
+    both = also.replace(b' targetRef="u"', b"").replace(
+        b'<process id="E">', b'<process id="E"><sequenceFlow targetRef="o"/>'
+    )
+    assert reported(cqos.check(both, importer="bpmn")) == []
 
 
 MESSAGES = """<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos" qos:protocol="ros2">
