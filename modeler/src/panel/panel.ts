@@ -25,6 +25,7 @@ export function createPanel(page: Page): Panel {
   let drawn = '';
   let bound: unknown;
   let owner = '';
+  let withheld = false;
   const isTyping = watchTyping(region);
 
   function draw(shape: Shape, pack: Pack | undefined): void {
@@ -50,8 +51,10 @@ export function createPanel(page: Page): Panel {
         if (owner !== shape.id && document.activeElement instanceof HTMLElement) {
           document.activeElement.blur(); // which commits the text, and updates
         }
+        withheld = true;
         return;
       }
+      withheld = false;
       drawn = key;
       bound = shape.businessObject;
       owner = shape.id;
@@ -66,7 +69,7 @@ export function createPanel(page: Page): Panel {
     }
   }
 
-  region.addEventListener('focusout', update);
+  region.addEventListener('focusout', () => withheld && update());
   page.diagram.modeler.on('selection.changed', update);
   page.diagram.modeler.on('root.set', update);
   page.catalogue.onLoaded(update);

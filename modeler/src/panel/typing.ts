@@ -5,5 +5,5 @@ export function watchTyping(element: HTMLElement): () => boolean {
   for (const ended of ['change', 'focusout']) {
     element.addEventListener(ended, () => (typing = false), true); // before what the text is committed to
   }
-  return () => typing;
+  return () => typing && element.contains(document.activeElement);
 }
