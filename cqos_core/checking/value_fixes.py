@@ -13,7 +13,7 @@ from cqos_core.model.system import PUBLISHER
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.pairing import MatchedTopic, TopicKey
     from cqos_core.model.report import Finding, Remedy
     from cqos_core.resolving.resolved import Resolved
 
@@ -27,7 +27,13 @@ def with_judged_fixes(findings: Sequence[Finding], topics: Mapping[TopicKey, Seq
         for each in ends:
             if each.id in wanted:
                 found.setdefault((each.id, each.role), []).append(key)
-    judged = {id(fix): _judged(fix, found, topics) for fix in drafts}
+    grouped: dict[TopicKey, MatchedTopic] = {}
+    judged = {}
+    for fix in drafts:
+        keys = {key for member in fix.members for key in found.get((member, fix.role), ())}
+        for key in keys - grouped.keys():
+            grouped[key] = group(topics[key])
+        judged[id(fix)] = _judged(fix, grouped[keys.pop()]) if len(keys) == 1 else []
     return [
         replace(each, remedies=tuple(fix for one in each.remedies for fix in judged[id(one)]))
         if each.remedies
@@ -36,13 +42,7 @@ def with_judged_fixes(findings: Sequence[Finding], topics: Mapping[TopicKey, Seq
     ]
 
 
-def _judged(
-    fix: Remedy, found: Mapping[tuple[str, str], list[TopicKey]], topics: Mapping[TopicKey, Sequence[Resolved]]
-) -> list[Remedy]:
-    keys = {key for member in fix.members for key in found.get((member, fix.role), ())}
-    if len(keys) != 1:
-        return []
-    topic = group(topics[keys.pop()])
+def _judged(fix: Remedy, topic: MatchedTopic) -> list[Remedy]:
     own, others = topic.publishers, topic.subscribers
     if fix.role != PUBLISHER:
         own, others = others, own
