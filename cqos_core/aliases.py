@@ -13,9 +13,9 @@ from types import ModuleType
 from typing import Final
 
 ROOMS: Final = {
-    "model": "system report report_form problems codes remarks spelling logs pattern encoding excerpt memory",
+    "model": "system report report_form problems codes remarks spelling pattern encoding excerpt memory",
     "language": "evaluate relation solve name_index",
-    "packs": "guarantee pack_file rule_docs",
+    "packs": "logs guarantee pack_file rule_docs",
     "resolving": "resolve overlays participants profiles reader resolved rewrites",
     "matching": "judge pairing wire routes bridging hops",
     "checking": "fixes findings team topic acceptance checker session trial",
@@ -34,14 +34,14 @@ ROOMS_BEFORE: Final = {
         "behaviour.paths",
         "bridge_findings bridge_reachability budget_findings budgets chain_findings chains delivery_paths link_facts time_ranges",
     ),
-    "planning": ("analysis.planning", "constraints formulas model search slots solver suggestion"),
+    "planning": ("analysis.planning", "constraints model search slots suggestion"),
 }
 """Modules that changed their room, by the room before."""
 
 RENAMED: Final = {
     **dict.fromkeys(("expression", "pack", "policy", "rule"), "packs"),
     "arrivals": "behaviour.paths.delivery_paths",
-    "assumed": "matching.assumptions",
+    "assumed": "checking.assumptions",
     "exporters": "files",
     "exporters.bpmn_form": "files.bpmn_writer",
     "exporters.contract": "files.exporting",
@@ -62,8 +62,12 @@ RENAMED: Final = {
     "mending": "analysis.system_fixes",
     "misfits": "analysis.runtime_logs",
     "mistakes": "packs.validation",
-    "proving.plan": "analysis.proving.plan",
+    "proving.plan": "packs.proving",
     "proving.runs": "analysis.proving.runs",
+    "analysis.proving.plan": "packs.proving",
+    "model.logs": "packs.logs",
+    "planning.formulas": "language.formulas",
+    "planning.solver": "language.solver",
     "reading": "resolving.reader",
     "settle": "matching.peer_values",
     "shape": "matching.topic_shape",

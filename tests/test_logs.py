@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
-from cqos_core.model.logs import Misfit, misfits
+from cqos_core.packs.logs import Misfit, misfits
 from tests.growth.linear import assert_linear
 from tests.worlds import CONTEXT, reader, world, writer
 

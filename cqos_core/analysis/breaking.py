@@ -38,7 +38,7 @@ class Updated(TextEnum):
     BOTH = "both"
 
 
-class _Pair(NamedTuple):
+class _MixedPair(NamedTuple):
     """The ids of its endpoints."""
 
     publisher: str
@@ -141,12 +141,12 @@ class _State:
 
     def __init__(self, results: Sequence[TopicResult]) -> None:
         self.results = results
-        self.pairs: dict[_Pair, tuple[str, Verdict, TopicResult]] = {}
+        self.pairs: dict[_MixedPair, tuple[str, Verdict, TopicResult]] = {}
         for result in results:
             for group in result.groups:
                 for publisher in group.publishers:
                     for subscriber in group.subscribers:
-                        self.pairs[_Pair(publisher, subscriber)] = (group.topic, group.verdict, result)
+                        self.pairs[_MixedPair(publisher, subscriber)] = (group.topic, group.verdict, result)
 
     @cached_property
     def served(self) -> frozenset[str]:
@@ -197,7 +197,7 @@ def _breaks(states: Mapping[Updated | None, _State], old: _Version, new: _Versio
         yield Break(known[0], *pair, publishing, subscribing, tuple(worse), was, after, finding)
 
 
-def _loses(pair: _Pair, updated: Updated, state: _State, old: _Version, new: _Version) -> bool:
+def _loses(pair: _MixedPair, updated: Updated, state: _State, old: _Version, new: _Version) -> bool:
     """Whether a subscriber that is there misses a publisher that it had: its participant is there, or no other is left."""
     there = old if updated is Updated.PUBLISHER else new
     if pair.subscriber not in there.endpoints:
@@ -206,13 +206,13 @@ def _loses(pair: _Pair, updated: Updated, state: _State, old: _Version, new: _Ve
     return publishing in new.participants or pair.subscriber not in state.served
 
 
-def _apart(state: _State, pair: _Pair) -> Finding | None:
+def _apart(state: _State, pair: _MixedPair) -> Finding | None:
     """Return what keeps the ends of a pair apart, where a rule does."""
     made = (one.finding for result in state.results for one in result.made)
     return next((each for each in made if {*pair} <= {*each.endpoints}), None)
 
 
-def _lost(pair: _Pair, publishing: str, topic: str, new: _Version, old: _Version) -> Finding:
+def _lost(pair: _MixedPair, publishing: str, topic: str, new: _Version, old: _Version) -> Finding:
     end = new.endpoints.get(pair.subscriber) or old.endpoints[pair.subscriber]
     gone = pair.publisher not in new.endpoints
     why = f"`{publishing}` publishes there no longer" if gone else "the new version keeps them apart"
@@ -220,7 +220,7 @@ def _lost(pair: _Pair, publishing: str, topic: str, new: _Version, old: _Version
     return core_finding("CQ407", message, place=end.endpoint.place, role=SUBSCRIBER, members=pair[1:], topic=topic)
 
 
-def _reason(result: TopicResult, pair: _Pair, verdict: Verdict, stated: Iterable[Finding]) -> Finding:
+def _reason(result: TopicResult, pair: _MixedPair, verdict: Verdict, stated: Iterable[Finding]) -> Finding:
     """Return the finding that says why a pair has its verdict: of both ends if there is one, else of either, else of what one states."""
     made = [one.finding for one in result.made if one.finding.verdict is verdict]
     of_both = (each for each in made if {*pair} <= {*each.endpoints})

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.behaviour.timers import mean_periods
+from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
-from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.logs import Misfit, Occurrence
     from cqos_core.model.report import Finding, Group, Report
     from cqos_core.model.system import System
+    from cqos_core.packs.logs import Misfit, Occurrence
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import Resolved

@@ -9,11 +9,11 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.acceptance import with_acceptances, with_severities
+from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
-from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline

@@ -15,11 +15,11 @@ from cqos_core.cli.parameters import Registered, Run, color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.selection import counted
-from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.cli.units import Watched, units
 from cqos_core.files.opening import STDIN, read_path
+from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.installed import headers

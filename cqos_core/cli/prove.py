@@ -6,16 +6,13 @@ import json
 import os
 import re
 import sys
-from dataclasses import asdict
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from cqos_core.analysis.explanation import endpoints_of
-from cqos_core.analysis.proving.plan import FAULTS, Fault
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
@@ -23,20 +20,22 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
+from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.model.problems import CqosError, InvalidValueError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.proving import FAULTS, Fault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.analysis.proving.plan import Event, Outcome
     from cqos_core.analysis.proving.runs import Trial
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, Remedy, Report
     from cqos_core.model.system import System
+    from cqos_core.packs.proving import Outcome
 
 
 _OK, _DISAGREES = 0, 1
@@ -256,7 +255,7 @@ class _Session:
             self.wrong += 1
             file = case_file(trial, outcome)
             say(f"this is a case to report to the authors of the rule pack: {file}", severity="help", choice=self.color)
-        self.runs.append(_recorded(trial, outcome, fixes, wrong))
+        self.runs.append(recorded(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:
         """Write a line of the result."""
@@ -271,34 +270,6 @@ class _Session:
         text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
         if record is not None:
             emit(text) if record == STDIN else write_file(record, text)
-
-
-def timeline(events: Iterable[Event]) -> list[str]:
-    """Return a line for each event; samples that follow each other are one line."""
-    lines: list[tuple[Event, list[int]]] = []
-    growing: dict[tuple[str, str, str], list[int]] = {}
-    for event in events:
-        key = (event.who, event.what, event.text)
-        if event.number is None:
-            growing.clear()
-            lines.append((event, []))
-        elif key in growing:
-            growing[key].append(event.number)
-        else:
-            growing[key] = [event.number]
-            lines.append((event, growing[key]))
-    return [
-        f"{'' if event.at is None else f'{event.at:7.3f} s  '}{event.who:<10}  {event.what.replace('_', ' ')}{f' {_ranges(numbers)}' if numbers else ''}"
-        f"{f': {event.text}' if event.text else ''}"
-        for event, numbers in lines
-    ]
-
-
-def _ranges(numbers: Sequence[int]) -> str:
-    """Return ``0 to 4, 6``: numbers in their order, runs of them as ranges."""
-    # Numbers of one run have one distance from their places.
-    runs = [[number for _, number in run] for _, run in groupby(enumerate(numbers), lambda each: each[1] - each[0])]
-    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
 def case_file(trial: Trial, outcome: Outcome) -> Path:
@@ -320,26 +291,3 @@ def case_file(trial: Trial, outcome: Outcome) -> Path:
     head = f"# C-QoS says {trial.report.verdict}; {outcome.by}: {summary(outcome)}\n"
     write_file(str(file), head + json.dumps({"rule": rule, "cases": [case]}, indent=2) + "\n")
     return file
-
-
-def _recorded(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
-    plan = asdict(trial.plan)
-    return {
-        "publisher": trial.publisher,
-        "subscriber": trial.subscriber,
-        "topic": trial.topic,
-        "protocol": trial.protocol,
-        "verdict": trial.report.verdict.value,
-        "codes": sorted({each.code for each in trial.report.findings if each.severity is Severity.ERROR}),
-        "fixes": [fix.text for fix in fixes],
-        "plan": plan,
-        "on": outcome.by,
-        "matched": outcome.matched,
-        "refused": list(outcome.refused),
-        "not_created": dict(outcome.not_created),
-        "sent": list(outcome.sent),
-        "arrived": list(outcome.arrived),
-        "agrees": not wrong,
-        "disagreements": list(wrong),
-        "events": [asdict(each) for each in outcome.events],
-    }

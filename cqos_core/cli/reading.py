@@ -196,9 +196,9 @@ class InputReader:
             CqosError: a revision cannot be read.
         """
         if any("#ref=" in path for path in paths):
-            from cqos_core.files.revisions import Loader
+            from cqos_core.files.revisions import RevisionLoader
 
-            return Loader(lambda real: self._load(real, step), self._origins)(paths)
+            return RevisionLoader(lambda real: self._load(real, step), self._origins)(paths)
         return self._load(paths, step)
 
     def _load(self, paths: Sequence[str], step: Callable[[int, int], None]) -> Loaded:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.several import together
 from cqos_core.cli.streams import emit, write_file
+from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import color_option, debug_option, form_option
-from cqos_core.cli.plans import PlanRun, PlanWords, carry_out
+from cqos_core.cli.plans import PlanRun, carry_out
 from cqos_core.cli.reading import ReadingOptions, reading_options
+from cqos_core.formatters.plans import PlanWords
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

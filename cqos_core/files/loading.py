@@ -8,7 +8,7 @@ from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
+from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.files.unread import unread
 from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.dataclass import dataclass
@@ -343,11 +343,8 @@ def load_paths(
         step: called after each file with the number of read files and the number of all.
     """
     plugins = load_plugins()
-    paths = [*paths]
     reader = folder_reader(plugins, switches or {})
-    whole = {path for path in paths if os.path.isdir(path)} if reader else set()  # noqa: PTH112 - as in `find_files`
-    found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
-    found.files[:0] = [File(path) for path in paths if path in whole]
+    found, whole = _files([*paths], plugins, importer, excluded, folders_too=bool(reader))
     loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
     outcomes: dict[int, FileOutcome] = {}
     waiting = dict(enumerate(found.files))
@@ -384,6 +381,16 @@ def load_paths(
         beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
     _divide([each for _, each in sorted(outcomes.items())], loaded)
     return loaded
+
+
+def _files(
+    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], *, folders_too: bool
+) -> tuple[Found, set[str]]:
+    """Return what paths stand for, and the folders among them that are read whole."""
+    whole = {path for path in paths if os.path.isdir(path)} if folders_too else set()  # noqa: PTH112 - as in `find_files`
+    found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
+    found.files[:0] = [File(path) for path in paths if path in whole]
+    return found, whole
 
 
 def _read_file(

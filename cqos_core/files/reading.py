@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from copy import deepcopy
+from dataclasses import fields, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
 from cqos_core.files.loading import GivenSource, load_paths, read_together
 from cqos_core.files.merging import merge
@@ -15,11 +16,30 @@ from cqos_core.model.flow import positions_missing
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, copied
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Acceptance,
+    Bridge,
+    Broker,
+    Endpoint,
+    ImportNote,
+    Overlay,
+    Participant,
+    Place,
+    Profile,
+    ProfileRef,
+    Route,
+    Setting,
+    System,
+    TeamRule,
+    Topic,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+T = TypeVar("T")
 Input: TypeAlias = "str | PathLike[str] | bytes | System"
 
 
@@ -105,3 +125,32 @@ def _no_settings(name: str, settings: Mapping[str, object], where: Place | None)
         if not isinstance(value, Setting):
             message = f"`{setting}` of {name} is {value!r}, which is no `Setting`"
             yield Problem("CQ009", message, where, "settings hold their text: `Setting('reliable')`")
+
+
+_CHANGING: Final[dict[type, tuple[str, ...]]] = {
+    System: tuple(each.name for each in fields(System)),
+    Endpoint: ("settings", "overlay", "needs"),
+    Participant: ("settings", "remap", "groups"),
+    Profile: ("settings",),
+    Topic: ("settings",),
+    Broker: ("settings",),
+    Overlay: ("settings",),
+    Bridge: ("routes",),
+    Route: ("source", "target"),
+}
+_FIXED: Final = frozenset({Setting, Place, ProfileRef, TeamRule, Acceptance, ImportNote, str, bytes, bool, type(None)})
+
+
+def copied(value: T) -> T:
+    """Return an equal system, or part of one, that shares nothing which can change."""
+    kind = type(value)
+    if kind in _FIXED:
+        return value
+    if kind is dict:
+        return {name: copied(each) for name, each in value.items()}  # type: ignore[attr-defined, return-value]
+    if kind is list or kind is tuple:
+        return kind([copied(each) for each in value])  # type: ignore[attr-defined, call-arg]
+    parts = _CHANGING.get(kind)
+    if parts is None:
+        return deepcopy(value)
+    return replace(value, **{name: copied(getattr(value, name)) for name in parts})  # type: ignore[type-var]

@@ -100,7 +100,7 @@ class NotThereError(CqosError):
     """A revision lacks a path."""
 
 
-class Loader(NamedTuple):
+class RevisionLoader(NamedTuple):
     """Reads paths, some of them in revisions.
 
     Attributes:

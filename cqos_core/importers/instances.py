@@ -216,3 +216,8 @@ def _fill(value: Any, binding: Mapping[str, str], made: Multiplier) -> Any:
         }
         return replace(value, **filled)
     return value
+
+
+def variables(names: Iterable[str]) -> str:
+    """Return names as a text mentions them: `${drone}`, `${arm}`."""
+    return ", ".join(f"`${{{name}}}`" for name in sorted(names))

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.inline_exceptions import take_inline_exceptions
-from cqos_core.importers.instances import Multiplier, TooManyError
+from cqos_core.importers.instances import Multiplier, TooManyError, variables
 from cqos_core.importers.reading import collect, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.timing import chains_and_links
@@ -222,7 +222,7 @@ class _Builder:
         own = self.made.mentioned(name) - bound
         missing = self.made.mentioned(part) - own - bound
         if missing:
-            message = f"{_variables(missing)} would make several copies of {kind} {shown(name)} under one name"
+            message = f"{variables(missing)} would make several copies of {kind} {shown(name)} under one name"
             self.once("CQ015", message, place, "write the variable in the name too")
             return ()
         self.multiplied = place
@@ -397,7 +397,7 @@ class _Builder:
         template = stated.endpoint
         mentioned = self.made.mentioned(template) | set(binding)
         if stated.given and mentioned - self.made.mentioned(template.id):
-            message = f"{_variables(mentioned)} would make several endpoints with the id {shown(template.id)}"
+            message = f"{variables(mentioned)} would make several endpoints with the id {shown(template.id)}"
             self.once("CQ015", message, template.place, "write the variable in the id too")
             return
         self.multiplied = template.place
@@ -488,10 +488,6 @@ def _fill(endpoint: Endpoint, stated: Entry) -> str | None:
     endpoint.protocol = stated.get(PROTOCOL)
     endpoint.label = stated.get(LABEL)
     return given
-
-
-def _variables(names: Iterable[str]) -> str:
-    return ", ".join(f"`${{{name}}}`" for name in sorted(names))
 
 
 def _profiles(entry: Entry) -> tuple[ProfileRef, ...]:

@@ -155,3 +155,8 @@ def _read(folder: str, name: str) -> str:
         raise UnusualError from None
     except OSError:
         return ""
+
+
+def normalised(distribution: str) -> str:
+    """Spell the name of a distribution as all its spellings are compared."""
+    return re.sub(r"[-_.]+", "-", distribution.strip()).lower()

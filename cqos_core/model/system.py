@@ -6,10 +6,9 @@ Everything here is a plain value. Importers fill it, `resolve` reads it, no othe
 
 from __future__ import annotations
 
-from copy import deepcopy
-from dataclasses import field, fields, replace
+from dataclasses import field
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from cqos_core.model.flow import ControlFlow
     from cqos_core.model.timing import Chain, StatedLink
 
-T = TypeVar("T")
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
 SUBSCRIBER: Role = "subscriber"
@@ -467,35 +465,6 @@ class System:
     links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
-
-
-_CHANGING: Final[dict[type, tuple[str, ...]]] = {
-    System: tuple(each.name for each in fields(System)),
-    Endpoint: ("settings", "overlay", "needs"),
-    Participant: ("settings", "remap", "groups"),
-    Profile: ("settings",),
-    Topic: ("settings",),
-    Broker: ("settings",),
-    Overlay: ("settings",),
-    Bridge: ("routes",),
-    Route: ("source", "target"),
-}
-_FIXED: Final = frozenset({Setting, Place, ProfileRef, TeamRule, Acceptance, ImportNote, str, bytes, bool, type(None)})
-
-
-def copied(value: T) -> T:
-    """Return an equal system, or part of one, that shares nothing which can change."""
-    kind = type(value)
-    if kind in _FIXED:
-        return value
-    if kind is dict:
-        return {name: copied(each) for name, each in value.items()}  # type: ignore[attr-defined, return-value]
-    if kind is list or kind is tuple:
-        return kind([copied(each) for each in value])  # type: ignore[attr-defined, call-arg]
-    parts = _CHANGING.get(kind)
-    if parts is None:
-        return deepcopy(value)
-    return replace(value, **{name: copied(getattr(value, name)) for name in parts})  # type: ignore[type-var]
 
 
 NAMED: Final = {

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Value
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.model.logs import About, Misfit
     from cqos_core.packs.guarantee import Proof, Unaffected
+    from cqos_core.packs.logs import About, Misfit
     from cqos_core.packs.rule import Rule
 
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.expression import Operand
     from cqos_core.language.values import Value
-    from cqos_core.model.logs import Misfit
     from cqos_core.model.system import Endpoint, Place, Settings
+    from cqos_core.packs.logs import Misfit
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,10 +30,10 @@ from cqos.v1 import (
     session_pb2,
     session_pb2_grpc,
 )
-from cqos_core.checking.description import Description
 from cqos_core.matching.pipeline import exact_places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import System
+from cqos_core.remote.description import Description
 from cqos_core.remote.messages import (
     from_message,
     pair_value,

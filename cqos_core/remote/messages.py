@@ -17,13 +17,13 @@ from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core.checking import description
 from cqos_core.language.domains import Names
 from cqos_core.model import difference, flow, problems, report, system, timing
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
+from cqos_core.remote import description
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

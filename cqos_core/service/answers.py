@@ -15,13 +15,13 @@ from cqos_core.analysis.differences import compare
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.description import describe, elements_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.matching.pipeline import context, exact_places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported
+from cqos_core.remote.description import describe, elements_of
 from cqos_core.remote.documents import no_pack, read_documents, read_input, read_system
 from cqos_core.remote.messages import list_text, pair_message, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit

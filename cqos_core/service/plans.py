@@ -58,7 +58,7 @@ def _planned(documents: check_pb2.Documents, most: int, make: Make) -> plan_pb2.
     Raises:
         Refused: ``FAILED_PRECONDITION`` if the solver is not installed.
     """
-    from cqos_core.analysis.planning.solver import load
+    from cqos_core.language.solver import load
 
     _refuse_unnamed(documents)
     where, system = read_documents(documents, most, "documents.")

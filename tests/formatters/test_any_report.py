@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft4Validator, Draft202012Validator
 
-from cqos_core.cli.several import together
 from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import render_full
@@ -25,6 +24,7 @@ from cqos_core.formatters.markdown import render_markdown
 from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
+from cqos_core.formatters.several import together
 from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.encoding import decode

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cqos_core.api import check_pair, read
 from cqos_core.checking.checker import check_system
-from cqos_core.cli.several import together
+from cqos_core.formatters.several import together
 from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Assumption, Report, Verdict
 from cqos_core.model.system import Setting

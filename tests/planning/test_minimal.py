@@ -5,7 +5,7 @@ from itertools import islice
 import pytest
 
 from cqos_core.analysis.planning.search import find_repair
-from cqos_core.analysis.planning.solver import Task, conflict, solve
+from cqos_core.language.solver import Task, conflict, solve
 from cqos_core.model.report import Verdict
 from tests.planning.systems import (
     NAME,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+from cqos_core.language.formulas import Wanted
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import ask, passed_over, values_of_role
 from cqos_core.matching.topic_shape import judge_shape
@@ -36,18 +37,6 @@ class ChangingEnd:
     def first(self) -> Resolved:
         """The endpoint that stands for all."""
         return self.endpoints[0]
-
-
-class Wanted(NamedTuple):
-    """The answer that a rule must give.
-
-    Attributes:
-        answer: true or false.
-        lenient: unknown is enough.
-    """
-
-    answer: bool
-    lenient: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)

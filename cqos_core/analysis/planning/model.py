@@ -9,7 +9,6 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.planning.constraints import ChangingEnd, constraints_of, ends_of
-from cqos_core.analysis.planning.formulas import ReadValues, Variable, formula_of
 from cqos_core.analysis.planning.slots import (
     Slot,
     changeable,
@@ -20,8 +19,9 @@ from cqos_core.analysis.planning.slots import (
     values_in_play,
     weighed,
 )
-from cqos_core.analysis.planning.solver import Task
+from cqos_core.language.formulas import ReadValues, Variable, formula_of
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.solver import Task
 from cqos_core.language.values import FromPeers
 from cqos_core.matching.peer_values import settled
 from cqos_core.model.dataclass import dataclass
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 PINNED: Final = "pinned"
 
 
-class Unit(NamedTuple):
+class GoalPart(NamedTuple):
     """A part of the goal: a topic with two ends, one end twice for what is asked of it alone, or without ends as a whole."""
 
     topic: str
@@ -48,9 +48,9 @@ class Unit(NamedTuple):
     second: ChangingEnd | None = None
 
 
-def unit_of(constraint: Constraint) -> Unit:
+def unit_of(constraint: Constraint) -> GoalPart:
     """Return the part of the goal that a broken rule belongs to."""
-    return Unit(constraint.topic, constraint.first, constraint.second)
+    return GoalPart(constraint.topic, constraint.first, constraint.second)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ class RepairModel:
         units: dict[Hashable, tuple[Hashable, ...]] = {}
         for each in self.constraints:
             own = unit_of(each)
-            ends = (Unit(each.topic, each.first, each.first), Unit(each.topic, each.second, each.second))
+            ends = (GoalPart(each.topic, each.first, each.first), GoalPart(each.topic, each.second, each.second))
             pair = () if each.first is each.second else (own, *ends)
             units[each.label] = (own,) if each.broken else tuple(unit for unit in pair if unit in refused)
         worth: dict[Hashable, int] = {
@@ -136,12 +136,12 @@ class RepairModel:
         rests_on = [
             (unit, end)
             for unit, each in ((unit_of(each), each) for each in broken.values())
-            for end in (Unit(each.topic, each.first, each.first), Unit(each.topic, each.second, each.second))
+            for end in (GoalPart(each.topic, each.first, each.first), GoalPart(each.topic, each.second, each.second))
             if end in worth and end != unit
         ]
         for name in sorted(refusals.open):
-            units[name] = (Unit(name[1]),)
-            worth[Unit(name[1])] = 1
+            units[name] = (GoalPart(name[1]),)
+            worth[GoalPart(name[1])] = 1
         return Task(weights, formulas, pins, refusals.cuts, units, worth, rests_on, most)
 
     def _source(self, constraint: Constraint, end: ChangingEnd, side: int) -> ReadValues:

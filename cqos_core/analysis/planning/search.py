@@ -7,14 +7,14 @@ from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.planning.constraints import Constraint, Goals, ends_of
-from cqos_core.analysis.planning.model import PINNED, Refusals, RepairModel, Unit, build, pin_of
+from cqos_core.analysis.planning.model import PINNED, GoalPart, Refusals, RepairModel, build, pin_of
 from cqos_core.analysis.planning.plan import CheckedSystem, PlannedChange, RepairPlan, is_known, members_of
-from cqos_core.analysis.planning.solver import conflict, solve
 from cqos_core.analysis.planning.spending import priced
 from cqos_core.analysis.planning.wording import ConflictWords, change_text, reason_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.applying import Edited, apply_edits
 from cqos_core.language.solve import restated
+from cqos_core.language.solver import conflict, solve
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.planning.slots import Slot
-    from cqos_core.analysis.planning.solver import Solution, Task
+    from cqos_core.language.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, Report
@@ -258,7 +258,7 @@ class Search:
             after = checked(self.read({**self.sources, **edited.texts}), self.context)
         except InputError as error:
             return None, [_Objection("read", "", f"the changed texts cannot be read: {error}", stays=False)]
-        given_up: frozenset[Unit] = found.given_up  # type: ignore[assignment]
+        given_up: frozenset[GoalPart] = found.given_up  # type: ignore[assignment]
         whole = any(each.any_change for by in model.loose.values() for each in by.values())
         faults: dict[tuple[str, str], _Objection] = {}
         for each in self._faults(after, _GivenUp(given_up)):
@@ -335,7 +335,7 @@ class _Reached(NamedTuple):
 class _GivenUp:
     """The pairs that a plan leaves as they are."""
 
-    def __init__(self, units: Iterable[Unit]) -> None:
+    def __init__(self, units: Iterable[GoalPart]) -> None:
         """Take the parts of the goal that are given up; see `unit_of`."""
         self._topics: set[str] = set()
         self._ends: set[tuple[str, str]] = set()
@@ -371,7 +371,7 @@ def _conflicts(at: _Reached) -> tuple[tuple[str, ...], ...]:
     words = ConflictWords(at.model, at.refusals.words)
     found: dict[frozenset[Hashable], tuple[str, ...]] = {}
     # What is asked of one end alone comes first: its pairs follow from it.
-    given_up: Iterable[Unit] = at.found.given_up  # type: ignore[assignment]
+    given_up: Iterable[GoalPart] = at.found.given_up  # type: ignore[assignment]
     units = sorted(given_up, key=lambda unit: (unit.first is not unit.second, unit.topic))
     for unit in units[:_MOST_CONFLICTS]:
         names = conflict(at.task, at.found.given_up - {unit})

@@ -8,7 +8,6 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.explanation import explain_pair, settled_pair
-from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.files.applying import apply_edits
 from cqos_core.files.exporting import ExportContext, judged
@@ -22,17 +21,18 @@ from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import LINK, OUTAGE, SURVIVES
+from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.analysis.proving.plan import Event, Outcome, Prover
     from cqos_core.language.values import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, PairReport, Remedy
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.proving import Event, Outcome, Prover
     from cqos_core.resolving.resolved import Resolved
 
 _DURATIONS: Final = ("offline", "max_age", "max_gap", "liveness")

@@ -175,7 +175,7 @@ def _value(profile: QosProfile, level: str, name: str) -> Any:
     return value if index is not None and is_plain(value) else None
 
 
-class Reader(NamedTuple):
+class StreamReader(NamedTuple):
     """A subscriber that matches a publisher; ``passes``: whether samples pass, None where it is not known."""
 
     participant: str
@@ -185,13 +185,13 @@ class Reader(NamedTuple):
 
 def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Stream | None:
     readers = (
-        Reader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
+        StreamReader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
         for pair in meeting.pairs(publisher)
     )
     return stream_of(publisher, arrivals.profile(publisher), readers)
 
 
-def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Reader]) -> Stream | None:
+def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[StreamReader]) -> Stream | None:
     """Return what a publisher with these values sends; None where its period or size is not stated."""
     period, size = _value(profile, "topic", "period"), _value(profile, "topic", "size")
     if not (isinstance(period, int) and isinstance(size, int) and 0 < period < INFINITE and 0 < size < INFINITE):

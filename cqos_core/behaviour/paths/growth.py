@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.behaviour.paths.budgets import Reader, history_of, stream_of
+from cqos_core.behaviour.paths.budgets import StreamReader, history_of, stream_of
 from cqos_core.behaviour.paths.delivery_paths import samples_pass
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
 from cqos_core.matching.judge import apart
@@ -76,12 +76,12 @@ def _rate(stream: Stream, *, known: bool) -> float:
     return (stream.wire() or 0.0) if known else stream.payload
 
 
-def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: Profiles) -> Iterable[Reader]:
+def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: Profiles) -> Iterable[StreamReader]:
     for members in groups:
         profile = profiles.get(id(members), members.profile)
         if not apart(publisher, profile):
             passes = samples_pass(publisher, profile)
-            yield from (Reader(each.endpoint.participant, profile, passes) for each in members.endpoints)
+            yield from (StreamReader(each.endpoint.participant, profile, passes) for each in members.endpoints)
 
 
 def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles) -> tuple[str, ...]:

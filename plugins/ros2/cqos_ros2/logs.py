@@ -28,8 +28,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.logs import SAME, About, Misfit
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.logs import SAME, About, Misfit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

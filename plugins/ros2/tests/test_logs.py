@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.model.logs import Misfit, misfits
+from cqos_core.packs.logs import Misfit, misfits
 from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
 

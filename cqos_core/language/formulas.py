@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import bind
 from cqos_core.language.evaluate import NO_SIGNAL
@@ -21,7 +21,6 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
 
-    from cqos_core.analysis.planning.constraints import Wanted
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Values
@@ -29,6 +28,18 @@ if TYPE_CHECKING:
 
 _MOST_ROWS: Final = 20_000
 """A larger table is left to the check."""
+
+
+class Wanted(NamedTuple):
+    """The answer that a rule must give.
+
+    Attributes:
+        answer: true or false.
+        lenient: unknown is enough.
+    """
+
+    answer: bool
+    lenient: bool
 
 
 @dataclass(frozen=True, slots=True)

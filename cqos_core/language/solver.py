@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.analysis.planning.formulas import AllOf, AnyOf, Table
+from cqos_core.language.formulas import AllOf, AnyOf, Table
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Hashable, Mapping, Sequence
 
-    from cqos_core.analysis.planning.formulas import Formula, Variable
+    from cqos_core.language.formulas import Formula, Variable
 
 INSTALL: Final = "pip install 'cqos-core[repair]'"
 _SECONDS: Final = 120.0

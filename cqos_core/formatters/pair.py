@@ -1,0 +1,214 @@
+"""One pair, policy by policy, and lists of endpoints: as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.formatters import wording
+from cqos_core.formatters.full import render_full
+from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.tables import table
+from cqos_core.formatters.terminal import clean, paint
+from cqos_core.model.remarks import plural
+from cqos_core.model.report_form import assumed
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.guarantee import LINK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
+    from cqos_core.model.style import Style
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import Resolved
+
+_VERSION: Final = 1
+_NARROWEST: Final = 40
+_VERDICTS: Final = frozenset({"compatible", "incompatible", "unknown"})
+_HEADER = ("policy", "offered", "requested", "verdict", "rules")
+_VERDICT = _HEADER.index("verdict")
+
+
+# Text
+
+
+def pair_as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
+    """Return an explained pair for people: every policy, what the subscriber gets, and the findings."""
+    publisher, subscriber = ends
+    colors = paint(color=style.color)
+
+    def color(piece: str, column: int) -> str:
+        return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
+
+    lines = [f"publisher {_named(publisher)}", f"subscriber {_named(subscriber)}"]
+    if pair.hops:
+        lines += [f"over {plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
+    else:
+        rows = [row for comparison in pair.policies if (row := _row(comparison, publisher.pack)) is not None]
+        lines += [f"on {publisher.pack.title} topic `{clean(publisher.shown)}`", ""]
+        lines += [*table(_HEADER, rows, style.width, color), ""]
+    if pair.derived:
+        lines += [*(f"{name} {value}" for name, value in pair.derived), ""]
+    if pair.guarantees:
+        lines += [*_gets(pair, style.width), ""]
+    return "\n".join(lines) + "\n" + render_full(report, style)
+
+
+def _way(pair: PairReport) -> list[str]:
+    """Tell the way from publisher to subscriber, a line for each pair and each bridge."""
+    lines = []
+    for number, hop in enumerate(pair.hops, 1):
+        ends = f"{clean(hop.publisher)} to {clean(hop.subscriber)}"
+        lines.append(f"{number}. {ends} on {hop.protocol} topic `{clean(hop.topic)}`: {hop.verdict}")
+        if hop.bridge is not None:
+            lines.append(f"   then over bridge {clean(hop.bridge)}")
+    return lines
+
+
+def _gets(pair: PairReport, columns: int) -> list[str]:
+    """Tell what the subscriber gets, hop by hop where there are several, and under which fault."""
+    faults = [
+        (each.word, *(cell.value for cell in each.cells), ", ".join(dict.fromkeys(code for code, _ in _losses(each))))
+        for each in pair.guarantees
+    ]
+    shown = [cell.fault for each in pair.guarantees[:1] for cell in each.cells]
+    lines = table(("guarantee", *map(_column, shown), "lost by"), faults, columns)
+    if pair.hops:
+        by_hop = [{each.word: each.value for each in hop.guarantees} for hop in pair.hops]
+        header = ("guarantee", *(f"hop {number}" for number in range(1, len(by_hop) + 1)), "in the end")
+        rows = [(each.word, *(hop.get(each.word, "unknown") for hop in by_hop), each.value) for each in pair.guarantees]
+        lines = [*table(header, rows, columns), "", *lines]
+    return [*lines, *_seen(pair, columns)]
+
+
+def _losses(guarantee: Guarantee) -> Iterable[tuple[str, str]]:
+    return (*guarantee.lost, *(reason for cell in guarantee.cells for reason in cell.lost))
+
+
+def _column(fault: str) -> str:
+    return "connected" if fault == LINK else fault.replace("_", " ")
+
+
+def _seen(pair: PairReport, columns: int) -> list[str]:
+    """Tell where what is given was seen on running middleware; cells of one origin together."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for each in pair.guarantees:
+        for cell in each.cells:
+            if cell.proven or cell.derived:
+                by_word = found.setdefault(_origin(cell), {})
+                by_word.setdefault(each.word, []).append(_column(cell.fault))
+    lines = []
+    for origin, by_word in sorted(found.items(), reverse=True):
+        listed = "; ".join(f"{word}: {', '.join(faults)}" for word, faults in by_word.items())
+        lines += ["", *textwrap.wrap(f"{origin}: {listed}", max(columns, _NARROWEST), subsequent_indent="  ")]
+    return lines
+
+
+def _origin(cell: GuaranteeCell) -> str:
+    if not cell.proven:
+        return "by clause of the standard alone"
+    derived = f"; derived for {', '.join(cell.derived)}" if cell.derived else ""
+    return f"proven on {', '.join(cell.proven)}{derived}"
+
+
+def _named(endpoint: Resolved) -> str:
+    label = endpoint.endpoint.label
+    return f"`{clean(endpoint.id)}`" + (f" ({clean(label)})" if label and label != endpoint.id else "")
+
+
+def _row(comparison: PolicyComparison, pack: RulePack) -> tuple[str, ...] | None:
+    """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
+    policy = pack.policy(comparison.policy)
+    facts = ((PUBLISHER, comparison.offered), (SUBSCRIBER, comparison.requested))
+    if policy.derived and comparison.verdict is None and all(f is None or f.origin == "default" for _, f in facts):
+        return None
+    offered, requested = ("" if f is None or role not in policy.roles else wording.value(f) for role, f in facts)
+    verdict = "-" if comparison.verdict is None else comparison.verdict.value
+    return comparison.policy, offered, requested, verdict, ", ".join(comparison.rules)
+
+
+def endpoints_as_text(endpoints: Sequence[Resolved], columns: int, *, color: bool) -> str:
+    """List endpoints topic by topic, those that match together."""
+    colors = paint(color=color)
+    if not endpoints:
+        return "there are no endpoints\n"
+    blocks = (
+        [
+            colors(f"{clean(topic)} ({pack})", "title"),
+            *table(("", "", ""), [(f"  {each.role}", each.id, _about(each)) for each in members], columns)[1:],
+        ]
+        for (pack, topic), members in _by_topic(endpoints).items()
+    )
+    return "\n\n".join(map("\n".join, blocks)) + "\n"
+
+
+def _about(endpoint: Resolved) -> str:
+    """What a person calls the endpoint and its participant, where an id of a modeler says nothing."""
+    label, participant = endpoint.endpoint.label or "", endpoint.participant.participant
+    owner = participant.label or participant.id
+    return ", ".join(part for part in (label, "" if endpoint.id.startswith(owner) else f"of {owner}") if part)
+
+
+def _by_topic(endpoints: Sequence[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
+    topics: dict[tuple[str, str], list[Resolved]] = {}
+    shown: dict[tuple[str, str], tuple[str, str]] = {}
+    for each in sorted(endpoints, key=lambda each: (each.pack.id, each.shown, each.role, each.id)):
+        meeting = shown.setdefault((each.pack.id, each.key or each.shown), (each.pack.id, each.shown))
+        topics.setdefault(meeting, []).append(each)
+    return topics
+
+
+# JSON
+
+
+def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
+    """Return an explained pair for programs."""
+    publisher, subscriber = ends
+    return _dump(
+        {
+            "version": _VERSION,
+            "topic": publisher.shown,
+            "protocol": publisher.pack.id,
+            "publisher": publisher.id,
+            "subscriber": subscriber.id,
+            "verdict": pair.verdict.value,
+            "policies": [asdict(each, dict_factory=_fields) for each in pair.policies],
+            "derived": dict(pair.derived),
+            "assumed": assumed(pair.assumed),
+            "guarantees": [asdict(each, dict_factory=_fields) for each in pair.guarantees],
+            "hops": [asdict(each, dict_factory=_fields) for each in pair.hops],
+            # As they are in the JSON report.
+            "findings": json.loads(render_json(report, style))["findings"],
+        }
+    )
+
+
+def _fields(stated: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the fields of a value as JSON has them: reasons as objects, and no policy in a fact, which stands beside it."""
+    found = dict(stated)
+    if "lost" in found:
+        found["lost"] = [{"code": code, "because": because} for code, because in found["lost"]]
+    if "origin" in found:
+        del found["policy"]
+    return found
+
+
+def endpoints_as_json(endpoints: Sequence[Resolved]) -> str:
+    """Return endpoints topic by topic for programs."""
+    topics = [
+        {
+            "topic": topic,
+            "protocol": pack,
+            "publishers": [each.id for each in members if each.role == PUBLISHER],
+            "subscribers": [each.id for each in members if each.role == SUBSCRIBER],
+        }
+        for (pack, topic), members in _by_topic(endpoints).items()
+    ]
+    return _dump({"version": _VERSION, "topics": topics})
+
+
+def _dump(document: dict[str, Any]) -> str:
+    return json.dumps(document, indent=2) + "\n"

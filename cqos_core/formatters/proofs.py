@@ -1,0 +1,68 @@
+"""Runs of pairs on middleware: their timelines, and their records as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from cqos_core.model.report import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.analysis.proving.runs import Trial
+    from cqos_core.model.report import Remedy
+    from cqos_core.packs.proving import Event, Outcome
+
+
+def timeline(events: Iterable[Event]) -> list[str]:
+    """Return a line for each event; samples that follow each other are one line."""
+    lines: list[tuple[Event, list[int]]] = []
+    growing: dict[tuple[str, str, str], list[int]] = {}
+    for event in events:
+        key = (event.who, event.what, event.text)
+        if event.number is None:
+            growing.clear()
+            lines.append((event, []))
+        elif key in growing:
+            growing[key].append(event.number)
+        else:
+            growing[key] = [event.number]
+            lines.append((event, growing[key]))
+    return [
+        f"{'' if event.at is None else f'{event.at:7.3f} s  '}{event.who:<10}  {event.what.replace('_', ' ')}{f' {_ranges(numbers)}' if numbers else ''}"
+        f"{f': {event.text}' if event.text else ''}"
+        for event, numbers in lines
+    ]
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Return ``0 to 4, 6``: numbers in their order, runs of them as ranges."""
+    # Numbers of one run have one distance from their places.
+    runs = [[number for _, number in run] for _, run in groupby(enumerate(numbers), lambda each: each[1] - each[0])]
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+
+
+def recorded(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
+    """Return a run as JSON has it: the pair, the plan, what happened, and what differs from the verdict."""
+    plan = asdict(trial.plan)
+    return {
+        "publisher": trial.publisher,
+        "subscriber": trial.subscriber,
+        "topic": trial.topic,
+        "protocol": trial.protocol,
+        "verdict": trial.report.verdict.value,
+        "codes": sorted({each.code for each in trial.report.findings if each.severity is Severity.ERROR}),
+        "fixes": [fix.text for fix in fixes],
+        "plan": plan,
+        "on": outcome.by,
+        "matched": outcome.matched,
+        "refused": list(outcome.refused),
+        "not_created": dict(outcome.not_created),
+        "sent": list(outcome.sent),
+        "arrived": list(outcome.arrived),
+        "agrees": not wrong,
+        "disagreements": list(wrong),
+        "events": [asdict(each) for each in outcome.events],
+    }
