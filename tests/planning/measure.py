@@ -1,4 +1,4 @@
-"""Measures repairs of random systems: ``python -m tests.planning.measure``. docs/repair.md has its figures."""
+"""Measures repairs of random systems, and suggestions for them: ``python -m tests.planning.measure``. docs/repair.md has its figures."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import time
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.planning.search import find_repair
-from tests.planning.systems import NAME, NEEDS, SETTINGS, WHERE, again
+from cqos_core.analysis.planning.suggestion import find_suggestion
+from tests.planning.systems import NAME, NEEDS, SETTINGS, WHERE, again, open_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from cqos_core.analysis.planning.plan import RepairPlan
 
 SIZES: Final = (10, 50, 100, 200, 500)
 PER_TOPIC: Final = 10
@@ -46,18 +49,37 @@ def text_of(protocol: str, size: int, seed: int = 1) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
+def repairs(protocol: str, size: int) -> str:
+    """Return one row of the table of repairs."""
+    text = text_of(protocol, size)
+    plan, took = timed(lambda: find_repair({NAME: text}, again, WHERE))
+    bad = sum(each.pairs for each in plan.before.groups if each.verdict.value == "incompatible")
+    left = sum(each.pairs for each in plan.after.groups if each.verdict.value == "incompatible")
+    return f"| {protocol} | {size} | {bad} | {left} | {len(plan.changes)} | {'yes' if plan.proven else 'no'} | {took:.2f} s |"
+
+
+def suggestions(protocol: str, size: int) -> str:
+    """Return one row of the table of suggestions."""
+    text = open_text(protocol, size, 0)
+    plan, took = timed(lambda: find_suggestion({NAME: text}, again, WHERE))
+    words = text.count(b"true") + text.count(b"late_join") + text.count(b"offline") + text.count(b"max_gap")
+    loud = sum(each.severity.value != "note" for each in plan.after.findings)
+    return f"| {protocol} | {size} | {words} | {len(plan.changes)} | {loud} | {'yes' if plan.proven else 'no'} | {took:.2f} s |"
+
+
+def timed(make: Callable[[], RepairPlan]) -> tuple[RepairPlan, float]:
+    """Return a plan, and the seconds of processor time that it took."""
+    began = time.process_time()
+    return make(), time.process_time() - began
+
+
 def rows() -> Iterator[str]:
-    """Yield one row of the table for each system."""
+    """Yield one row for each system: all repairs, then all suggestions."""
     find_repair({NAME: text_of("ros2", 10)}, again, WHERE)  # loads the solver
-    for protocol in sys.argv[1:] or ("ros2", "dds", "mqtt"):
-        for size in SIZES:
-            text = text_of(protocol, size)
-            began = time.process_time()
-            plan = find_repair({NAME: text}, again, WHERE)
-            took = time.process_time() - began
-            bad = sum(each.pairs for each in plan.before.groups if each.verdict.value == "incompatible")
-            proven = "yes" if plan.proven else "no repair" if plan.conflict else "no"
-            yield f"| {protocol} | {size} | {bad} | {len(plan.changes)} | {proven} | {took:.2f} s |"
+    for row in (repairs, suggestions):
+        for protocol in sys.argv[1:] or ("ros2", "dds", "mqtt"):
+            for size in SIZES:
+                yield row(protocol, size)
 
 
 if __name__ == "__main__":

@@ -59,6 +59,35 @@ NEEDS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 
 
+REACHABLE: Final[Mapping[str, tuple[str, ...]]] = {
+    "ros2": ("late_join: 1", "late_join: 7", "latest: true", "loss_free: true", "ordered: true", "offline: 10s", "max_gap: 2s"),
+    "dds": ("late_join: 1", "late_join: 7", "latest: true", "loss_free: true", "ordered: true", "max_gap: 2s"),
+    "mqtt": ("late_join: 1", "latest: true", "loss_free: true", "duplicate_free: true", "ordered: true", "max_gap: 2s"),
+}  # fmt: skip
+"""Requirements that some settings of a protocol meet."""
+
+
+def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
+    """Return a random system whose endpoints state no settings, and whose subscribers have requirements."""
+    chance = random.Random(f"open {protocol} {size} {seed}")  # noqa: S311 - the same systems every time
+    topics = range(-(-size // per_topic))
+    lines = [
+        "cqos: 1",
+        f"protocol: {protocol}",
+        "topics:",
+        *(f"  t{each}: {{period: 1s}}" for each in topics),
+        "participants:",
+    ]
+    for number in range(size):
+        topic, place = divmod(number, per_topic)
+        kind, stated = ("publishes", "") if place == 0 else ("subscribes", "")
+        if place:
+            words = dict(each.split(": ") for each in chance.sample(REACHABLE[protocol], chance.randrange(3)))
+            stated = f"{{needs: {{{', '.join(f'{word}: {value}' for word, value in words.items())}}}}}" if words else ""
+        lines += [f"  n{number}:", f"    {kind}:", f"      t{topic}: {stated}".rstrip()]
+    return ("\n".join(lines) + "\n").encode()
+
+
 def system_text(protocol: str, seed: int, publishers: int = 2, subscribers: int = 2) -> bytes:
     """Return a random system of one topic."""
     chance = random.Random(f"{protocol} {seed}")  # noqa: S311 - the same systems every time

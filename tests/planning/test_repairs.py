@@ -141,3 +141,36 @@ participants:
         monkeypatch.setitem(__import__("sys").modules, "ortools.sat.python", None)
         with pytest.raises(CqosError, match=r"pip install 'cqos-core\[repair\]'"):
             repaired(two("reliability: best_effort", "reliability: reliable"))
+
+
+QUEUE = """\
+cqos: 1
+protocol: mqtt
+brokers: {{hub: {{max_queued_messages: 10}}}}
+options: {{mqtt: {{outage: 60s, protocol_version: 3.1.1}}}}
+topics: {{t: {{period: 1s}}}}
+participants:
+  a: {{broker: hub, client_id: a, clean_session: false, publishes: {{t: {{qos: 1}}}}}}
+  b: {{broker: hub, client_id: b, clean_session: false, subscribes: {{t: {{qos: 1, needs: {{{needs}}}}}}}}}
+"""
+
+
+@pytest.mark.usefixtures("solver")
+@pytest.mark.parametrize(
+    ("code", "needs"),
+    [
+        ("MQTT407", "offline: 60s"),
+        ("MQTT420", "loss_free: true, survives: [link_outage]"),
+        ("MQTT320", "latest: true, survives: [link_outage]"),
+    ],
+)
+def test_a_queue_that_fills_too_early_gets_room_for_just_what_comes(code, needs):
+    text = QUEUE.format(needs=needs)
+    plan = repaired(text)
+    assert code in {each.code for each in plan.before.findings}
+    assert texts(plan) == ["set max_queued_messages `60` of broker hub"]
+    assert plan.proven
+    assert plan.after.verdict is Verdict.COMPATIBLE
+    less = find_repair({NAME: text.replace("messages: 10", "messages: 59").encode()}, again, WHERE)
+    assert texts(less) == ["set max_queued_messages `60` of broker hub"]
+    assert repaired(text.replace("messages: 10", "messages: 60")).changes == ()

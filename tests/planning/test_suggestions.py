@@ -1,12 +1,20 @@
 """Settings from requirements: applied and checked again, there is no finding; and what is stated stays."""
 
+from itertools import islice
+
 import pytest
 
 import cqos_core as cqos
-from cqos_core.analysis.planning.suggestion import find_suggestion
+from cqos_core.analysis.planning.constraints import Goals
+from cqos_core.analysis.planning.model import build
+from cqos_core.analysis.planning.search import find_repair
+from cqos_core.analysis.planning.suggestion import find_suggestion, is_open
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Severity
-from tests.planning.systems import NAME, WHERE, again, report_of
+from tests.effort import EXPLORE
+from tests.planning.systems import NAME, REACHABLE, WHERE, again, changed, cheaper, open_text, report_of
 
+MOST_CHOICES = 40
 SYSTEMS = {
     "ros2": "protocol: ros2\nparticipants:\n  a: {publishes: {t: }}\n  b: {subscribes: {t: {needs: {late_join: 3, latest: true}}}}\n",
     "restart": "protocol: ros2\nparticipants:\n  a: {publishes: {t: }}\n"
@@ -57,3 +65,75 @@ def test_the_library_plans_for_files_and_bytes(tmp_path):
     assert cqos.repair(tmp_path).changes == ()
     with pytest.raises(TypeError, match="give paths or bytes"):
         cqos.repair(cqos.read(text))
+
+
+SIZES = (5, 20, 100, 500) if EXPLORE else (5,)
+
+
+@pytest.mark.usefixtures("solver")
+@pytest.mark.explored
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("protocol", [*REACHABLE])
+def test_whatever_is_required_nothing_is_found_after_a_suggestion(protocol, seed, size):
+    text = open_text(protocol, size, seed)
+    plan = find_suggestion({NAME: text}, again, WHERE)
+    assert plan.confirmed
+    assert plan.proven
+    assert not plan.conflicts
+    after = report_of(again({NAME: plan.edited.texts.get(NAME, text)}))
+    assert str(after.verdict) == "compatible"
+    assert [each for each in after.findings if each.severity is not Severity.NOTE] == []
+
+
+@pytest.mark.usefixtures("solver")
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("protocol", [*REACHABLE])
+def test_no_weaker_settings_meet_the_requirements(protocol, seed):
+    text = open_text(protocol, 3, seed)
+    plan = find_suggestion({NAME: text}, again, WHERE)
+    assert plan.confirmed
+    system = again({NAME: text})
+    topics = Pipeline(system, WHERE).topics
+    model = build(topics, [*topics], Goals(decide=True), may=is_open)
+    for chosen in islice(cheaper(model, plan.weight), MOST_CHOICES):
+        after = report_of(changed(system, model, chosen))
+        found = [each for each in after.findings if each.severity is not Severity.NOTE]
+        assert found or str(after.verdict) != "compatible", chosen
+
+
+@pytest.mark.usefixtures("solver")
+def test_each_setting_says_what_it_costs():
+    text = """\
+protocol: dds
+options: {dds: {implementation: cyclonedds}}
+topics: {map: {period: 1s, size: 60000, keyed: false}}
+participants:
+  mapper: {publishes: {map: }}
+  planner: {subscribes: {map: {needs: {late_join: 5}}}}
+"""
+    plan = suggested(text)
+    costs = {(each.policy, each.members[0].split("/")[0]): each.costs for each in plan.changes}
+    assert "memory: at most 300kB, at most 60kB without it" in costs["durability_service.history_depth", "mapper"]
+    assert "late_join: 5, 1 without it" in costs["history.depth", "planner"]
+    assert any(each.startswith("traffic of `map`: ") for each in costs["reliability", "planner"])
+    silent = suggested(text.replace(", size: 60000", ""))
+    assert not any(cost.startswith(("memory", "traffic")) for each in silent.changes for cost in each.costs)
+
+
+@pytest.mark.usefixtures("solver")
+def test_a_plan_names_the_links_whose_load_it_multiplies():
+    text = """\
+cqos: 1
+protocol: dds
+topics: {map: {period: 1s, size: 60000, keyed: false}, log: {period: 1s, size: 60000, keyed: false}}
+participants:
+  mapper: {publishes: {map: {reliability: best_effort}, log: {reliability: reliable}}}
+  planner: {subscribes: {map: {reliability: reliable}, log: {reliability: reliable}}}
+links: {radio: {participants: planner, rate: 10Mbit/s}}
+"""
+    plan = find_repair({NAME: text.encode()}, again, WHERE)
+    assert plan.grown == ("link `radio` to planner: 960kbit/s with the changes, 480kbit/s before, 2 times as much",)
+    more = text.replace("period: 1s, size: 60000, keyed: false}}", "period: 1s, keyed: false}}")
+    grown = find_repair({NAME: more.encode()}, again, WHERE).grown
+    assert grown == ("link `radio` to planner: 480kbit/s with the changes, nothing before",)

@@ -12,6 +12,7 @@ from cqos_core.analysis.planning.constraints import ChangingEnd, constraints_of,
 from cqos_core.analysis.planning.slots import (
     Slot,
     changeable,
+    followed,
     numeric,
     spellable,
     statements,
@@ -221,6 +222,9 @@ def _pools(drafts: Sequence[Constraint]) -> Pools:
     for each in drafts:
         for _, use in changeable(each):
             pool(each, use.index).update(values_in_play(each, use))
+        if each.broken:
+            for end, index, values in followed(each):
+                pools.setdefault((end.profile.pack.id, each.topic, index), set()).update(values)
     stated = {key: sorted(values, key=_in_order) for key, values in pools.items()}
     for each in drafts:
         uses = numeric(each)

@@ -124,6 +124,34 @@ def changeable(constraint: Constraint) -> Iterator[tuple[ChangingEnd, Use]]:
                 yield end, use
 
 
+def followed(constraint: Constraint) -> Iterator[tuple[ChangingEnd, int, set[Plain]]]:
+    """Yield limits from which a derived value of a rule follows: the end, the policy's index, and values worth setting.
+
+    A queue that fills six times too early gets six times the room. Only a check shows whether that is enough.
+    """
+    bound, (a, b) = constraint.bound.bound, constraint.values
+    for use in bound.uses:
+        end = constraint.second if use.second else constraint.first
+        policies, values = end.profile.pack.policies, end.profile.values
+        derived = values[use.index]
+        if not policies[use.index].derived or not isinstance(derived, int):
+            continue
+        wanted = [
+            each for each in turning_points(bound, use, a, b) if isinstance(each, int) and derived < each < INFINITE
+        ]
+        for index, policy in enumerate(policies):
+            limit = values[index]
+            if (
+                policy.name not in policies[use.index].follows
+                or policy.level not in LEVELS
+                or policy.stronger != "higher"
+            ):
+                continue
+            if isinstance(limit, int) and 0 < limit < INFINITE and not policy.domain.candidates():
+                scaled = {-(-limit * each // derived) for each in wanted} if derived > 0 else set()
+                yield end, index, {*scaled, *(each + 1 for each in scaled), *usual(policy, end.first.role)}
+
+
 def _matched_on(pack: RulePack) -> frozenset[int]:
     """The policies that decide who matches whom, which a repair leaves as they are."""
     return frozenset(use.index for bound in pack.by_scope["meets"] for use in bound.bound.uses)

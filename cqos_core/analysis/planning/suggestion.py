@@ -45,7 +45,7 @@ def find_suggestion(
 
     def search(*severities: str, partial: bool) -> Search:
         goals = Goals(decide=True, severities=frozenset(severities), excused=accepted)
-        return Search(sources, read, context, importer, before, goals, [*active], may=_is_open, partial=partial)
+        return Search(sources, read, context, importer, before, goals, [*active], may=is_open, partial=partial)
 
     # Without any warning if that is possible.
     found = quietest(search("error", "warning", partial=False), everything=True)
@@ -68,7 +68,7 @@ def _is_bare(endpoint: Resolved) -> bool:
     )
 
 
-def _is_open(endpoint: Resolved, index: int) -> bool:
+def is_open(endpoint: Resolved, index: int) -> bool:
     """Whether a policy is of an endpoint without settings, or of a participant that leaves it unstated."""
     if not _is_bare(endpoint):
         return False
