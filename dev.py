@@ -467,6 +467,7 @@ PROGRAMS = (
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
     ("spin", "spin", "SPIN gives no second opinion on MQTT"),
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
+    ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),
     ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
 )

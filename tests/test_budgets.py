@@ -91,6 +91,50 @@ def test_figures_of_a_link():
     assert (topic, round(lost, 4)) == ("image", round(1 - 0.99**45, 4))
 
 
+BROKER = """
+cqos: 1
+protocol: mqtt
+options: {mqtt: {protocol_version: "5.0"}}
+brokers: {hub: {}}
+topics: {t: {period: 100ms, size: 200}}
+participants:
+  a: {broker: hub, client_id: a, publishes: {t: {qos: 2}}}
+  b: {broker: hub, client_id: b, subscribes: {t: {qos: 1}}}
+  c: {broker: hub, client_id: c, subscribes: {t: {qos: 0}}}
+links: {radio: {participants: [PATTERNS]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("patterns", "out", "into"),
+    [("a", 1, 0), ("b", 0, 1), ("b, c", 0, 2), ("a, b", 1, 1), ("a, hub", 2, 0), ("hub", 2, 1), ("'*'", 0, 0)],
+)
+def test_messages_go_to_the_broker_once_and_from_it_to_each_receiver(patterns, out, into):
+    found = spent(BROKER.replace("PATTERNS", patterns).encode())
+    (stream,) = found.streams
+    # One byte, a length of two, the name with its length, a packet identifier, properties; and PUBREL to the broker.
+    assert stream.to_broker == ((40 + 1 + 2 + 3 + 2 + 1 + 200 + 4, 1),)
+    assert stream.parts == ((40 + 1 + 2 + 3 + 2 + 1 + 200, 1),)
+    copies = {load.inward: sum(len(each.receivers | each.perhaps) for each in load.streams) for load in found.loads}
+    assert (copies.get(False, 0), copies.get(True, 0)) == (out, into)
+
+
+def test_messages_of_an_unknown_version_have_no_figure_with_headers():
+    (stream,) = spent(BROKER.replace('"5.0"', "3.1.1").encode()).streams
+    assert stream.wire() == 10 * (40 + 1 + 2 + 3 + 2 + 200)
+    text = BROKER.replace('options: {mqtt: {protocol_version: "5.0"}}\n', "")
+    (stream,) = spent(text.encode()).streams
+    assert stream.wire() is None
+    assert stream.payload == 2_000
+
+
+def test_a_long_message_is_cut_into_segments_of_tcp():
+    (stream,) = spent(BROKER.replace("size: 200", "size: 20000").encode()).streams
+    whole = 1 + 3 + 3 + 2 + 1 + 20_000
+    assert stream.packets(1500) == 14
+    assert stream.bytes_of_sample(1500) == whole + 14 * 40
+
+
 def test_a_late_joiner_waits_for_what_is_kept():
     stored = ("reliability: reliable, depth: 3", "reliability: reliable, depth: 3, durability: transient_local")
     asked = ("reliability: best_effort, depth: 2", "reliability: reliable, depth: 3, durability: transient_local")

@@ -39,7 +39,7 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
-from cqos_core.packs.costs import Costs, Framing, Store
+from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
 from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Proof, Unaffected, gives
 from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
@@ -79,6 +79,7 @@ __all__ = [
     "Literal",
     "Meaning",
     "Meeting",
+    "MessageFraming",
     "NameContext",
     "NameProblem",
     "Names",

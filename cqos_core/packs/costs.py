@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cqos_core.language.expression import Condition
     from cqos_core.language.policy import Policy
 
@@ -57,6 +59,40 @@ class Framing:
 
 
 @dataclass(frozen=True, slots=True)
+class MessageFraming:
+    """How a sample travels as one message over TCP, from one end of a connection to the other; all sizes in bytes.
+
+    A message has a fixed header, a length of seven bits a byte, the name of the topic, fields, and the sample.
+
+    Attributes:
+        fixed: the fixed header without the length.
+        named: what comes with the name of the topic.
+        fields: further parts of the message, each with when it is there: over the values of publisher and subscriber.
+        further: further messages of the sender with each sample, likewise.
+        source: where the figures come from.
+    """
+
+    fixed: int
+    named: int
+    fields: tuple[tuple[Condition, int], ...]
+    further: tuple[tuple[Condition, int], ...]
+    source: str
+
+    def message_bytes(self, size: int, name: str, holds: Callable[[Condition], bool | None]) -> int | None:
+        """Return the bytes of all messages of a sample of ``size`` bytes; None where a condition is not known."""
+        held = [
+            (part, holds(condition), many)
+            for part in (True, False)
+            for condition, many in (self.fields if part else self.further)
+        ]
+        if any(there is None for _, there, _ in held):
+            return None
+        body = self.named + len(name.encode()) + size + sum(many for inside, there, many in held if inside and there)
+        length = next(count for count in range(1, body.bit_length() + 2) if body < 1 << 7 * count)
+        return self.fixed + length + body + sum(many for inside, there, many in held if not inside and there)
+
+
+@dataclass(frozen=True, slots=True)
 class Store:
     """How many samples an endpoint keeps at most.
 
@@ -80,6 +116,7 @@ class Costs:
         instances: the policy with the most instances that an endpoint keeps.
         framings: by implementation.
         stores: the first one that holds counts.
+        to_broker: how a publication travels to a broker, and `from_broker`: from it; None: samples go straight to subscribers.
         thinned: when a publisher may send fewer samples to a subscriber than it publishes; None: never.
     """
 
@@ -88,3 +125,5 @@ class Costs:
     framings: tuple[Framing, ...] = ()
     stores: tuple[Store, ...] = ()
     thinned: Condition | None = None
+    to_broker: MessageFraming | None = None
+    from_broker: MessageFraming | None = None

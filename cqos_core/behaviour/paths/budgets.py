@@ -20,19 +20,23 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
     from cqos_core.behaviour.paths.link_facts import LinkFault
     from cqos_core.language.expression import Condition
     from cqos_core.language.values import Value
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.timing import StatedLink
-    from cqos_core.packs.costs import Framing
+    from cqos_core.packs.costs import Framing, MessageFraming
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
 _SECOND: Final = 1_000_000_000
 _IP: Final = 20
+_TCP: Final = 40  # headers of IPv4 and TCP
 _UNIT: Final = 8  # the offset of an IP fragment counts units of 8 bytes
+
+
+Parts = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +47,13 @@ class Stream:
         size: bytes of a sample.
         per_second: samples of one instance in a second.
         single: the topic certainly has one instance.
-        framing: how its implementation sends, where that is known.
+        parts: the sizes of the packets of a sample, each with how many there are; None where that is not known.
+        header: what each further piece has in front, where a packet is larger than a link takes.
         confirmed: samples are sent with what a reliable connection needs; None where that is not known.
         receivers: participants that certainly get all of it; `perhaps`: those that may, or get a part.
         unconfirmed: participants to which a lost sample is not sent again.
         late: samples that a late joiner gets, by its participant.
+        broker: the intermediary that gets all of it first; `to_broker`: the packets of a sample on that way.
     """
 
     publisher: str
@@ -57,12 +63,15 @@ class Stream:
     size: int
     per_second: float
     single: bool
-    framing: Framing | None
+    parts: Parts | None
     confirmed: bool | None
     receivers: frozenset[str]
     perhaps: frozenset[str]
     unconfirmed: frozenset[str] = frozenset()
     late: tuple[tuple[str, int], ...] = ()
+    header: int = _IP
+    broker: str | None = None
+    to_broker: Parts | None = None
 
     @property
     def payload(self) -> float:
@@ -71,30 +80,39 @@ class Stream:
 
     def packets(self, mtu: int | None) -> int | None:
         """Return how many IP packets a sample takes; None where the implementation is not known."""
-        return None if self.framing is None else sum(many * _cuts(size, mtu) for size, many in self._sizes())
+        return None if self.parts is None else sum(many * self._cuts(size, mtu) for size, many in self.parts)
 
     def bytes_of_sample(self, mtu: int | None) -> int | None:
         """Return how many bytes of IP packets a sample takes, confirmations of readers left out."""
-        if self.framing is None:
+        if self.parts is None:
             return None
-        return sum(many * (size + _IP * (_cuts(size, mtu) - 1)) for size, many in self._sizes())
+        return sum(many * (size + self.header * (self._cuts(size, mtu) - 1)) for size, many in self.parts)
 
     def wire(self, mtu: int | None = None) -> float | None:
         """Return the bytes of IP packets in a second, of one instance and to one receiver."""
         each = self.bytes_of_sample(mtu)
         return None if each is None else each * self.per_second
 
-    def _sizes(self) -> Sequence[tuple[int, int]]:
-        return (
-            () if self.framing is None else self.framing.packet_sizes(self.size, confirmed=self.confirmed is not False)
-        )
+    def _cuts(self, size: int, mtu: int | None) -> int:
+        """Into how many IP packets a datagram is cut, or the bytes of a segment of TCP."""
+        if mtu is None or size <= mtu or mtu < self.header + _UNIT:
+            return 1
+        if self.header != _IP:
+            return ceil((size - self.header) / (mtu - self.header))
+        return ceil((size - _IP) / ((mtu - _IP) // _UNIT * _UNIT))
 
-
-def _cuts(size: int, mtu: int | None) -> int:
-    """Into how many IP packets a datagram is cut."""
-    if mtu is None or size <= mtu or mtu < _IP + _UNIT:
-        return 1
-    return ceil((size - _IP) / ((mtu - _IP) // _UNIT * _UNIT))
+    def towards(self, there: Collection[str]) -> Stream | None:
+        """Return what of it goes to some participants and brokers; None where nothing does."""
+        if self.broker is not None and self.broker in there:
+            only = frozenset((self.broker,))
+            way = replace(
+                self, receivers=only, perhaps=frozenset(), unconfirmed=frozenset(), late=(), parts=self.to_broker
+            )
+            return None if self.participant in there else way
+        if self.broker is None and self.participant in there:
+            return None
+        some = frozenset(there)
+        return replace(self, receivers=self.receivers & some, perhaps=self.perhaps & some)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +176,7 @@ def budgets(pipeline: Pipeline) -> Budgets:
     histories = tuple(kept for each in pipeline.endpoints if (kept := _history(each, arrivals)) is not None)
     links = [facts_of(link) for _, link in sorted(pipeline.system.links.items())]
     known = {each.participant for each in streams}.union(*(each.receivers | each.perhaps for each in streams))
+    known |= {each.broker for each in streams if each.broker is not None}
     loads = [
         load
         for facts in links
@@ -196,23 +215,29 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
     period, size = _value(profile, "topic", "period"), _value(profile, "topic", "size")
     if not (isinstance(period, int) and isinstance(size, int) and 0 < period < INFINITE and 0 < size < INFINITE):
         return None
-    framing = _framing(profile)
+    framing, costs = _framing(profile), profile.pack.costs
     certain: set[str] = set()
     perhaps: set[str] = set()
     confirming: dict[str, bool | None] = {}
     late: dict[str, int] = {}
+    sent: list[int | None] = []
     for other, reader, passes in readers:
         if passes is False:
             continue
-        thinned = profile.pack.costs.thinned
+        thinned = costs.thinned
         (certain if passes and (thinned is None or _holds(thinned, profile, reader) is False) else perhaps).add(other)
         if framing is not None:
             confirming[other] = _holds(framing.confirmed, profile, reader)
+        sent.append(_message(costs.from_broker, publisher, size, profile, reader))
         kept = next((each.value for each in give(profile, reader) if each.word.name == "late_join"), None)
         if kept:
             late[other] = max(late.get(other, 0), kept)
     answers = {*confirming.values()}
     confirmed = True if True in answers else None if None in answers else False
+    parts = None if framing is None else framing.packet_sizes(size, confirmed=confirmed is not False)
+    broker = publisher.participant.broker
+    if costs.from_broker is not None:
+        parts = _segments(None if not sent or None in sent else max(each for each in sent if each is not None))
     return Stream(
         publisher.id,
         publisher.endpoint.participant,
@@ -221,13 +246,29 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
         size,
         _SECOND / period,
         _is_single(profile),
-        framing,
+        parts,
         confirmed,
         frozenset(certain),
         frozenset(perhaps - certain),
         frozenset(name for name, each in confirming.items() if each is False),
         tuple(sorted(late.items())),
+        _IP if costs.from_broker is None else _TCP,
+        None if costs.to_broker is None or broker is None else broker.id,
+        _segments(_message(costs.to_broker, publisher, size, profile, profile)),
     )
+
+
+def _message(
+    framing: MessageFraming | None, publisher: Resolved, size: int, profile: QosProfile, reader: QosProfile
+) -> int | None:
+    """Return the bytes of the messages of a sample; None where they are not known."""
+    if framing is None:
+        return None
+    return framing.message_bytes(size, publisher.shown, lambda condition: _holds(condition, profile, reader))
+
+
+def _segments(size: int | None) -> Parts | None:
+    return None if size is None else ((_TCP + size, 1),)
 
 
 def _holds(condition: Condition, publisher: QosProfile, subscriber: QosProfile) -> bool | None:
@@ -277,9 +318,9 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
     inside = {name for name in known if any(fnmatchcase(name, each) for each in link.participants)}
     there = inside if inward else known - inside
     over = [
-        replace(each, receivers=each.receivers & there, perhaps=each.perhaps & there)
+        way
         for each in streams
-        if each.participant not in there
+        if (way := each.towards(there)) is not None
         and (not link.topics or any(fnmatchcase(name, want) for name in each.names for want in link.topics))
     ]
     over = [each for each in over if each.receivers or each.perhaps]

@@ -7,6 +7,7 @@ from typing import Final
 from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack
 from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.broker_policies import IMPLEMENTATION
+from cqos_mqtt.costs import COSTS
 from cqos_mqtt.endpoint_policies import QOS
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
@@ -70,6 +71,7 @@ PACK: Final = RulePack(
     presets=PRESETS,
     dialects=DIALECTS,
     conventions=CONVENTIONS,
+    costs=COSTS,
     functions=FUNCTIONS,
     meeting=Meeting(
         names.resolve,

@@ -29,13 +29,13 @@ PANEL: Final = Panel(
         "Client": ("client_id", "generated_client_id", "username", "protocol_version", "broker"),
         "Flow": _FLOW,
         "Will": _WILL,
-        "Topic": ("period", "burst", "command"),
+        "Topic": ("period", "size", "burst", "command"),
         "Deployment": ("outage", "implied_needs"),
     },
     advanced=(
         *("no_local", "retain_as_published", "subscription_identifier", "max_payload", "topic_alias"),
         *("taken_every", "needs_retain_flag", "stores_session", "generated_client_id", "username"),
-        *(*_FLOW, *_WILL, "burst", "implied_needs", "relayed"),
+        *(*_FLOW, *_WILL, "size", "burst", "implied_needs", "relayed"),
     ),
     labels={
         "qos": "QoS",

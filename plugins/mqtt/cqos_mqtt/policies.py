@@ -103,6 +103,7 @@ PERIOD: Final = Policy(
     level="topic",
     aliases=("publish_period",),
 )
+SIZE: Final = Policy("size", Count(unit="bytes"), None, "The size of the payload of one message.", level="topic")
 BURST: Final = Policy("burst", Count(), None, "How many messages may come at once.", level="topic")
 COMMAND: Final = Policy(
     "command",
@@ -218,6 +219,7 @@ POLICIES: Final = (
     ACCESS,
     TOPIC_NAME,
     PERIOD,
+    SIZE,
     BURST,
     COMMAND,
     VERSION,
