@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from cqos_core.model.system import Place
+
+
+_MOST_KEPT: Final = 1_000_000  # characters; the nodes of a larger text are not kept
 
 
 def is_json(text: str) -> bool:
@@ -96,7 +100,7 @@ def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement |
 
 def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
     """Add settings to the map that has a key at ``place``; of a key with dots, all but the last part stays."""
-    root = _composed(text)
+    root = _root(text)
     if root is None or place.line is None or place.column is None:
         return None
     for node in (root, *(value for _, value in _entries(root))):
@@ -110,7 +114,7 @@ def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Repla
 
 def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Replacement | None:
     """Replace a value at ``place``, a list in block form, or one field of the map there by the last part of its ``name``."""
-    root = _composed(text)
+    root = _root(text)
     nodes = [] if root is None or place.line is None or place.column is None else _entries(root)
     edited = _Edited(text)
     for key, node in nodes:
@@ -129,6 +133,16 @@ def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Re
             if named and isinstance(value, yaml.ScalarNode) and value.value == old:
                 return edited.replaced(value, new)
     return None
+
+
+def _root(text: str) -> Any:
+    return _kept(text) if len(text) <= _MOST_KEPT else _composed(text)
+
+
+@lru_cache(maxsize=1)
+def _kept(text: str) -> Any:
+    """Compose a text once for all edits of it."""
+    return _composed(text)
 
 
 def _composed(text: str) -> Any:
@@ -156,7 +170,7 @@ def _entries(root: Any) -> Iterator[tuple[Any, Any]]:
 
 def _found(text: str, place: Place) -> tuple[Any, Any] | None:
     """Return the key at a place with its value, or the item of a list that begins there."""
-    root = _composed(text)
+    root = _root(text)
     if root is None or place.line is None or place.column is None:
         return None
     line, column = place.line - 1, place.column - 1

@@ -25,7 +25,6 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
-    from cqos_core.analysis.planning.slots import Slot
     from cqos_core.language.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
@@ -220,10 +219,15 @@ class Search:
 
     def _changes(self, model: RepairModel, chosen: Mapping[Hashable, int]) -> tuple[PlannedChange, ...]:
         made = []
+        reading: dict[int, list[Constraint]] = {}
+        for each in model.constraints:
+            for _, end in ends_of(each):
+                reading.setdefault(id(end), []).append(each)
         for place, number in chosen.items():
             slot, new = model.slots[place], model.slots[place].candidates[number]
             without = {other: at for other, at in chosen.items() if other != place}
-            broken = dict.fromkeys(reason_of(each) for each in _violated(model, without, slot)) or (_ENOUGH,)
+            over = dict.fromkeys(each for end, _ in slot.readers for each in reading.get(id(end), ()))
+            broken = dict.fromkeys(map(reason_of, _violated(model, without, over))) or (_ENOUGH,)
             members = tuple(sorted({each.id for end, _ in slot.readers for each in end.endpoints}))
             end, index = slot.readers[0]
             value = slot.policy.domain.format(new.value)  # type: ignore[arg-type]
@@ -384,12 +388,11 @@ def _kept(checked: CheckedSystem, keep: Sequence[str]) -> dict[str, object]:
     return {each.id: each.profile for each in checked.pipeline.endpoints if pin_of(each, keep)}
 
 
-def _violated(model: RepairModel, chosen: Mapping[Hashable, int], slot: Slot) -> Iterable[Constraint]:
-    """Yield the constraints over readers of a slot that some choices leave open or violate."""
-    readers = {id(end) for end, _ in slot.readers}
-    for each in model.constraints:
-        if readers.isdisjoint(id(end) for _, end in ends_of(each)):
-            continue
+def _violated(
+    model: RepairModel, chosen: Mapping[Hashable, int], constraints: Iterable[Constraint]
+) -> Iterable[Constraint]:
+    """Yield the constraints that some choices leave open or violate."""
+    for each in constraints:
         answer = _answer(model, each, chosen)
         if answer is not each.wanted.answer and not (answer is None and each.wanted.lenient):
             yield each
