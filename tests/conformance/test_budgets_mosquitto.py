@@ -5,6 +5,7 @@ import socket
 import threading
 from contextlib import contextmanager
 from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -14,7 +15,7 @@ if os.environ.get("CI") != "true":
 from cqos_core.api import read
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.matching.pipeline import Pipeline, context
-from tests.conformance.mosquitto import V5, V3, Client, program, running
+from tests.conformance.mosquitto import V3, V5, Client, program, running
 
 if program() is None and os.environ.get("CI") != "true":
     pytest.skip("mosquitto is not installed", allow_module_level=True)
@@ -22,6 +23,14 @@ if program() is None and os.environ.get("CI") != "true":
 TOPIC = "bed/1/moisture"
 SAMPLES = 5
 TCP = 40
+# QoS of publication and of subscription, size, expiry and identifier of the subscription.
+PLAIN: tuple[tuple[Any, ...], ...] = (
+    (0, 2, 10, 0, None),
+    (1, 1, 100, 0, None),
+    (2, 2, 5_000, 0, None),
+    (2, 1, 200, 0, None),
+)
+OF_5: tuple[tuple[Any, ...], ...] = ((1, 1, 100, 60, 7), (1, 0, 20_000, 60, 200))
 DESIGN = """
 cqos: 1
 protocol: mqtt
@@ -65,7 +74,7 @@ class Counter:
 def connected(broker, version, **more):
     """A client behind a counter."""
     counter = Counter(broker.port)
-    client = Client(SimpleNamespace(port=counter.port), version, **more)
+    client = Client(cast("Any", SimpleNamespace(port=counter.port)), version, **more)
     try:
         yield client, counter
     finally:
@@ -79,7 +88,7 @@ def measured(broker, version, offered, requested, size, expiry, number):
         subscriber.subscribe([(TOPIC, requested)], number)
         before = to_broker.there, from_broker.back
         for _ in range(SAMPLES):
-            publisher.publish(TOPIC, offered, expiry=expiry, payload="x" * size)
+            publisher.publish(TOPIC, offered, expiry=expiry or None, payload="x" * size)
         subscriber.collect(SAMPLES)
         assert len(subscriber.messages) == SAMPLES
         return (to_broker.there - before[0]) / SAMPLES, (from_broker.back - before[1]) / SAMPLES
@@ -87,9 +96,7 @@ def measured(broker, version, offered, requested, size, expiry, number):
 
 @pytest.mark.parametrize("version", [V3, V5])
 def test_messages_have_the_bytes_that_are_computed(version):
-    cases = [(0, 2, 10, None, None), (1, 1, 100, None, None), (2, 2, 5_000, None, None), (2, 1, 200, None, None)]
-    if version == V5:
-        cases += [(1, 1, 100, 60, 7), (1, 0, 20_000, 60, 200)]
+    cases = [*PLAIN, *(OF_5 if version == V5 else ())]
     with running() as broker:
         for offered, requested, size, expiry, number in cases:
             text = DESIGN.format(
@@ -102,7 +109,6 @@ def test_messages_have_the_bytes_that_are_computed(version):
                 number=f", subscription_identifier: {number}" if number else "",
             )
             (stream,) = budgets(Pipeline(read(text.encode()), context())).streams
-            computed = [
-                sum(bytes_ * many for bytes_, many in parts) - TCP for parts in (stream.to_broker, stream.parts)
-            ]
+            ways = [stream.to_broker or (), stream.parts or ()]
+            computed: list[int] = [sum([each * many for each, many in way]) - TCP for way in ways]
             assert [*measured(broker, version, offered, requested, size, expiry, number)] == computed
