@@ -70,6 +70,11 @@ class JoinedNode:
             return False
         return all(isinstance(named.full, str) for _, named, _ in self.endpoints)
 
+    @property
+    def opaque(self) -> bool:
+        """Whether nothing is known of its endpoints, so that it may be the partner of any other."""
+        return self.placed.facts is None or (bool(self.filled.gaps) and not self.endpoints)
+
 
 @dataclass(slots=True)
 class Join:
@@ -110,6 +115,9 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         waiting[:0] = placing.inside(placed, joined.filled)
         _add(joined, system, numbers)
         result.nodes.append(joined)
+    if any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided:
+        for endpoint in system.endpoints:
+            endpoint.external = True  # its partner may be a node that is not known
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
     return result

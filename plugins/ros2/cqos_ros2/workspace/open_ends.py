@@ -40,7 +40,7 @@ def open_ends(found: Join, note: Noted) -> Iterator[ImportNote]:
         for filled, named, endpoint in node.endpoints:
             if endpoint is not None and endpoint.kind == MESSAGE and endpoint.topic is not None:
                 topics.setdefault(endpoint.topic, {}).setdefault(endpoint.role, []).append((filled, named, endpoint))
-    opaque = any(node.placed.facts is None for node in found.nodes)
+    opaque = any(node.opaque for node in found.nodes)
     for topic, sides in sorted(topics.items()):
         if len(sides) > 1 or any(fnmatchcase(topic, pattern) for pattern in _ELSEWHERE):
             continue
@@ -53,7 +53,7 @@ def open_ends(found: Join, note: Noted) -> Iterator[ImportNote]:
             cause = f"the parameter `{filled.parameter}`" if named.rule is None else f"the remap `{named.rule.source}`"
             message = f"`{endpoint.participant}` {does} `{topic}`, as {cause} says, and nothing in the launch {_other(missing)} it"
             yield note("ROS973", message, endpoint.place, f"did you mean `{near[0]}`?")
-        elif not all(endpoint.external for _, _, endpoint in members):
+        elif not all(filled.optional for filled, _, _ in members):
             yield note("ROS977", _open(topic, role, members), members[0][2].place)
 
 

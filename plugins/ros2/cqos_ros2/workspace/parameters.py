@@ -142,6 +142,8 @@ class ParameterReader:
         root = tree_of(data, real, given.place)
         if isinstance(root, Unknown):
             return root
+        if not isinstance(root, MappingNode):
+            return Unknown("the parameter file is no map of nodes", Place(real, 1))
         rewriting = _Rewriting(path.rewrites if isinstance(path, MadeFile) else {}, given.place)
         found = [*_sections(rewriting.rewritten(root), "", _Read(real, given.substitutions, rewriting.put_in))]
         return _made(found, path, rewriting) if isinstance(path, MadeFile) else found

@@ -202,3 +202,38 @@ SERVER = '<node pkg="nav2_map_server" exec="map_server" name="map_server"/>\n'
 def test_lifecycle_nodes_and_their_managers(joined, findings, names, expected):
     system = joined(launch_of(MANAGER.format(names), SERVER))
     assert [code for code, *_ in findings(system)] == expected
+
+
+def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_namespace(joined, findings):
+    bridge = '<node pkg="ros_gz_bridge" exec="parameter_bridge" name="bridge" args="/front/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan"/>\n'
+    amcl = '<node pkg="nav2_amcl" exec="amcl"/>\n'
+    assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403"]
+    driver = '<node pkg="other" exec="driver" name="driver"/>\n'
+    assert findings(joined(launch_of(bridge, amcl, driver))) == []
+
+
+def test_inputs_of_a_filter_follow_their_configuration(joined):
+    config = "[" + ", ".join(["true"] + ["false"] * 14) + "]"
+    none = "[" + ", ".join(["false"] * 15) + "]"
+    files = {
+        "bot/config/a.yaml": f"""ekf_filter_node:
+  ros__parameters:
+    odom0: wheel/odom
+    odom0_config: {config}
+    odom0_queue_size: 3
+    odom1: visual/odom
+    odom1_config: {none}
+    imu0: imu/data
+    imu0_config: {config}
+    imu2: far/imu
+    imu2_config: {config}
+"""
+    }
+    node = '<node pkg="robot_localization" exec="ekf_node"><param from="$(find-pkg-share bot)/config/a.yaml"/></node>\n'
+    system = joined({**launch_of(node), **files})
+    inputs = {
+        each.topic: each.settings["depth"].text
+        for each in system.endpoints
+        if each.type and each.role == "subscriber" and "/" in each.topic[1:]
+    }
+    assert inputs == {"/wheel/odom": "3", "/imu/data": "10"}
