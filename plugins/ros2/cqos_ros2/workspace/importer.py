@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_ros2.launch.started import Launched
     from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.workspace.joining import Join
 
 IMPORTER: Final = "workspace"
 LAUNCH: Final = "launch"
@@ -35,27 +36,37 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: a launch file or an argument is not there, or a node file of the workspace cannot be read.
     """
-    switches = context.options.get(IMPORTER, {})
+    found = joined(source.name, context.options)
+    system = found.system
+    system.notes += notes(found)
+    spell(system, found.workspace.root, source.name)
+    return system
+
+
+def joined(folder: str, options: Mapping[str, Mapping[str, str]]) -> Join:
+    """Return the join of the launch files that the switches of importers name.
+
+    Raises:
+        InputError: as `read`.
+    """
+    switches = options.get(IMPORTER, {})
     files = [each for each in switches.get(LAUNCH, "").split("\n") if each]
     given = dict(argument(each) for each in switches.get(ARGUMENT, "").split("\n") if each)
     if not files:
         message = "a workspace needs a launch file"
-        raise InputError([Problem("CQ047", message, Place(source.name), "name one with --launch FILE")])
-    workspace, launched = _launched(files, source.name, given, context.options.get(VARIABLES, {}))
+        raise InputError([Problem("CQ047", message, Place(folder), "name one with --launch FILE")])
+    workspace, launched = _launched(files, folder, given, options.get(VARIABLES, {}))
     unused = [name for name in given if name not in launched.arguments]
     if unused and launched.arguments:
         message = f"the launch declares no argument `{unused[0]}`{did_you_mean(unused[0], launched.arguments)}"
         raise InputError([Problem("CQ047", message, None, f"it declares {listed(sorted(launched.arguments), 'and')}")])
     library = Library(workspace)
-    stated = context.options.get(OPTIONS, {})
+    stated = options.get(OPTIONS, {})
     found = join(launched, workspace, library, normalise(stated.get("ros2.distro", "")))
     if library.problems:
         raise InputError(library.problems)
-    system = found.system
-    system.name = " + ".join(files)
-    system.notes += notes(found)
-    spell(system, workspace.root, source.name)
-    return system
+    found.system.name = " + ".join(files)
+    return found
 
 
 def _launched(

@@ -1,0 +1,1 @@
+"""Why nothing arrives on a topic: one list of causes, each excluded, found or not known."""

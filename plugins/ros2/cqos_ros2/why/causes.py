@@ -1,0 +1,295 @@
+"""The causes, in the order in which people should look: each is a question to what was read, and says what to do.
+
+A cause that the files cannot decide is not known, and comes with the command that decides it on the robot.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.spelling import nearest
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_ros2.nodes import form
+from cqos_ros2.types import full_type_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.model.logs import Occurrence
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.system import System
+    from cqos_core.resolving.resolved import Resolved
+    from cqos_ros2.workspace.joining import Join
+
+_QUOTED: Final = re.compile(r"`([^`]+)`")
+State = Literal["found", "excluded", "not known"]
+
+
+class Evidence(NamedTuple):
+    """What was read.
+
+    Attributes:
+        topic: the name that is asked about.
+        ends: the endpoints on it, by role.
+        names: the topics of all endpoints, by role.
+        environment: variables that the launch or the caller states.
+        said: what logs say about the topic.
+        join: of a workspace; None: no launch was read.
+    """
+
+    topic: str
+    system: System
+    report: Report
+    ends: Mapping[str, Sequence[Resolved]]
+    names: Mapping[str, Sequence[str]]
+    environment: Mapping[str, str]
+    said: Sequence[Occurrence]
+    join: Join | None
+
+    @property
+    def both(self) -> bool:
+        """Whether both sides are there."""
+        return bool(self.ends[PUBLISHER]) and bool(self.ends[SUBSCRIBER])
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Return errors and warnings about endpoints of the topic."""
+        ids = {each.id for side in self.ends.values() for each in side}
+        return [
+            each
+            for each in self.report.findings
+            if each.severity is not Severity.NOTE and (ids & {*each.endpoints} or each.topic == self.topic)
+        ]
+
+    def noted(self, *codes: str) -> list[str]:
+        """Return what notes of some codes say."""
+        return [each.message for each in self.system.notes if each.code in codes]
+
+
+class Answer(NamedTuple):
+    """What the files say of one cause.
+
+    Attributes:
+        do: the command or the change; empty where there is nothing to do.
+    """
+
+    state: State
+    text: str
+    do: str = ""
+
+
+class Cause(NamedTuple):
+    """One cause."""
+
+    name: str
+    look: Callable[[Evidence], Answer]
+
+
+def _name(seen: Evidence) -> Answer:
+    missing = [role for role in (PUBLISHER, SUBSCRIBER) if not seen.ends[role]]
+    if not missing:
+        return Answer("excluded", "a publisher and a subscriber have this name")
+    opaque = seen.noted("ROS978", "ROS979")
+    what = " and no ".join(missing)
+    role = missing[0]
+    near = nearest(seen.topic, [each for each in seen.names[role] if each != seen.topic])
+    last = seen.topic.rpartition("/")[2]
+    same = [each for each in seen.names[role] if each != seen.topic and each.rpartition("/")[2] == last]
+    meant = same[0] if same else near
+    if meant:
+        return Answer(
+            "found", f"no {what} has this name; a {role} is on `{meant}`", f"use one name: `{seen.topic}` or `{meant}`"
+        )
+    if opaque:
+        return Answer("not known", f"no {what} is known; {opaque[0]}", f"ros2 topic info --verbose {seen.topic}")
+    return Answer("found", f"no {what} in what was read", f"ros2 topic info --verbose {seen.topic}")
+
+
+def _remap(seen: Evidence) -> Answer:
+    for each in seen.system.notes:
+        named = {f"/{word.lstrip('/')}" for word in _QUOTED.findall(each.message)}
+        if each.code in {"ROS972", "ROS973"} and seen.topic in named:
+            return Answer("found", each.message, each.help or "")
+    if seen.both:
+        return Answer("excluded", "both names are those after remaps")
+    if seen.join is None:
+        return Answer("not known", "no launch file was read", "name the workspace with --launch FILE")
+    if seen.noted("ROS978", "ROS979"):
+        return Answer("not known", "some nodes are not wholly known", f"ros2 topic info --verbose {seen.topic}")
+    return Answer("excluded", "no remap of the launch is about this topic without effect")
+
+
+def _type(seen: Evidence) -> Answer:
+    sides = [{each.endpoint.type for each in seen.ends[role]} for role in (PUBLISHER, SUBSCRIBER)]
+    if not seen.both:
+        return Answer("not known", "one side is missing")
+    if any(None in side for side in sides):
+        return Answer("not known", "an endpoint states no type", f"ros2 topic info --verbose {seen.topic}")
+    full = [{full_type_name(each or "") for each in side} for side in sides]
+    if not full[0] & full[1]:
+        return Answer(
+            "found", f"published as {_listed(full[0])}, subscribed as {_listed(full[1])}", "use one type on both sides"
+        )
+    return Answer(
+        "excluded",
+        f"both sides have {_listed(full[0] & full[1])}; whether both were built from one definition shows only on the robot",
+    )
+
+
+def _domain(seen: Evidence) -> Answer:
+    texts = [{_setting(each, "domain") for each in seen.ends[role]} for role in (PUBLISHER, SUBSCRIBER)]
+    if seen.both and all(side and None not in side for side in texts):
+        if not texts[0] & texts[1]:
+            return Answer(
+                "found",
+                f"ROS_DOMAIN_ID is {_listed(texts[0])} and {_listed(texts[1])}",
+                "export ROS_DOMAIN_ID=0  # on both",
+            )
+        return Answer("excluded", f"both are in domain {_listed(texts[0] & texts[1])}")
+    return Answer(
+        "not known", "ROS_DOMAIN_ID of both programs is not stated", "printenv ROS_DOMAIN_ID  # on both machines"
+    )
+
+
+def _setting(each: Resolved, name: str) -> str | None:
+    settings = each.participant.participant.settings
+    found = settings.get(name) or settings.get("ROS_DOMAIN_ID")
+    return None if found is None or found.unknown else found.text
+
+
+def _qos(seen: Evidence) -> Answer:
+    if seen.said:
+        misfit = seen.said[0].misfit
+        policies = f" ({', '.join(misfit.policies)})" if misfit.policies else ""
+        return Answer(
+            "found", f"a program reports incompatible QoS{policies}", "cqos explain --log LOG FILE…  # names both ends"
+        )
+    groups = [each for each in seen.report.groups if _same(each.topic, seen.topic)]
+    verdicts = {each.verdict for each in groups}
+    findings = [each for each in seen.findings if each.verdict is not None]
+    if Verdict.INCOMPATIBLE in verdicts and findings:
+        return Answer("found", findings[0].message, _fix(findings[0]))
+    if any(each.code == "ROS202" for each in seen.findings):
+        late = next(each for each in seen.findings if each.code == "ROS202")
+        return Answer("found", late.message, _fix(late))
+    if not groups:
+        return Answer("not known", "no pair was compared")
+    if verdicts == {Verdict.COMPATIBLE}:
+        return Answer("excluded", f"{sum(each.pairs for each in groups)} pairs are compatible")
+    return Answer(
+        "not known",
+        findings[0].message if findings else "a policy of a pair is not known",
+        "cqos explain FILE… PUBLISHER SUBSCRIBER",
+    )
+
+
+def _fix(finding: Finding) -> str:
+    return finding.remedies[0].text if finding.remedies else finding.help or ""
+
+
+def _partition(seen: Evidence) -> Answer:
+    if seen.noted("ROS963"):
+        return Answer("not known", seen.noted("ROS963")[0], "set the same partitions on both sides")
+    if any(overlay.name.startswith("Fast DDS") for overlay in seen.system.overlays):
+        return Answer("excluded", "the profiles of Fast DDS that were read set none")
+    return Answer(
+        "not known",
+        "ROS 2 sets none, and an XML file of the middleware may",
+        "printenv FASTRTPS_DEFAULT_PROFILES_FILE FASTDDS_DEFAULT_PROFILES_FILE CYCLONEDDS_URI",
+    )
+
+
+def _variable(name: str, silent: Mapping[str, str], harmless: Iterable[str] = ()) -> Callable[[Evidence], Answer]:
+    """Return the question after a variable: what its values keep apart, and which keep nothing apart."""
+    fine = tuple(harmless)
+
+    def look(seen: Evidence) -> Answer:
+        value = seen.environment.get(name)
+        if value is None:
+            return Answer("not known", f"{name} is not stated", f"printenv {name}  # on both machines")
+        if value.upper() in silent:
+            return Answer("found", f"{name}={value}: {silent[value.upper()]}", f"unset {name}  # on both machines")
+        if value in fine or value.upper() in fine:
+            return Answer("excluded", f"{name}={value or '(empty)'} keeps nothing apart")
+        return Answer("not known", f"{name}={value}", f"compare {name} on both machines")
+
+    return look
+
+
+def _lifecycle(seen: Evidence) -> Answer:
+    inactive = [each for each in seen.system.notes if each.code == "ROS976"]
+    owners = {each.participant.participant.id for side in seen.ends.values() for each in side}
+    for each in inactive:
+        if any(f"`{owner}`" in each.message for owner in owners):
+            node = next(owner for owner in owners if f"`{owner}`" in each.message)
+            return Answer(
+                "found", each.message, f"ros2 lifecycle set {node} configure && ros2 lifecycle set {node} activate"
+            )
+    if seen.join is None:
+        node = next(iter(sorted(owners)), "NODE")
+        return Answer(
+            "not known", "whether lifecycle nodes are active shows only on the robot", f"ros2 lifecycle get {node}"
+        )
+    unmanaged = _unmanaged(seen.join, owners)
+    if unmanaged:
+        return Answer("not known", f"nothing in the launch activates `{unmanaged}`", f"ros2 lifecycle get {unmanaged}")
+    return Answer("excluded", "a manager of the launch activates the lifecycle nodes on this topic")
+
+
+def _unmanaged(join: Join, owners: Iterable[str]) -> str:
+    """Return a lifecycle node among some that no manager of the launch activates; empty where none is left."""
+    if any(node.filled.activates is not None for node in join.nodes):
+        return ""  # ROS976 reports those that a manager leaves out
+    of = {node.placed.address: node.placed for node in join.nodes}
+    lifecycle = ((each, of[each].facts) for each in sorted(owners) if each in of)
+    return next((name for name, facts in lifecycle if facts is not None and facts.get(form.LIFECYCLE)), "")
+
+
+def _condition(seen: Evidence) -> Answer:
+    if seen.join is None:
+        return Answer("not known", "no launch file was read", "name the workspace with --launch FILE")
+    open_nodes = seen.join.placing.undecided
+    if open_nodes:
+        subjects = sorted({guard.subject for each in open_nodes for guard in each.guards})
+        return Answer(
+            "not known", f"{_listed(subjects)} decide whether nodes start", f"--launch-arg {subjects[0]}:=VALUE"
+        )
+    off = [name for name, each in seen.join.launched.arguments.items() if str(each.value).lower() in {"false", "0"}]
+    if off and not seen.both:
+        return Answer("not known", f"arguments that are false: {_listed(off)}", f"--launch-arg {off[0]}:=true")
+    return Answer("excluded", "no condition of the launch is open")
+
+
+def _same(one: str, other: str) -> bool:
+    return one == other or one.split(" ", maxsplit=1)[0] == other
+
+
+def _listed(names: Iterable[object]) -> str:
+    return ", ".join(f"`{each}`" for each in sorted(map(str, names)))
+
+
+_ELSEWHERE: Final = "programs on other machines are not found"
+CAUSES: Final = (
+    Cause("name", _name),
+    Cause("remap", _remap),
+    Cause("launch condition", _condition),
+    Cause("type", _type),
+    Cause("quality of service", _qos),
+    Cause("lifecycle", _lifecycle),
+    Cause("domain", _domain),
+    Cause("partition", _partition),
+    Cause(
+        "discovery range",
+        _variable(
+            "ROS_AUTOMATIC_DISCOVERY_RANGE",
+            {"OFF": "no program is found but static peers", "LOCALHOST": _ELSEWHERE},
+            ("SUBNET", "SYSTEM_DEFAULT"),
+        ),
+    ),
+    Cause("static peers", _variable("ROS_STATIC_PEERS", {}, ("",))),
+    Cause("localhost only", _variable("ROS_LOCALHOST_ONLY", {"1": _ELSEWHERE}, ("0", ""))),
+    Cause("discovery server", _variable("ROS_DISCOVERY_SERVER", {}, ("",))),
+    Cause("network interfaces", _variable("CYCLONEDDS_URI", {}, ("",))),
+)

@@ -1,0 +1,82 @@
+"""``cqos why``: why nothing arrives on a topic."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit
+from cqos_core.formatters.terminal import clean, paint
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_ros2.why.causes import Answer, Cause
+
+_MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known": ("?", "warning")}
+
+
+@click.command(
+    epilog="Exit codes: 0 no cause found; 1 a cause found; 2 wrong usage or input that cannot be read; 3 internal error."
+)
+@click.argument("topic")
+@click.argument("paths", nargs=-1, required=True, metavar="FILE...")
+@click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
+@reading_options
+@form_option
+@color_option
+@debug_option
+@click.pass_context
+def why(
+    ctx: click.Context,
+    *,
+    topic: str,
+    paths: tuple[str, ...],
+    log: str | None,
+    reading: ReadingOptions,
+    form: str,
+    color: str,
+) -> None:
+    """Say why nothing arrives on a topic of ROS 2.
+
+    C-QoS walks one list of causes. It marks each as found, excluded or not known by what FILE says, and ends with what to do. FILE is a
+    system file, a snapshot, a recording, or a workspace with --launch.
+
+    \b
+    Examples:
+      cqos why /scan src --launch bot_bringup:sim.launch.py
+      cqos why /map topic_info.txt --log ~/.ros/log/launch.log
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_ros2.why.causes import CAUSES
+    from cqos_ros2.why.evidence import evidence
+
+    reader = prepare(reading, paths)
+    system, _ = reader.one(paths, color)
+    seen = evidence(topic, system, reader, paths, log)
+    found = [(cause, cause.look(seen)) for cause in CAUSES]
+    if form == "json":
+        causes = [{"cause": cause.name, **answer._asdict()} for cause, answer in found]
+        emit(json.dumps({"version": 1, "topic": seen.topic, "causes": causes}, indent=2, ensure_ascii=False) + "\n")
+    else:
+        emit(_text(seen.topic, found, color=colored(color, sys.stdout)))
+    ctx.exit(1 if any(answer.state == "found" for _, answer in found) else 0)
+
+
+def _text(topic: str, found: Sequence[tuple[Cause, Answer]], *, color: bool) -> str:
+    pen = paint(color=color)
+    width = max(len(cause.name) for cause, _ in found)
+    lines = [f"why does nothing arrive on {clean(topic)}?", ""]
+    for cause, answer in found:
+        mark, role = _MARKS[answer.state]
+        lines.append(f"  {pen(f'{mark:>5}', role)}  {cause.name:<{width}}  {clean(answer.text)}")
+    first = next((answer for _, answer in found if answer.state == "found" and answer.do), None)
+    ask = next((answer for _, answer in found if answer.state == "not known" and answer.do), None)
+    best = first or ask
+    if best is not None:
+        lines += ["", f"{'Do' if first else 'Ask'}: {clean(best.do)}"]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,64 @@
+"""What the files say about one topic, from any input: systems, snapshots, recordings, logs and workspaces."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cqos_core.analysis.explanation import endpoints_of
+from cqos_core.checking.checker import check_system
+from cqos_core.files.opening import read_path
+from cqos_core.model.logs import misfits
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_ros2.logs import read_line
+from cqos_ros2.why.causes import Evidence
+from cqos_ros2.workspace.importer import IMPORTER, LAUNCH, joined
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_core.cli.reading import InputReader
+    from cqos_core.model.logs import Occurrence
+    from cqos_core.model.system import System
+    from cqos_ros2.workspace.joining import Join
+
+
+def evidence(topic: str, system: System, reader: InputReader, paths: Sequence[str], log: str | None) -> Evidence:
+    """Return what was read about a topic.
+
+    Raises:
+        InputError: the log cannot be read.
+    """
+    full = topic if topic.startswith("/") else f"/{topic}"
+    resolved = [each for each in endpoints_of(system, reader.context) if each.pack.id == "ros2"]
+    sides = {role: [each for each in resolved if each.role == role] for role in (PUBLISHER, SUBSCRIBER)}
+    join = _join(reader, paths)
+    environment = {each.name: each.value for each in reader.options.variables}
+    if join is not None:
+        stated = {name: value for name, value in join.launched.variables.items() if isinstance(value, str)}
+        environment = {**stated, **environment}
+    return Evidence(
+        full,
+        system,
+        check_system(system, reader.context),
+        {role: [each for each in side if each.key == full] for role, side in sides.items()},
+        {role: list(dict.fromkeys(each.key for each in side if each.key)) for role, side in sides.items()},
+        environment,
+        _said(log, full),
+        join,
+    )
+
+
+def _join(reader: InputReader, paths: Sequence[str]) -> Join | None:
+    """Return the join of the workspace among paths; None without one."""
+    folder = next((each for each in paths if Path(each).is_dir()), None)
+    asked = LAUNCH in reader.switches.get(IMPORTER, {})
+    return joined(folder, reader.switches) if asked and folder is not None else None
+
+
+def _said(log: str | None, topic: str) -> list[Occurrence]:
+    if log is None:
+        return []
+    found, _ = misfits(log, BytesIO(read_path(log).data), [read_line])
+    return [each for each in found if each.misfit.topic in {topic, topic.lstrip("/")}]

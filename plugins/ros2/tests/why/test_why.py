@@ -1,0 +1,149 @@
+"""`cqos why`: each cause is found, excluded or not known, from any input, and the end says what to do."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.command import run
+
+ROOT = Path(__file__).parents[4]
+SIMULATION = ROOT / "plugins/ros2/tests/workspace/simulation/src"
+SYSTEM = """cqos: 1
+protocol: ros2
+participants:
+  camera: {{publishes: {{{published}}}, {camera}}}
+  viewer: {{subscribes: {{{subscribed}}}, {viewer}}}
+"""
+
+
+def asked(folder, topic, *arguments):
+    done = run(["why", topic, *arguments, "--format", "json"], folder)
+    assert "Traceback" not in done.err
+    assert done.out, done.err
+    return done.code, {each["cause"]: each for each in json.loads(done.out)["causes"]}
+
+
+@pytest.mark.parametrize(
+    ("parts", "cause", "do"),
+    [
+        ({"published": "image: {type: a/msg/A}", "subscribed": "images: {type: a/msg/A}"}, "name", "/image"),
+        ({"published": "image: {type: a/msg/A}", "subscribed": "front/image: {type: a/msg/A}"}, "name", "/image"),
+        ({"published": "image: {type: a/msg/A}", "subscribed": "image: {type: a/msg/B}"}, "type", "one type"),
+        (
+            {"published": "image: {reliability: best_effort}", "subscribed": "image: {reliability: reliable}"},
+            "quality of service",
+            "reliab",
+        ),
+        ({"camera": "options: {domain: 1}", "viewer": "options: {domain: 2}"}, "domain", "ROS_DOMAIN_ID"),
+    ],
+)
+def test_a_cause_that_the_design_shows_is_found(tmp_path, parts, cause, do):
+    defaults = {
+        "published": "image: {type: a/msg/A}",
+        "subscribed": "image: {type: a/msg/A}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**{**defaults, **parts}))
+    topic = "/front/image" if "front" in str(parts) else "/images" if "images" in str(parts) else "/image"
+    code, causes = asked(tmp_path, topic, "system.yaml")
+    assert (code, causes[cause]["state"]) == (1, "found"), causes
+    assert do in causes[cause]["do"]
+    assert [name for name, each in causes.items() if each["state"] == "found"] == [cause]
+
+
+def test_what_the_files_decide_is_excluded_and_the_rest_is_not_known(tmp_path):
+    defaults = {
+        "published": "image: {type: a/msg/A}",
+        "subscribed": "image: {type: a/msg/A}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
+    code, causes = asked(tmp_path, "image", "system.yaml")
+    states = {name: each["state"] for name, each in causes.items()}
+    assert code == 0
+    assert [name for name, state in states.items() if state == "excluded"] == [
+        "name",
+        "remap",
+        "type",
+        "quality of service",
+    ]
+    assert states["domain"] == states["lifecycle"] == states["network interfaces"] == "not known"
+    assert all(each["do"] for each in causes.values() if each["state"] == "not known")
+
+
+@pytest.mark.parametrize(
+    ("variable", "cause", "state"),
+    [
+        ("ROS_LOCALHOST_ONLY=1", "localhost only", "found"),
+        ("ROS_LOCALHOST_ONLY=0", "localhost only", "excluded"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE=OFF", "discovery range", "found"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET", "discovery range", "excluded"),
+        ("ROS_DISCOVERY_SERVER=10.0.0.1:11811", "discovery server", "not known"),
+    ],
+)
+def test_variables_that_are_stated(tmp_path, variable, cause, state):
+    defaults = {
+        "published": "image: {}",
+        "subscribed": "image: {}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
+    assert asked(tmp_path, "/image", "system.yaml", "--define", variable)[1][cause]["state"] == state
+
+
+def test_a_workspace():
+    code, causes = asked(
+        ROOT, "/scan", str(SIMULATION), "--launch", "shop_bringup:simulation.launch.py", "--option", "ros2.distro=jazzy"
+    )
+    assert code == 0
+    assert [name for name, each in causes.items() if each["state"] == "excluded"] == [
+        "name", "remap", "launch condition", "type", "quality of service", "lifecycle",
+    ]  # fmt: skip
+
+
+def test_a_snapshot_and_a_log(tmp_path):
+    log = "[WARN] [1673945160.455] [viewer]: New publisher discovered on topic '/image', offering incompatible QoS. No messages will be received from it. Last incompatible policy: RELIABILITY\n"
+    (tmp_path / "run.log").write_text(log)
+    defaults = {
+        "published": "image: {}",
+        "subscribed": "image: {}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
+    code, causes = asked(tmp_path, "/image", "system.yaml", "--log", "run.log")
+    assert (code, causes["quality of service"]["state"]) == (1, "found")
+    snapshot = asked(
+        ROOT, "/battery_state", "examples/robot_directory/robot.yaml", "examples/robot_directory/drivers.txt"
+    )
+    assert snapshot[1]["quality of service"]["state"] == "found"
+
+
+def test_a_topic_that_is_nowhere(tmp_path):
+    defaults = {
+        "published": "image: {}",
+        "subscribed": "image: {}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
+    done = run(["why", "/zzzzzz", "system.yaml"], tmp_path)
+    assert done.code == 1
+    assert "no publisher and no subscriber in what was read" in done.out
+
+
+def test_a_remap_of_another_topic_is_no_cause():
+    folder = ROOT / "examples/robot_workspace"
+    code, causes = asked(folder, "/scan", "src", "--launch", "bot:sim.launch.xml", "--option", "ros2.distro=jazzy")
+    assert (code, causes["name"]["state"]) == (1, "found")
+    assert causes["remap"]["state"] == "excluded"
+    code, causes = asked(
+        folder, "/pose_of_user", "src", "--launch", "bot:sim.launch.xml", "--option", "ros2.distro=jazzy"
+    )
+    assert causes["remap"]["state"] == "found"
