@@ -17,9 +17,9 @@ from cqos_ros2.types import full_type_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.model.logs import Occurrence
     from cqos_core.model.report import Finding, Report
     from cqos_core.model.system import System
+    from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved
     from cqos_ros2.workspace.joining import Join
 

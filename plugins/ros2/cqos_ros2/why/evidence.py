@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
-from cqos_core.model.logs import misfits
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.logs import misfits
 from cqos_ros2.logs import read_line
 from cqos_ros2.why.causes import Evidence
 from cqos_ros2.workspace.importer import IMPORTER, LAUNCH, joined
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cqos_core.cli.reading import InputReader
-    from cqos_core.model.logs import Occurrence
     from cqos_core.model.system import System
+    from cqos_core.packs.logs import Occurrence
     from cqos_ros2.workspace.joining import Join
 
 

@@ -89,7 +89,9 @@ def test_the_schema_accepts_the_shipped_files_and_refuses_what_the_reader_refuse
     Draft202012Validator.check_schema(schema)
     validator = Draft202012Validator(schema)
     for path in FILES:
-        document = plain(only_document(Reading(Source(path.name, path.read_bytes()), [], [])))
+        root = only_document(Reading(Source(path.name, path.read_bytes()), [], []))
+        assert root is not None
+        document = plain(root)
         assert [each.message for each in validator.iter_errors(document)] == [], path.name
     wrong = {"cqos_nodes": 1, "package": "p", "nodes": {"n": {"publishs": {}}}}
     assert not validator.is_valid(wrong)
