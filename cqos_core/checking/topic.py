@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.behaviour.paths.bridge_reachability import connected
 from cqos_core.checking.findings import Made, headline, make, shown, sides_of, subject
-from cqos_core.checking.plain_pairs import reporting_rules
 from cqos_core.checking.team import TeamCheck, team_findings
 from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
@@ -18,6 +17,7 @@ from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
 from cqos_core.matching.pairing import bridges_of
 from cqos_core.matching.peer_values import settled
+from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.matching.topic_shape import QUIET, judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass

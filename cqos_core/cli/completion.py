@@ -46,7 +46,7 @@ def completion(ctx: click.Context, *, shell: str) -> None:
         emit(complete.source_template % complete.source_vars())
 
 
-class _Known(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
+class _KnownWords(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
     """Words that are known when a shell asks for them."""
 
     name = "text"
@@ -73,15 +73,15 @@ def _type_of(param: click.Parameter) -> Any:
     metavar = (param.metavar or "").strip("[].")
     kind = param.type
     if isinstance(kind, Registered):
-        return _Known(lambda: _registered(kind.kind))
+        return _KnownWords(lambda: _registered(kind.kind))
     if isinstance(kind, AssignmentType):
-        return _Known(_options) if kind.form.startswith("PACK.") else kind
+        return _KnownWords(_options) if kind.form.startswith("PACK.") else kind
     if kind is not click.STRING:
         return kind
     if metavar.startswith("CODE") or param.name == "code":
-        return _Known(_rules, listed=metavar == "CODES")
+        return _KnownWords(_rules, listed=metavar == "CODES")
     if metavar == "ID":
-        return _Known(lambda: _registered("packs"))
+        return _KnownWords(lambda: _registered("packs"))
     return click.Path() if metavar.partition(".")[0] in _FILES else kind
 
 

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
-from cqos_core.checking import plain_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import judge, verdicts
+from cqos_core.matching import judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System

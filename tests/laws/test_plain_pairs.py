@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking import plain_pairs, topic
+from cqos_core.checking import topic
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import rule_set
+from cqos_core.matching import plain_pairs, rule_set
 from tests.benchmarks import inputs
 from tests.laws.systems import BOTH, WHERE, systems
 
