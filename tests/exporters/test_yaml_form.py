@@ -44,7 +44,8 @@ EXAMPLES = sorted(
     or (
         path.suffix in {".bpmn", ".yaml"}
         and "pack" not in path.name
-        and not {TOGETHER, ROOT / "examples" / "modeler_client"} & {*path.parents}
+        and not {TOGETHER, ROOT / "examples" / "robot_workspace", ROOT / "examples" / "modeler_client"}
+        & {*path.parents}
     )
 )
 INSTALLED = ExportContext(context().find_pack)
