@@ -26,7 +26,7 @@ function askToken(isRefused: boolean): Promise<string | null> {
   });
 }
 
-/** The catalogue; while there is none, the page says why, and a person can try again. */
+/** The catalogue; without one, the page says why, and a person can try again. */
 async function catalogueFor(services: Services, root: HTMLElement): Promise<Catalogue> {
   const say = (text: string, ...more: HTMLElement[]): void => root.replaceChildren(make('main', { class: 'start' }, make('h1', {}, 'C-QoS'), make('p', { role: 'status' }, text), ...more));
   for (;;) {
