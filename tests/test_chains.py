@@ -126,7 +126,7 @@ def test_a_promise_is_named_as_an_assumption():
     found = times(
         changed((", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, deadline: 50ms}"))
     )
-    assert "`lidar/publisher/scan` keeps the deadline that it offers" in found.steps[1].assumed
+    assert "`lidar/publisher/scan` keeps the gap that its settings promise" in found.steps[1].assumed
     assert "`fusion` uses the newest sample of `/scan`" in found.steps[1].assumed
 
 

@@ -238,7 +238,7 @@ class _Follower:
             age.value if age is not None and age.value is not None and not age.nothing else None,
             TimeRange(period or 0, bound),
             tuple(rule.because for rule in gap.lost) if gap is not None and bound is None else (),
-            "" if exact or bound is None else f"`{pairs[-1][0].id}` keeps the deadline that it offers",
+            "" if exact or bound is None else f"`{pairs[-1][0].id}` keeps the gap that its settings promise",
         )
 
     def period(self, publisher: Resolved) -> int | None:
