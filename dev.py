@@ -53,7 +53,8 @@ LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
 # For newer Pythons, OR-tools has no wheel beside the protobuf of constraints.txt.
 SOLVER = ("repair",) if sys.version_info < (3, 13) else ()
-EXTRAS = ("test", "lint", "web", "metrics", "otel", *SOLVER)  # what `test` and `lint` need beyond `demo` and `run`
+# What `test` and `lint` need beyond `demo` and `run`.
+EXTRAS = ("test", "lint", "web", "metrics", "otel", "bulk", "spark", *SOLVER)
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 

@@ -13,11 +13,19 @@ from cqos_core.plugins import load_plugins
 
 @click.command()
 @click.argument("pack_id", metavar="[ID]", required=False)
+@click.option(
+    "--as",
+    "language",
+    type=click.Choice(["sql", "javascript"]),
+    help="Print the rules of the pack over pairs and endpoints as a program in another language.",
+)
 @form_option
 @packs_option
 @debug_option
 @click.pass_context
-def packs(ctx: click.Context, *, pack_id: str | None, form: str, pack_files: tuple[str, ...]) -> None:
+def packs(
+    ctx: click.Context, *, pack_id: str | None, language: str | None, form: str, pack_files: tuple[str, ...]
+) -> None:
     """List rule packs, file formats and other plugins.
 
     With the ID of a rule pack, its policies, presets, options and rules.
@@ -27,11 +35,14 @@ def packs(ctx: click.Context, *, pack_id: str | None, form: str, pack_files: tup
       cqos packs
       cqos packs ros2
       cqos packs ros2 --format json
+      cqos packs ros2 --as sql
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = True  # they are listed
     plugins = load_plugins()
     extra = {pack.id: pack for pack in packs_here(pack_files)}
+    if pack_id is None and language is not None:
+        raise click.UsageError("`--as` needs the ID of a rule pack", ctx)
     if pack_id is None:
         emit(dump(inventory(plugins, extra)) if form == "json" else inventory_as_text(plugins, extra, width()))
         return
@@ -40,4 +51,9 @@ def packs(ctx: click.Context, *, pack_id: str | None, form: str, pack_files: tup
         reasons = [str(broken) for broken in plugins.broken if broken.name == pack_id]
         unknown = f"there is no rule pack `{pack_id}`{nearest(pack_id, (*extra, *plugins.packs))}"
         raise click.BadParameter(reasons[0] if reasons else unknown, param_hint="'ID'")
+    if language is not None:
+        from cqos_core.bulk.source_text import source_text
+
+        emit(source_text(pack, language))
+        return
     emit(dump({"version": 1, **pack.describe()}) if form == "json" else pack_as_text(pack, width()))

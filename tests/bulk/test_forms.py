@@ -1,0 +1,166 @@
+"""Conditions as columns mean what they mean in Python: in DuckDB, Polars, SQL and JavaScript."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cqos_core.bulk.source_text import CompiledPack, answers, compiled_pack, source_text
+from cqos_core.bulk.writers import expression, pattern_of
+from cqos_core.plugins import load_plugins
+from tests.bulk.needed import needed
+from tests.bulk.random_ends import End, random_ends, said
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from cqos_core.bulk.forms import Column, RuleForm
+    from cqos_core.packs.pack import RulePack
+
+PAIRS = 150
+WITHOUT_FORM = {
+    "ros2": {"ROS319", "ROS320", "ROS321"},
+    "dds": {
+        *("DDS112", "DDS225", "DDS321", "DDS326", "DDS327", "DDS343", "DDS344", "DDS345", "DDS355"),
+        *("DDS403", "DDS404"),
+    },
+    "mqtt": {"MQTT621"},
+}
+"""Rules of pairs and endpoints that are asked in Python, beside those of guarantees."""
+
+
+@pytest.fixture(params=sorted(WITHOUT_FORM))
+def pack(request: pytest.FixtureRequest) -> RulePack:
+    found = load_plugins().pack(request.param)
+    assert found is not None
+    return found
+
+
+class Tried:
+    """Random pairs of a pack, in columns, and what its rules say of them."""
+
+    def __init__(self, pack: RulePack, rules: list[RuleForm], *, alone: bool) -> None:
+        self.pack, self.rules = pack, rules
+        self.ends = random_ends(pack, PAIRS, pack.id)
+        if alone:
+            self.ends = [(first, first) for first, _ in self.ends]
+        self.expected = [[said(rule, *pair) for rule in rules] for pair in self.ends]
+        used = {each for rule in rules for form in (rule.reports, rule.unknown) for each in form.columns()}
+        self.columns = sorted({each._replace(second=False) for each in used})
+
+    def table(self, side: int) -> dict[str, list[Any]]:
+        rows = [pair[side].cells(self.pack, self.columns) for pair in self.ends]
+        cells = dict(zip((self.name(each) for each in self.columns), map(list, zip(*rows, strict=True)), strict=True))
+        numbers = [*range(len(rows))]
+        return {"id": [str(each) for each in numbers], "topic": numbers, **cells}
+
+    def name(self, column: Column) -> str:
+        return column.name(self.pack.vocabulary)
+
+
+def both_kinds(pack: RulePack) -> list[tuple[CompiledPack, Tried]]:
+    compiled = compiled_pack(pack)
+    return [(compiled, Tried(pack, [*rules], alone=at == 1)) for at, rules in enumerate(compiled[:2])]
+
+
+def test_every_rule_has_a_column_form_or_is_listed(pack):
+    others = {bound.rule.code for bound, _ in compiled_pack(pack).others if not bound.rule.guarantee}
+    assert others == WITHOUT_FORM[pack.id]
+
+
+def test_sql_in_duckdb_says_what_python_says(pack):
+    duckdb = needed("duckdb")
+    pyarrow = needed("pyarrow")
+    text = source_text(pack, "sql")
+    queries = [each for each in text.split(";\n") if "SELECT" in each]
+    assert len(queries) == 2
+    for query, (_, tried) in zip(queries, both_kinds(pack), strict=True):
+        with duckdb.connect() as db:
+            for side, table in enumerate(("offered", "requested")):
+                db.register(table, pyarrow.table(tried.table(side)))
+            db.execute("CREATE VIEW endpoints AS SELECT * FROM offered")
+            found = db.sql(query).to_arrow_table().to_pylist()
+        found.sort(key=lambda row: int(row.get("publisher", row.get("endpoint"))))
+        for row, expected in zip(found, tried.expected, strict=True):
+            assert None not in row.values()
+            named = dict(zip(map(id, tried.rules), expected, strict=True))
+            assert {name: (row[name], row[f"{name}.unknown"]) for name, _ in answers(tried.rules)} == {
+                name: named[id(rule)] for name, rule in answers(tried.rules)
+            }
+
+
+def test_javascript_says_what_python_says(pack, tmp_path):
+    (tmp_path / "pack.mjs").write_text(source_text(pack, "javascript"), "utf-8")
+    for kind, (_, tried) in zip(("pair", "endpoint"), both_kinds(pack), strict=True):
+        rows = [[_row(tried, end) for end in pair] for pair in tried.ends]
+        found = in_node(tmp_path, kind, rows)
+        for row, expected in zip(found, tried.expected, strict=True):
+            named = dict(zip(map(id, tried.rules), expected, strict=True))
+            for name, rule in answers(tried.rules):
+                assert (row[name], row[f"{name}.unknown"]) == named[id(rule)], (name, row)
+
+
+def _row(tried: Tried, end: End) -> dict[str, Any]:
+    cells = zip(tried.columns, end.cells(tried.pack, tried.columns), strict=True)
+    return {tried.name(at): {"n": str(cell)} if isinstance(cell, int) else cell for at, cell in cells}
+
+
+def in_node(folder: Path, kind: str, rows: list[Any]) -> list[dict[str, bool]]:
+    """Ask the module of a pack in node; whole numbers become BigInt."""
+    (folder / "rows.json").write_text(json.dumps(rows), "utf-8")
+    script = (
+        "import * as pack from './pack.mjs'; import { readFileSync } from 'node:fs';"
+        "const rows = JSON.parse(readFileSync('rows.json', 'utf-8'),"
+        " (_, each) => (each !== null && typeof each === 'object' && typeof each.n === 'string' ? BigInt(each.n) : each));"
+        f"console.log(JSON.stringify(rows.map((row) => pack.{kind}(...row))));"
+    )
+    (folder / "run.mjs").write_text(script, "utf-8")
+    needed("node", program=True)
+    done = subprocess.run(["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr[:2000]
+    found: list[dict[str, bool]] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.parametrize("engine", ["polars", "duckdb"])
+def test_narwhals_says_what_python_says(pack, engine):
+    nw, native = needed("narwhals"), needed(engine)
+    pyarrow = needed("pyarrow")
+    for _, tried in both_kinds(pack):
+        both = {
+            f"{'or'[side]}{at}": cells for side in (0, 1) for at, cells in enumerate([*tried.table(side).values()][2:])
+        }
+        table = pyarrow.table({"n": [*range(PAIRS)], **both})
+        if engine == "duckdb":
+            db = native.connect()
+            frame = nw.from_native(db.from_arrow(table))
+        else:
+            frame = nw.from_native(native.from_arrow(table).lazy())
+        at = {column: index for index, column in enumerate(tried.columns)}
+
+        def column(each: Column, at: dict[Column, int] = at) -> Any:
+            return nw.col(f"{'or'[each.second]}{at[each._replace(second=False)]}")
+
+        asked = {
+            f"{kind}{number}": expression(form, column)
+            for number, rule in enumerate(tried.rules)
+            for kind, form in (("reports", rule.reports), ("unknown", rule.unknown))
+        }
+        rows = frame.select("n", *[each.alias(name) for name, each in asked.items()]).sort("n").collect("pyarrow")
+        found = rows.to_native().to_pylist()
+        assert [[(row[f"reports{n}"], row[f"unknown{n}"]) for n in range(len(tried.rules))] for row in found] == [
+            [*each] for each in tried.expected
+        ]
+
+
+@pytest.mark.parametrize("pattern", ["*[!A-Za-z0-9_/]*", "*//*", "*/[0-9]*", "a.b?", "*/_*", "[]a]x", "a|b(c)"])
+def test_patterns_mean_what_the_shell_means(pattern):
+    import re
+    from fnmatch import fnmatchcase
+
+    read = re.compile(rf"(?s)\A{pattern_of(pattern)}\Z")
+    for text in ("/a/b", "a.bc", "axbc", "//", "/a//b", "/1", "a/9b", "/_a", "]x", "ax", "a|b(c)", "a\nb", ""):
+        assert bool(read.match(text)) is fnmatchcase(text, pattern), text
