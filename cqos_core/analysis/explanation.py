@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
@@ -46,7 +46,7 @@ from cqos_core.packs.guarantee import LINK
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.paths.delivery_paths import Pair
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
@@ -96,7 +96,7 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
     offering, requesting = pair.offering, pair.requesting
     strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
     way = arrivals.ways(offering).get(requesting.id) if pair.everybody is None or strangers else None
-    report = _path_report(way[0], pipeline.topics, check_system(system, where)) if way else pair.report()
+    report = _path_report(way[0], pipeline.topics, lambda: check_system(system, where)) if way else pair.report()
     return _with_repetition(report, offering, requesting, arrivals)
 
 
@@ -305,9 +305,10 @@ def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
 
 
 def _path_report(
-    way: Sequence[Pair | Hop], by_topic: Mapping[tuple[str, str], list[Resolved]], report: Report
+    way: Sequence[Pair | Hop], by_topic: Mapping[tuple[str, str], list[Resolved]], check: Callable[[], Report]
 ) -> PairReport:
     """Report on two endpoints that meet over bridges: each pair on the way, and what is left in the end."""
+    report = cache(check)
     bridges = [each for each in way if isinstance(each, Hop)]
     pairs = [each for each in way if not isinstance(each, Hop)]
     hops, given = [], []
@@ -332,10 +333,12 @@ def _path_report(
     members = {end.id for pair in pairs for end in pair}
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
-        findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= members),
+        findings=later(
+            lambda: [each for each in report().findings if each.endpoints and set(each.endpoints) <= members]
+        ),
         guarantees=_guarantees(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),
-        assumed=report.assumed,
+        assumed=later(lambda: report().assumed),
     )
 
 

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from cqos_core.config import Config
     from cqos_core.files.loading import Loaded
     from cqos_core.importers.source import Replacement
+    from cqos_core.matching.pipeline import Context
+    from cqos_core.model.picture import Picture
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.system import System
 
@@ -67,6 +69,7 @@ class Wishes:
     require_pairs: bool
     fix: bool
     show_diff: bool
+    proofs: str | None
     baseline: str | None
     write_baseline: str | None
     server: str | None
@@ -128,6 +131,7 @@ class Wishes:
     "again, and report what is left. Comments and layout stay; what was observed is never changed.",
 )
 @click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
+@click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
     "--write-baseline",
@@ -194,6 +198,10 @@ def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, w
     if wishes.fix or wishes.show_diff:
         _refuse_fixing(ctx, paths, wishes.server or wishes.write_baseline)
     work = _Check(reader, wishes, select, _known(wishes.baseline or config.baseline, wishes.write_baseline))
+    if wishes.proofs is not None:
+        from cqos_core.formatters.proofs import runs_from_json
+
+        work.proofs = runs_from_json(wishes.proofs, read_path(wishes.proofs).data)
     work.run(paths)
     if wishes.show_diff:  # which takes standard output
         emit("".join(work.diffs))
@@ -233,6 +241,8 @@ class _Checked(NamedTuple):
     path: str
     report: Report
     config: Config
+    system: System
+    context: Context
 
 
 @dataclass(slots=True)
@@ -258,6 +268,7 @@ class _Check:
     empty: list[str] = field(default_factory=list)
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    proofs: Sequence[Mapping[str, Any]] = ()
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
@@ -296,7 +307,7 @@ class _Check:
                 self.passed_over += 1
                 return
         self.sources |= {**reader.config.sources, **system.sources}
-        self.reports.append(_Checked(unit.path, report, reader.config))
+        self.reports.append(_Checked(unit.path, report, reader.config, system, reader.context))
 
     def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
@@ -369,7 +380,14 @@ class _Check:
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
+            picture=self._picture,
         )
+
+    def _picture(self, report: Report) -> Picture | None:
+        from cqos_core.pictures.picture import picture_of
+
+        found = next((each for each in self.reports if each.report is report), None)
+        return None if found is None else picture_of(found.system, report, found.context, self.proofs)
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
         from cqos_core.files.applying import replacements_of

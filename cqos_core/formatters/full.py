@@ -107,12 +107,12 @@ def _end(report: Report, style: Style) -> Iterator[str]:
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:
     """Columns for line numbers: the same in the whole report, so that everything in it is aligned."""
-    stated = (place for finding in findings for side in finding.sides for _, place in _stated(side))
+    stated = (place for finding in findings for side in finding.sides for _, place in pointed_at(side))
     lines = [places.exact(place).line for place in stated if place is not None]
     return max(2, *(len(str(line)) for line in lines if line is not None), 0)
 
 
-def _stated(side: Side) -> list[tuple[Fact | None, Place | None]]:
+def pointed_at(side: Side) -> list[tuple[Fact | None, Place | None]]:
     """What to point at on one side: each value where it was stated, or only the side itself."""
     return [(fact, fact.place or side.place) for fact in _pointed(side)] or [(None, side.place)]
 
@@ -210,7 +210,7 @@ class _Page:
         blocks: list[list[_Mark]] = []
         for number, side in enumerate(finding.sides):
             pen = _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame")
-            for mark in (self._mark(side, pen, fact, place) for fact, place in _stated(side)):
+            for mark in (self._mark(side, pen, fact, place) for fact, place in pointed_at(side)):
                 if blocks and self._in_one_view([*blocks[-1], mark]):
                     blocks[-1].append(mark)
                 else:
@@ -238,7 +238,7 @@ class _Page:
         exact = None if place is None else self._places.exact(place)
         if fact is None:
             return _Mark(exact, "", side.label, "", excerpt, side, pen)
-        return _Mark(exact, fact.policy, *_saying(side.label, fact, excerpt), excerpt, side, pen)
+        return _Mark(exact, fact.policy, *saying(side.label, fact, excerpt), excerpt, side, pen)
 
     def _in_one_view(self, marks: Sequence[_Mark]) -> bool:
         """Whether all marks are on one line, and in one view of it where it is too long to be shown whole."""
@@ -366,7 +366,7 @@ class _Line:
         return before, max(1, self._starts[last] - self._starts[first])
 
 
-def _saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
+def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
     """What to write at a value: a label, and the value itself only where it cannot be read from what is underlined."""
     label = wording.label(label, fact)
     if excerpt is not None and _reads(excerpt, fact.value):

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Severity
+from cqos_core.packs.proving import Event
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.analysis.proving.runs import Trial
     from cqos_core.model.report import Remedy
-    from cqos_core.packs.proving import Event, Outcome
+    from cqos_core.packs.proving import Outcome
 
 
 def timeline(events: Iterable[Event]) -> list[str]:
@@ -66,3 +69,38 @@ def recorded(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Seq
         "disagreements": list(wrong),
         "events": [asdict(each) for each in outcome.events],
     }
+
+
+_FORM: Final[dict[str, type | tuple[type, ...]]] = {
+    **dict.fromkeys(("publisher", "subscriber", "topic", "verdict", "on"), str),
+    **dict.fromkeys(("fixes", "sent", "arrived", "disagreements", "events"), list),
+    "plan": dict,
+    "matched": (bool, type(None)),
+    "agrees": bool,
+}
+
+
+def runs_from_json(name: str, data: bytes) -> tuple[dict[str, Any], ...]:
+    """Return the runs that ``cqos prove --record`` wrote.
+
+    Raises:
+        CqosError: the file is none of these; the message says what was expected.
+    """
+    try:
+        document = json.loads(data)
+        runs = document["runs"]
+        for run in runs:
+            _check(run)
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise CqosError(f"{name} holds no runs of `cqos prove --record FILE`: {reason[:120]}") from None
+    return tuple(runs)
+
+
+def _check(run: Mapping[str, Any]) -> None:
+    """Raise `TypeError` or `KeyError` for what is no run."""
+    wrong = [key for key, kind in _FORM.items() if not isinstance(run[key], kind)]
+    fault = run["plan"]["fault"]
+    timeline(Event(**each) for each in run["events"])
+    if wrong or not (fault is None or (isinstance(fault["kind"], str) and fault["seconds"] >= 0)):
+        raise TypeError(", ".join(wrong) or "fault")

@@ -11,11 +11,16 @@ from cqos_core.model.report import Severity
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.model.report import Edit
+    from cqos_core.model.picture import Picture
+    from cqos_core.model.report import Edit, Report
 
 
 def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited
     return {}
+
+
+def _no_picture(report: Report) -> Picture | None:  # noqa: ARG001 - where only the report is there
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,7 @@ class Style:
         replaced: returns what edits replace in the texts of `sources`, by name: from where to where, and the new text; nothing
             where they cannot be applied. For formats that carry fixes.
         tool_version: of C-QoS, for formats that name their tool.
+        picture: returns what pictures show of the system of a report, for formats that draw it; None where it is not known.
     """
 
     show: Severity = Severity.WARNING
@@ -44,3 +50,4 @@ class Style:
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing
+    picture: Callable[[Report], Picture | None] = _no_picture

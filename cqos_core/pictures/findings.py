@@ -1,0 +1,171 @@
+"""Findings as data for the page: sentences, excerpts of sources with marks, and fixes as changed lines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.formatters import wording
+from cqos_core.formatters.full import pointed_at, saying
+from cqos_core.formatters.places import Places
+from cqos_core.model.encoding import decode
+from cqos_core.model.remarks import plural
+from cqos_core.pictures.words import some, spoken
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.model.excerpt import Excerpt
+    from cqos_core.model.report import Finding, Remedy, Report, Severity
+    from cqos_core.model.style import Style
+
+MOST_FINDINGS: Final = 200
+_MOST_FIXED: Final = 60  # findings: for each fix its file is read again
+_MOST_EXCERPTS: Final = 6
+_LONGEST: Final = 240
+
+
+class Findings:
+    """Prepares the findings of one report; each has a number, which is its anchor."""
+
+    def __init__(self, report: Report, style: Style, first: int) -> None:
+        """Take the worst findings, up to `MOST_FINDINGS`; ``first`` is the number of the first of them."""
+        self.all = report.findings
+        shown = sorted(report.findings, key=lambda each: (each.accepted is not None, each.severity.rank))
+        self.shown = shown[:MOST_FINDINGS]
+        self._style = style
+        self._places = Places(self.shown, style.sources)
+        self._texts: dict[str, list[str]] = {}
+        self.anchors = {id(each): f"f{number}" for number, each in enumerate(self.shown, first)}
+
+    def of_topic(self) -> dict[str, list[tuple[Severity, str]]]:
+        """Return severity and anchor of the findings about each topic."""
+        found: dict[str, list[tuple[Severity, str]]] = {}
+        for each in self.shown:
+            for topic in (each.topic, *each.more_topics):
+                if topic is not None and each.accepted is None:
+                    found.setdefault(topic, []).append((each.severity, self.anchors[id(each)]))
+        return found
+
+    def data(self) -> list[dict[str, Any]]:
+        """Return all of them."""
+        return [self._finding(each, number) for number, each in enumerate(self.shown)]
+
+    def _finding(self, finding: Finding, number: int) -> dict[str, Any]:
+        style = self._style
+        topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
+        linked = style.documentation.startswith(("https://", "http://"))
+        fixes = finding.remedies[:3] if number < _MOST_FIXED else ()
+        changes = [self._diff(each) for each in fixes]
+        plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
+        helps = wording.helps(replace(finding, remedies=tuple(plain)))
+        notes = [spoken(each) for each in (*_notes(finding), *finding.notes)]
+        count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
+        return {
+            "anchor": self.anchors[id(finding)],
+            "severity": finding.severity.value,
+            "code": finding.code,
+            "name": finding.name,
+            "link": f"{style.documentation.rstrip('/')}/rules/{finding.code}" if linked else "",
+            "message": spoken(finding.message),
+            "accepted": finding.accepted or "",
+            "excerpts": list(self._excerpts(finding)),
+            "helps": [spoken(each) for each in helps],
+            "diffs": [each for each in changes if each],
+            "notes": notes,
+            "has_notes": bool(notes),
+            "because": [] if finding.because in finding.message else spoken(finding.because),
+            "clause": finding.clause,
+            "topics": some(topics, 6),
+            "pairs": count,
+            "has_about": bool(topics or count),
+        }
+
+    def _excerpts(self, finding: Finding) -> Iterator[dict[str, Any]]:
+        """Yield lines of sources with everything in them that the finding points at."""
+        lines: dict[tuple[str, int, str], list[tuple[Excerpt, str, bool]]] = {}
+        for number, side in enumerate(finding.sides):
+            for fact, place in pointed_at(side):
+                excerpt = None if place is None else self._places.excerpt(place)
+                if place is None or excerpt is None:
+                    if place is not None:
+                        policy = "" if fact is None else f"{fact.policy} {wording.value(fact)}"
+                        who = ", ".join(some(side.members, 3))
+                        yield {"where": wording.position(place), "who": f"{who} {policy}".strip(), "lines": []}
+                    continue
+                label, value = (side.label, "") if fact is None else saying(side.label, fact, excerpt)
+                named = f"{fact.policy} " if fact is not None and value else ""
+                text = f"{', '.join(some(side.members, 2))} {label}{': ' if label and value else ''}{named}{value}"
+                key = (place.source, excerpt.line, excerpt.text)
+                lines.setdefault(key, []).append((excerpt, text.strip(), number == 0))
+        for (source, line, text), marks in list(lines.items())[:_MOST_EXCERPTS]:
+            yield {
+                "where": f"{source}:{line}",
+                "who": "",
+                "lines": [
+                    *self._context(source, line - 1),
+                    {
+                        "number": line,
+                        "hit": True,
+                        "pieces": list(_pieces(text, [mark for mark, _, _ in marks])),
+                        "labels": list(dict.fromkeys(label for _, label, _ in marks)),
+                    },
+                    *self._context(source, line + 1),
+                ],
+            }
+
+    def _context(self, source: str, line: int) -> list[dict[str, Any]]:
+        text = self._text(source)
+        if not 0 < line <= len(text) or not text[line - 1].strip():
+            return []
+        pieces = [{"marked": False, "text": text[line - 1].rstrip("\r").replace("\t", "    ")[:_LONGEST]}]
+        return [{"number": line, "hit": False, "pieces": pieces, "labels": []}]
+
+    def _text(self, source: str) -> list[str]:
+        if source not in self._texts:
+            self._texts[source] = decode(self._style.sources.get(source, b"")).split("\n")
+        return self._texts[source]
+
+    def _diff(self, remedy: Remedy) -> dict[str, Any] | None:
+        """Return the lines that a fix changes, before and after; None where no file is changed."""
+        lines: list[dict[str, str]] = []
+        where = ""
+        for source, made in (self._style.replaced(remedy.edits) if remedy.edits else {}).items():
+            before = decode(self._style.sources[source])
+            for start, end, text in sorted(made):
+                first = before.rfind("\n", 0, start) + 1
+                last = before.find("\n", end)
+                last = len(before) if last < 0 else last
+                where = where or f"{source}:{before.count(chr(10), 0, start) + 1}"
+                old, new = before[first:last], before[first:start] + text + before[end:last]
+                lines += _changed(old.split("\n"), new.split("\n"))
+        return {"fix": spoken(wording.fix(remedy)), "where": where, "changes": lines} if lines else None
+
+
+def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
+    """Return lines that are gone and lines that came; those that stay are left out."""
+    stay = {line for line in old if line in new}
+    return [
+        {"sign": sign, "kind": kind, "text": line.rstrip("\r").replace("\t", "    ")[:_LONGEST]}
+        for lines, sign, kind in ((old, "−", "gone"), (new, "+", "came"))  # noqa: RUF001
+        for line in lines
+        if line not in stay
+    ]
+
+
+def _pieces(text: str, marks: Sequence[Excerpt]) -> Iterator[dict[str, Any]]:
+    """Yield a line in pieces, marked and not."""
+    at = 0
+    for mark in sorted(marks, key=lambda each: each.column):
+        start, end = max(mark.column - 1, at), mark.column - 1 + mark.width
+        if end <= at:
+            continue
+        yield {"marked": False, "text": text[at:start].replace("\t", "    ")}
+        yield {"marked": True, "text": text[start:end]}
+        at = end
+    yield {"marked": False, "text": text[at:].replace("\t", "    ")}
+
+
+def _notes(finding: Finding) -> Iterator[str]:
+    if finding.worlds:
+        yield wording.worlds(finding.worlds)

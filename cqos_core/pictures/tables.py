@@ -1,0 +1,209 @@
+"""Tables of the page: topics and participants, requirements hop by hop, guarantees under faults, recorded runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.formatters.proofs import timeline
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Severity
+from cqos_core.packs.guarantee import LINK
+from cqos_core.packs.proving import Event
+from cqos_core.pictures.graph import ranked
+from cqos_core.pictures.words import WORDS, counted, some, symbol
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.model.picture import Picture, RequirementPath
+    from cqos_core.model.report import Guarantee, Report
+    from cqos_core.pictures.graph import Key, Usage
+
+MOST_ROWS: Final = 200
+MOST_COLUMNS: Final = 40
+_ARROWS: Final = {"publisher": "▲", "subscriber": "▼"}
+_VERBS: Final = {"publisher": "publishes", "subscriber": "subscribes"}
+_MOST_LINES: Final = 60
+_MOST_CODES: Final = 4
+
+
+def matrix(
+    report: Report, used: Usage, anchors: Mapping[Key, str], findings: Mapping[str, list[tuple[Severity, str]]]
+) -> dict[str, Any]:
+    """Return topics as rows and owners of endpoints as columns, the worst first; ``findings`` are those of topics."""
+    topics = [str(name) for name, _ in ranked(used.topics)]
+    by_rank = sorted(used.owners, key=lambda each: (-used.counts[each], each))
+    columns = sorted(by_rank[:MOST_COLUMNS], key=lambda each: (each[0] == "bridge", each[1]))
+    pairs: dict[str, int] = {}
+    for group in report.groups:
+        pairs[group.topic] = pairs.get(group.topic, 0) + group.pairs
+    rows = []
+    for topic in topics[:MOST_ROWS]:
+        verdict = used.topics[topic]
+        about = findings.get(topic, [])
+        counts = [
+            {"severity": severity.value, "count": len(found), "many": len(found) > 1, "target": f"#{found[0]}"}
+            for severity in Severity
+            if (found := [anchor for each, anchor in about if each is severity])
+        ]
+        rows.append(
+            {
+                "topic": topic,
+                "anchor": anchors.get(("topic", topic), ""),
+                "verdict": WORDS[verdict],
+                "symbol": symbol(verdict),
+                "pairs": f"{pairs.get(topic, 0):,}",
+                "counts": counts,
+                "cells": [_cell(used, owner, topic) for owner in columns],
+            }
+        )
+    return {
+        "columns": [{"kind": kind, "name": name, "anchor": anchors[kind, name]} for kind, name in columns],
+        "rows": rows,
+        "left_out": [
+            f"{counted(len(found) - most, noun)} not shown"
+            for found, most, noun in ((topics, MOST_ROWS, "topic"), (by_rank, MOST_COLUMNS, "participant"))
+            if len(found) > most
+        ],
+    }
+
+
+def _cell(used: Usage, owner: Key, topic: str) -> dict[str, Any]:
+    roles = [role for role in _ARROWS if role in used.roles.get((owner, topic), ())]
+    parts = [
+        {
+            "arrow": _ARROWS[role],
+            "says": f"{_VERBS[role]}, {WORDS[used.verdicts[owner, topic, role]]}",
+            "verdict": WORDS[used.verdicts[owner, topic, role]],
+            "mark": symbol(used.verdicts[owner, topic, role]),
+        }
+        for role in roles
+    ]
+    return {"parts": parts}
+
+
+def requirements(picture: Picture) -> list[dict[str, Any]]:
+    """Return pairs with what their subscribers require and get, over every hop; pairs that get the same together."""
+    found: dict[str, dict[str, Any]] = {}
+    for path in picture.paths:
+        data = _requirement(path)
+        if data is None:
+            continue
+        key = repr((data["verdict"], data["table"], data["faults"], data["proofs"], bool(data["steps"])))
+        if key in found and not data["steps"]:
+            found[key]["others"].append(f"{path.publisher} → {path.subscriber}")
+            found[key]["has_others"] = True
+        else:
+            found[key if not data["steps"] else f"{key}{path}"] = data
+    for data in found.values():
+        data["others"] = some(data["others"], 12)
+    return list(found.values())
+
+
+def _requirement(path: RequirementPath) -> dict[str, Any] | None:
+    pair, hops = path.pair, path.pair.hops
+    if not pair.guarantees:
+        return None
+    # Over several hops, what is left of a connected path has a column of its own.
+    faults = [cell.fault for cell in pair.guarantees[0].cells if not hops or cell.fault != LINK]
+    reasons = dict(reason for each in pair.guarantees for reason in _losses(each))
+    by_hop = [{each.word: each.value for each in hop.guarantees} for hop in hops]
+    return {
+        "publisher": path.publisher,
+        "subscriber": path.subscriber,
+        "needs": [{"word": word, "limit": _limit(text)} for word, text in path.needs.items()],
+        "has_needs": bool(path.needs),
+        "path": bool(hops),
+        "verdict": WORDS[pair.verdict],
+        "symbol": symbol(pair.verdict),
+        "steps": list(_steps(path)),
+        "heads": [f"hop {number}" for number in range(1, len(hops) + 1)],
+        "table": [
+            {
+                "word": each.word,
+                "needed": each.word in path.needs,
+                "limit": _limit(path.needs.get(each.word, "")),
+                "hops": [_given(hop.get(each.word, "unknown")) for hop in by_hop],
+                "end": _given(each.value),
+                "cells": _cells(each, faults),
+                "lost": some(list(dict.fromkeys(code for code, _ in _losses(each))), _MOST_CODES),
+            }
+            for each in pair.guarantees
+        ],
+        "faults": ["connected" if fault == LINK else fault.replace("_", " ") for fault in faults],
+        "reasons": [{"code": code, "because": because} for code, because in reasons.items()],
+        "has_reasons": bool(reasons),
+        "proofs": _proofs(pair.guarantees),
+        "others": [],
+        "has_others": False,
+    }
+
+
+def _limit(text: str) -> str:
+    """Return what is required beside the word itself."""
+    return "" if text in {"", "true"} else text
+
+
+def _steps(path: RequirementPath) -> Iterator[dict[str, Any]]:
+    """Yield what samples pass on their way: both ends, and topics and bridges between them."""
+    yield {"kind": "end", "text": path.publisher, "detail": "publisher", "verdict": "", "symbol": ""}
+    for number, hop in enumerate(path.pair.hops, 1):
+        verdict = {"verdict": WORDS[hop.verdict], "symbol": symbol(hop.verdict)}
+        yield {"kind": "topic", "text": hop.topic, "detail": f"hop {number}, {hop.protocol}", **verdict}
+        if hop.bridge is not None:
+            yield {"kind": "bridge", "text": hop.bridge, "detail": "bridge", "verdict": "", "symbol": ""}
+    yield {"kind": "end", "text": path.subscriber, "detail": "subscriber", "verdict": "", "symbol": ""}
+
+
+def _given(value: str) -> dict[str, str]:
+    kind = value if value in {"yes", "no", "unknown"} else "no" if value == "none" else "number"
+    return {"value": value, "kind": kind}
+
+
+def _cells(guarantee: Guarantee, faults: list[str]) -> list[dict[str, str]]:
+    by_fault = {cell.fault: cell for cell in guarantee.cells}
+    cells = []
+    for fault in faults:
+        cell = by_fault.get(fault)
+        proven = ", ".join(cell.proven) if cell else ""
+        cells.append({**_given(cell.value if cell else "unknown"), "proven": proven})
+    return cells
+
+
+def _losses(guarantee: Guarantee) -> list[tuple[str, str]]:
+    return [*guarantee.lost, *(reason for cell in guarantee.cells for reason in cell.lost)]
+
+
+def _proofs(guarantees: tuple[Guarantee, ...]) -> list[str]:
+    """Return what was seen on running middleware, and for what it was derived."""
+    cells = [cell for each in guarantees for cell in each.cells]
+    proven = dict.fromkeys(name for cell in cells for name in cell.proven)
+    derived = dict.fromkeys(name for cell in cells for name in cell.derived)
+    if not proven:
+        return []
+    return [f"proven on {', '.join(proven)}" + (f"; derived for {', '.join(derived)}" if derived else "")]
+
+
+def runs(picture: Picture) -> list[dict[str, Any]]:
+    """Return the runs that ``cqos prove`` recorded."""
+    return [_run(each) for each in picture.runs[:_MOST_LINES]]
+
+
+def _run(run: Mapping[str, Any]) -> dict[str, Any]:
+    fault = (run.get("plan") or {}).get("fault")
+    lines = timeline(Event(**each) for each in run["events"])
+    return {
+        "publisher": run["publisher"],
+        "subscriber": run["subscriber"],
+        "topic": run["topic"],
+        "on": run["on"],
+        "fault": f"{fault['kind'].replace('_', ' ')} of {fault['seconds']:g} s" if fault else "no fault",
+        "verdict": run["verdict"],
+        "fixes": run["fixes"],
+        "matched": "connected" if run["matched"] else "not connected",
+        "arrived": f"{len(run['arrived'])} of {plural(len(run['sent']), 'sample')} arrived",
+        "kind": "agrees" if run["agrees"] else "error",
+        "answer": "as C-QoS says" if run["agrees"] else "not as C-QoS says",
+        "disagreements": run["disagreements"],
+        "lines": some(lines, _MOST_LINES),
+    }

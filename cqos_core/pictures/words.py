@@ -1,0 +1,41 @@
+"""Words and signs of the page that do not depend on colour."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+WORDS: Final[Mapping[Verdict | None, str]] = {
+    Verdict.COMPATIBLE: "compatible",
+    Verdict.INCOMPATIBLE: "incompatible",
+    Verdict.UNKNOWN: "unknown",
+    None: "unmatched",
+}
+_SYMBOLS: Final = {"compatible": "✓", "incompatible": "✕", "unknown": "?", "unmatched": "–"}  # noqa: RUF001
+_NAME: Final = re.compile(r"`([^`]+)`")
+
+
+def symbol(verdict: Verdict | None) -> str:
+    """Return the sign of a verdict."""
+    return _SYMBOLS[WORDS[verdict]]
+
+
+def counted(number: int, noun: str) -> str:
+    """Return ``1 topic`` or ``1,200 topics``."""
+    return plural(number, noun) if number < 1000 else f"{number:,} {noun}s"  # noqa: PLR2004
+
+
+def spoken(text: str) -> list[dict[str, Any]]:
+    """Return a sentence as pieces, names in backticks apart."""
+    return [{"name": number % 2 == 1, "text": piece} for number, piece in enumerate(_NAME.split(text)) if piece]
+
+
+def some(names: Sequence[str], most: int) -> list[str]:
+    """Return the first names, and how many more there are."""
+    return [*names[:most], *([f"and {len(names) - most:,} more"] if len(names) > most else [])]

@@ -1,0 +1,234 @@
+"""`--format html`, made by the command and opened in Chromium."""
+
+import json
+import os
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from tests.command import run
+from tests.modeler.conftest import ROOT
+from tests.pictures.conftest import AXE
+from tests.pictures.systems import FLEET, HOSTILE, hostile, large
+
+WIDE = {"width": 1280, "height": 900}
+
+
+def page(tmp_path, text, *options, name="system.yaml"):
+    """The page of a system, as the command writes it."""
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    done = run(["check", name, "--format", "html", *options], tmp_path)
+    assert done.code in {0, 1}, done.err
+    return done.out
+
+
+class Tags(HTMLParser):
+    """The start tags of a page, and its text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.texts = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.mark.parametrize(
+    ("system", "theme"),
+    [("fleet", "light"), ("fleet", "dark"), ("hostile", "light"), ("hostile", "dark"), ("large", "light")],
+)
+def test_axe_finds_nothing(tmp_path, shown, system, theme):
+    text = {"fleet": FLEET, "hostile": hostile(), "large": large(12, 40)}[system]
+    (tmp_path / "system.yaml").write_text(text, encoding="utf-8")
+    run(["check", "system.yaml", "--format", "html", "--output", "out.html"], tmp_path)
+    opened = shown((tmp_path / "out.html").read_text(encoding="utf-8"), color_scheme=theme)
+    if not AXE.is_file():
+        pytest.skip("axe-core comes with the build of the page of the modeler")
+    opened.evaluate(AXE.read_text(encoding="utf-8"))
+    found = opened.evaluate("axe.run().then(({ violations }) => violations)")
+    assert [(each["id"], [node["html"][:200] for node in each["nodes"]][:4]) for each in found] == []
+
+
+def test_a_page_names_everything_a_reader_needs(tmp_path, shown):
+    opened = shown(page(tmp_path, FLEET))
+    assert opened.title() == "robot-to-cloud: incompatible"
+    row = opened.locator(".matrix tr", has_text="/scan")
+    assert "publishes, incompatible" in row.text_content()
+    assert "1 error" in row.text_content()
+    assert opened.locator(".path li .what").all_text_contents() == [
+        "robot/publisher/battery",
+        "/battery",
+        "uplink",
+        "fleet/r1/battery",
+        "cloud/subscriber/fleet/r1/battery",
+    ]
+    table = opened.locator(".given").first
+    assert table.locator("tr.needed th").text_content().startswith("loss_free")
+    assert {"in the end", "broker crash"} <= {*table.locator("thead th").all_text_contents()}
+    finding = opened.locator(".finding", has_text="ROS101")
+    assert finding.locator("mark").all_text_contents() == ["reliable", "/scan"]
+    assert "reliability: best_effort" in finding.locator(".diff .came").last.text_content()
+    # Each node of the graph leads to a row or a column.
+    for link in opened.locator(".node").all():
+        assert opened.locator(link.get_attribute("href")).count() == 1
+
+
+def test_search_filter_and_theme(tmp_path, shown):
+    opened = shown(page(tmp_path, FLEET))
+    rows = opened.locator(".matrix tbody tr:not([data-out])")
+    assert rows.count() == 5
+    opened.get_by_role("button", name="only what is wrong").click()
+    assert rows.count() == 3
+    opened.get_by_label("Find topics").fill("fleet battery")
+    assert rows.count() == 1
+    assert re.fullmatch(r"\d+ of \d+ rows and findings are shown", opened.locator(".found").text_content())
+    # A link to what is filtered out shows it.
+    opened.evaluate("location.hash = document.querySelector('.finding[data-out]').id")
+    opened.wait_for_function("!document.querySelector('[data-out]')")
+    before = opened.evaluate("getComputedStyle(document.body).backgroundColor")
+    opened.get_by_role("button", name="Change between light and dark").click()
+    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") != before
+    opened.locator(".node.topic").first.focus()
+    assert opened.locator(".dim").count() > 0
+
+
+def test_without_javascript_all_of_it_can_be_read(tmp_path, shown):
+    text = page(tmp_path, FLEET)
+    plain = shown(text, java_script_enabled=False)
+    assert not plain.locator(".tools").is_visible()
+    for each in (
+        "Summary",
+        "Graph",
+        "Topics and participants",
+        "Findings",
+        "Requirements and guarantees",
+        "Not checked",
+    ):
+        assert plain.get_by_role("heading", name=each).is_visible()
+    assert plain.locator(".finding").count() > 3
+
+
+def test_printed_it_is_light_and_has_no_tools(tmp_path, shown):
+    opened = shown(page(tmp_path, FLEET), color_scheme="dark")
+    opened.emulate_media(media="print")
+    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert not opened.locator(".tools").is_visible()
+    assert len(opened.pdf()) > 10_000
+
+
+def test_hostile_names_stay_names(tmp_path):
+    text = page(tmp_path, hostile())
+    read = Tags(text)
+    names = [tag for tag, _ in read.tags]
+    assert (names.count("script"), names.count("style"), names.count("img")) == (1, 1, 0)
+    assert not [name for _, attributes in read.tags for name in attributes if name.startswith("on") or name == "style"]
+    shown = "".join(read.texts)
+    for name in HOSTILE[:3]:
+        assert name in shown
+    assert text.count("prefers-color-scheme: dark") == 2  # once in the style, once in the script
+
+
+def test_nothing_comes_from_elsewhere(tmp_path):
+    text = page(tmp_path, FLEET)
+    addresses = [
+        value
+        for tag, attributes in Tags(text).tags
+        for name, value in attributes.items()
+        if name in {"src", "href", "action", "data"} and tag != "a" and not value.startswith("#")
+    ]
+    assert addresses == ["data:,"]
+    assert "url(" not in re.sub(r"url\(#", "", text)
+    [policy] = [each["content"] for tag, each in Tags(text).tags if each.get("http-equiv") == "Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; ")
+    assert "unsafe" not in policy
+
+
+def test_a_page_is_the_same_each_time(tmp_path):
+    assert page(tmp_path, FLEET) == page(tmp_path, FLEET)
+
+
+def test_of_ten_thousand_endpoints_a_page_says_what_it_leaves_out(tmp_path):
+    once = page(tmp_path, large(2000, 3700))
+    assert "<dd>10," in once
+    assert len(once) < 2_000_000
+    assert "3,500 topics not shown" in once
+    assert "participants are not drawn" in once
+    assert re.search(r"[\d,]+ more findings are not listed here", once) or once.count('<section class="finding') < 200
+
+
+def test_several_systems_have_an_overview(tmp_path, shown):
+    fine = "cqos: 1\nsystem: fine\nprotocol: ros2\nparticipants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {}}}}\n"
+    for name, text in (("a.yaml", fine), ("b.yaml", FLEET)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    done = run(["check", ".", "--format", "html"], tmp_path)
+    opened = shown(done.out)
+    rows = opened.locator("section", has_text="All systems").first.locator("tbody tr")
+    assert [each.split()[0] for each in rows.all_text_contents()] == ["robot-to-cloud✕", "fine✓"] or rows.count() == 2
+    assert opened.locator("article.system").count() == 2
+    ids = opened.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
+    assert len(ids) == len({*ids})
+
+
+RUN = {
+    "publisher": "robot/publisher/scan",
+    "subscriber": "planner/subscriber/scan",
+    "topic": "/scan",
+    "protocol": "ros2",
+    "verdict": "incompatible",
+    "codes": ["ROS101"],
+    "fixes": [],
+    "plan": {"fault": {"kind": "link_outage", "seconds": 2.0}},
+    "on": "Cyclone DDS 11.0.1",
+    "matched": False,
+    "refused": ["reliability"],
+    "not_created": {},
+    "sent": [0, 1],
+    "arrived": [],
+    "agrees": True,
+    "disagreements": [],
+    "events": [{"at": 0.5, "who": "publisher", "what": "incompatible", "number": None, "text": "reliability"}],
+}
+
+
+def test_recorded_runs_are_shown(tmp_path):
+    (tmp_path / "runs.json").write_text(json.dumps({"version": 1, "runs": [RUN, {**RUN, "publisher": "other"}]}))
+    text = page(tmp_path, FLEET, "--proofs", "runs.json")
+    assert text.count("On Cyclone DDS 11.0.1 with link outage of 2 s: not connected, 0 of 2 samples arrived") == 1
+    assert "publisher   incompatible: reliability" in text
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"runs": [1]}', '{"runs": [{}]}', json.dumps({"runs": [{**RUN, "events": [{"a": 1}]}]})]
+)
+def test_other_files_are_no_runs(tmp_path, text):
+    (tmp_path / "runs.json").write_text(text)
+    (tmp_path / "system.yaml").write_text(FLEET)
+    done = run(["check", "system.yaml", "--format", "html", "--proofs", "runs.json"], tmp_path)
+    assert done.code == 2
+    assert "runs.json holds no runs of `cqos prove --record FILE`" in done.err
+
+
+SCREENS = {
+    "report": (FLEET, "body", "light"),
+    "report-dark": (FLEET, "body", "dark"),
+    "report-finding": (FLEET, ".findings", "light"),
+    "report-guarantees-dark": (FLEET, ".requirement", "dark"),
+    "report-large": (large(20, 100), "body", "light"),
+}
+
+
+@pytest.mark.parametrize("name", SCREENS)
+def test_the_screens_of_the_docs(tmp_path, shown, name):
+    """`CQOS_SCREENSHOTS=1` writes them there: pixels depend on the fonts of a machine."""
+    text, where, theme = SCREENS[name]
+    opened = shown(page(tmp_path, text), color_scheme=theme, viewport=WIDE)
+    opened.locator(where).first.evaluate("each => each.scrollIntoView({ block: 'start' })")
+    folder = ROOT / "docs" / "img" if os.environ.get("CQOS_SCREENSHOTS") else tmp_path
+    file = folder / f"{name}.png"
+    opened.screenshot(path=file)
+    assert file.stat().st_size > 10_000
