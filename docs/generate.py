@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import yaml
 from figures import figures
+from incidents import incidents, incidents_page
 
 from cqos_core.api import check
 from cqos_core.cli.app import cli
@@ -77,6 +78,7 @@ def pages() -> Iterator[tuple[Path, str]]:
     yield RULES / "README.md", index(packs)
     for name, drawn in figures(next(pack for pack in packs if pack.id == "ros2")):
         yield DOCS / "img" / name, drawn
+    yield DOCS / "incidents.md", incidents_page(incidents(ROOT / "examples" / "incidents" / "incidents.yaml"))
     yield COMMAND, with_help(COMMAND.read_text(encoding="utf-8"))
 
 

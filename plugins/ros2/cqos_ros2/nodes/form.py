@@ -214,8 +214,8 @@ PLUGIN: Final = Key("plugin", TEXT, "The class as a component.")
 LIFECYCLE: Final = Key("lifecycle", FLAG, "It is a lifecycle node: its endpoints work when it is active.")
 CONFIGURED_BY: Final = Key(
     "configured_by",
-    one_of("rviz", "gz_bridge"),
-    "The endpoints stand in a file of this format, which the launch names.",
+    one_of("rviz", "gz_bridge", "ros2_control", "ros2_control_spawner"),
+    "The endpoints stand in a file of this format, which the launch names; with `ros2_control`, those of the controllers that spawners load.",
 )
 ACTIVATES: Final = Key("activates", TEXT, "`${PARAMETER}` with the names of the lifecycle nodes that it activates.")
 NODE_FORM: Final = Form(

@@ -1,4 +1,4 @@
-"""Nodes whose endpoints stand in a file of their own: RViz (`-d FILE`) and ros_gz_bridge (`config_file`, or words on the command line)."""
+"""Nodes whose endpoints stand elsewhere: RViz (`-d FILE`), ros_gz_bridge (`config_file`, or words on the command line), ros2_control."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from cqos_ros2.importers import gz_bridge, rviz
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import Filled
+from cqos_ros2.workspace.controllers import add_controllers, add_manager
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,6 +58,10 @@ def add_configured(placed: Placed, result: FilledNode, launched: Launched, works
             result.gaps.append(unknown)
         for word in placed.instance.arguments:
             result.endpoints += _words(word, placed, result)
+    elif kind == "ros2_control":
+        add_controllers(placed, result, launched)
+    elif kind == "ros2_control_spawner":
+        add_manager(placed, result, launched)
 
 
 def _file(
