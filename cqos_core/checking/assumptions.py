@@ -94,7 +94,7 @@ def _of_pairs(
     known: dict[object, tuple[frozenset[str], frozenset[str]]] = {}
     ends: set[str] | None = None
     for each in concerned:
-        if not (undecided(each) or assuming(each.pack, each.profile.frame, each.role, each.endpoint.observed)):
+        if not (undecided(each) or assuming(each.pack, each.like.frame, each.role, each.endpoint.observed)):
             continue
         key = (each.profile, id(each.layers))
         if key not in known:

@@ -77,7 +77,7 @@ def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     # The surroundings and the frame of a profile have all that these rules read.
     distinct: dict[object, Resolved] = {}
     for each in endpoints:
-        distinct.setdefault((each.participant.surroundings, each.profile.frame, each.endpoint.observed), each)
+        distinct.setdefault((each.participant.surroundings, each.like.frame, each.endpoint.observed), each)
     if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}

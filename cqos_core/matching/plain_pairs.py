@@ -75,7 +75,7 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
         one, other = other, one
     if one.endpoint.role != PUBLISHER or other.endpoint.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    publisher, subscriber = one.profile, other.profile
+    publisher, subscriber = one.like, other.like
     if publisher.unread or publisher.refused or subscriber.unread or subscriber.refused:
         return None
     observed = one.endpoint.observed, other.endpoint.observed
@@ -86,7 +86,7 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
         if known is None:
             return None
         keep(_KNOWN, key, known)
-    a, b = publisher.known, subscriber.known
+    a, b = one.known, other.known
     bits = 0
     for tests, first, second in ((known.pair, a, b), (known.publisher, a, a), (known.subscriber, b, b)):
         for reporting, counted, exact, shift in tests:

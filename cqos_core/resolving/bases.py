@@ -6,18 +6,20 @@ For all else there is no answer here, and it is resolved as a whole.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import KNOWN, UNREAD, WrittenValue, normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, letters, number_of
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Endpoint, Setting
 from cqos_core.resolving.reader import ValueSource, how_written, ignored_by, read_value, spelled
-from cqos_core.resolving.resolved import READ, Layer, Stated
+from cqos_core.resolving.resolved import READ, Draft, Layer, Stated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
     from cqos_core.language.values import Value
     from cqos_core.model.system import Cases
@@ -27,45 +29,88 @@ if TYPE_CHECKING:
 
 _Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
 """A setting as `Endpoint.said` has it."""
+_NOT_PLAINLY: Final = -1
 
 
-class _Override(NamedTuple):
+@dataclass(slots=True, eq=False)
+class Override:
     """What one setting changes; without an index, nothing.
 
     Attributes:
         letters: how many its name and its text have.
-        plain: it changes it to a value that is known.
+        plainly: the index, where it changes it to a value that is known; else `_NOT_PLAINLY`.
     """
 
     letters: int = 0
-    at: int | None = None
+    index: int | None = None
     stated: Stated | None = None
     value: Value = 0
     word: WrittenValue | None = None
-    plain: bool = True
+    plainly: int = _NOT_PLAINLY
 
 
-_NOTHING: Final = _Override()
+_NOTHING: Final = Override()
+_PLAINLY: Final = attrgetter("plainly")
 
 
-class _Base(NamedTuple):
+@dataclass(slots=True, eq=False)
+class Base:
     """An endpoint that states nothing: its profile, and its layers around its own settings.
 
     Attributes:
-        number: its own.
+        size: of the pack's vocabulary.
         room: the number of what its overrides rest on.
+        fixed: where a setting changes more than its value and word, or meets another statement.
     """
 
     profile: QosProfile
-    number: int
+    size: int
     room: int
     above: tuple[Layer, ...]
     own: Mapping[int, Stated]
     below: tuple[Layer, ...]
+    fixed: frozenset[int]
+
+    def is_plain(self, overrides: Collection[Override]) -> bool:
+        """Whether overrides only put known values in the place of others, each of them its own."""
+        indices = {*map(_PLAINLY, overrides)}
+        return len(indices) == len(overrides) and self.fixed.isdisjoint(indices)
+
+    def known(self, overrides: Iterable[Override]) -> list[Any]:
+        """Return what `QosProfile.known` is of an endpoint with plain overrides."""
+        known, size = [*self.profile.known], self.size
+        for each in overrides:
+            index = each.plainly
+            known[index], known[size + index] = each.value, each.word
+        return known
+
+    def made(self, overrides: tuple[Override, ...]) -> tuple[QosProfile, tuple[Layer, ...]] | None:
+        """Return the profile and layers of an endpoint with overrides; None where two of them meet."""
+        key = (self, *overrides)
+        found = READ.get(key)
+        if found is not None:
+            return found
+        own = dict(self.own)
+        changes: dict[int, Any] = {}
+        for each in overrides:
+            if each.index is None or each.stated is None:
+                continue
+            if each.index in own:
+                return None
+            own[each.index] = each.stated
+            changes[each.index], changes[self.size + each.index] = each.value, each.word
+        if self.is_plain(overrides):
+            profile = self.profile.with_known(tuple(self.known(overrides)))
+        else:
+            profile = self.profile.with_values(changes)
+        result = profile, (*self.above, Layer("explicit", own, here=True), *self.below)
+        if sum([each.letters for each in overrides]) <= MOST_LETTERS:
+            keep(READ, key, result)
+        return result
 
 
-_BASES: Final[dict[tuple[Any, ...], _Base | None]] = {}
-_OVERRIDES: Final[dict[tuple[int, _Item], _Override | None]] = {}
+_BASES: Final[dict[tuple[Any, ...], Base | None]] = {}
+_OVERRIDES: Final[dict[tuple[int, _Item], Override | None]] = {}
 """By the number of a room, what a setting changes there; None where something has to be said of it."""
 _PLAIN_NAMES: Final[dict[tuple[Any, ...], int | None]] = {}
 
@@ -93,8 +138,8 @@ class Bases:
         endpoint: Endpoint,
         participant: ResolvedParticipant,
         topic_layers: tuple[Layer, ...],
-    ) -> tuple[QosProfile, tuple[Layer, ...]] | None:
-        """Return the profile and layers of an endpoint, None where it has to be resolved as a whole.
+    ) -> Draft | tuple[QosProfile, tuple[Layer, ...]] | None:
+        """Return the profile and layers of an endpoint, or a draft of them; None where it has to be resolved as a whole.
 
         Args:
             room: all that the values rest on beside the endpoint's own settings.
@@ -108,43 +153,15 @@ class Bases:
             base = self._base(room, endpoint, participant, topic_layers)
         if base is None:
             return None
-        settings = endpoint.said()[0]
-        key = (base.number, settings)
-        return READ.get(key) or self._read(base, key, endpoint, participant)
-
-    def _read(
-        self, base: _Base, key: tuple[int, Sequence[_Item]], endpoint: Endpoint, participant: ResolvedParticipant
-    ) -> tuple[QosProfile, tuple[Layer, ...]] | None:
-        """Lay settings over a base."""
-        known, deciding = [*base.profile.known], base.profile.frame.deciding
-        own: dict[int, Stated] = {}
-        others: dict[int, Any] = {}
-        size, room, length = len(participant.pack.policies), base.room, 0
-        for item in key[1]:
-            override = _OVERRIDES.get((room, item)) or self._override(room, item, endpoint, participant)
-            if override is None:
-                return None
-            count, index, stated, value, word, plain = override
-            length += count
-            if index is None or stated is None:
-                continue
-            if index in own or index in base.own:
-                return None
-            own[index] = stated
-            if plain and index not in deciding and size + index not in deciding:
-                known[index], known[size + index] = value, word
-            else:
-                others[index], others[size + index] = value, word
-        if others:
-            others = {at: known[at] for index in own for at in (index, size + index)} | others
-            profile = base.profile.with_values(others)
-        else:
-            profile = base.profile.with_known(tuple(known))
-        layer = Layer("explicit", {**own, **base.own} if base.own else own, here=True)
-        result = profile, (*base.above, layer, *base.below)
-        if length <= MOST_LETTERS:
-            keep(READ, key, result)
-        return result
+        number = base.room
+        found = [
+            _OVERRIDES.get((number, item)) or self._override(number, item, endpoint, participant)
+            for item in endpoint.said()[0]
+        ]
+        if not all(found):
+            return None
+        overrides = cast("tuple[Override, ...]", tuple(found))
+        return Draft(base, overrides, topic_layers) if base.is_plain(overrides) else base.made(overrides)
 
     def _base(
         self,
@@ -152,7 +169,7 @@ class Bases:
         endpoint: Endpoint,
         participant: ResolvedParticipant,
         topic_layers: tuple[Layer, ...],
-    ) -> _Base | None:
+    ) -> Base | None:
         if letters(room) > MOST_LETTERS:
             return None
         bare = Endpoint(
@@ -170,14 +187,16 @@ class Bases:
         if self.reader.remarks == before:
             own_room = (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed)
             at = next(index for index, layer in enumerate(layers) if layer.origin == "explicit" and layer.here)
-            around = layers[:at], layers[at].settings, layers[at + 1 :]
-            base = _Base(profile, number_of(room), number_of(own_room), *around)
+            above, own, below = layers[:at], layers[at].settings, layers[at + 1 :]
+            size = len(participant.pack.policies)
+            fixed = frozenset((_NOT_PLAINLY, *own, *(index % size for index in profile.frame.deciding)))
+            base = Base(profile, size, number_of(own_room), above, own, below, fixed)
         keep(_BASES, room, base)
         return base
 
     def _override(
         self, room: int, item: _Item, endpoint: Endpoint, participant: ResolvedParticipant
-    ) -> _Override | None:
+    ) -> Override | None:
         """Return what a setting changes, None where something has to be said of it."""
         name, text, unknown, derived = item
         key, length = (room, item), len(name) + len(text)
@@ -190,7 +209,7 @@ class Bases:
 
     def _read_setting(
         self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
-    ) -> _Override | None:
+    ) -> Override | None:
         try:
             index = _PLAIN_NAMES[number, name]
         except KeyError:
@@ -209,9 +228,7 @@ class Bases:
         except InvalidValueError:
             return None
         word = WrittenValue(policy.word(spelt), here=True) if index in pack.asked else None
-        return _Override(
-            len(name) + len(text), index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN
-        )
+        return _override(len(name) + len(text), index, Stated(spelt, Setting(text), name), value, word)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
         """Return the policy that a name spells, where the text of its value alone decides what it changes."""
@@ -226,7 +243,7 @@ class Bases:
 
     def _as_a_whole(
         self, name: str, setting: Setting, endpoint: Endpoint, participant: ResolvedParticipant
-    ) -> _Override | None:
+    ) -> Override | None:
         pack, role = participant.pack, endpoint.role
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         before = self.reader.remarks
@@ -243,6 +260,9 @@ class Bases:
         if self.reader.remarks != before or role not in policy.roles:
             return None
         word = how_written(policy, index, layers) if index in pack.asked else None
-        return _Override(
-            len(name) + len(setting.text), index, stated, value, word, type(value) in KNOWN and word is not UNREAD
-        )
+        return _override(len(name) + len(setting.text), index, stated, value, word)
+
+
+def _override(letters: int, index: int, stated: Stated, value: Value, word: WrittenValue | None) -> Override:
+    plainly = index if type(value) in KNOWN and word is not UNREAD else _NOT_PLAINLY
+    return Override(letters, index, stated, value, word, plainly)

@@ -71,7 +71,7 @@ def sum_up(pack: RulePack, endpoints: Iterable[Resolved]) -> None:
     """Give endpoints the values that follow from those of all."""
     own = [each for each in endpoints if each.pack is pack]
     for each in own:
-        if each.profile.needs:
+        if each.like.needs:
             each.participant.requiring.add(each.key)
     layers: dict[tuple[tuple[int, Value], ...], Layer] = {}
     for position, values in pack.sum_up(own).items():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.model.memory import MOST_LETTERS, keep, remember
@@ -23,6 +23,7 @@ from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
 from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
 from cqos_core.resolving.resolved import (
     READ,
+    Draft,
     Layer,
     QosProfile,
     Resolved,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
 
 _NAMED: dict[tuple[Any, ...], Naming] = {}
+_NOBODY: Final = frozenset[str]()
 
 
 class Resolver:
@@ -285,27 +287,28 @@ class Resolver:
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
-        profile, layers = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
+        found = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
+        # By hand, as an init would set what is made later.
+        made = Resolved.__new__(Resolved)
+        if isinstance(found, Draft):
+            made.draft = found
+        else:
+            made.profile, made.layers = found
+            made.draft = None
+        made.endpoint, made.id, made.stated_id, made.pack = endpoint, identifier, stated_id, pack
+        made.key, made.shown = (naming.key, naming.shown) if naming is not None else (None, "")
+        made.participant = participant
+        made.external = endpoint.external or owner.external or topic_external
+        made.carried, made.visiting, made.bridge = None, False, None
+        names = (*endpoint.starts_after, *owner.starts_after)
+        made.starts_after = self._starts.before(names) if names else _NOBODY
         if misread := self._misread.get(stated_id):
             # What the reader of its file reports as wrong may have set anything.
-            profile = profile.with_values({}, beside=misread)
-        if naming is not None and (wrong := [each.code for each in naming.problems if each.severity == "error"]):
-            profile = profile.with_values({}, refused=wrong)
-        return Resolved(
-            endpoint,
-            identifier,
-            stated_id,
-            pack,
-            naming.key if naming is not None else None,
-            naming.shown if naming is not None else "",
-            profile,
-            layers,
-            participant,
-            endpoint.external or owner.external or topic_external,
-            starts_after=self._starts.before(names)
-            if (names := (*endpoint.starts_after, *owner.starts_after))
-            else frozenset(),
-        )
+            made.profile = made.profile.with_values({}, beside=misread)
+        if naming is not None and naming.problems:
+            wrong = [each.code for each in naming.problems if each.severity == "error"]
+            made.profile = made.profile.with_values({}, refused=wrong)
+        return made
 
     def _profile_of(
         self,
@@ -315,8 +318,8 @@ class Resolver:
         topic_layers: tuple[Layer, ...],
         overlays: tuple[int, ...],
         identifier: str,
-    ) -> tuple[QosProfile, tuple[Layer, ...]]:
-        """The values of an endpoint and their layers; those of an equal one, if nothing had to be said of it."""
+    ) -> Draft | tuple[QosProfile, tuple[Layer, ...]]:
+        """The values of an endpoint and their layers, or a draft; those of an equal one, if nothing had to be said of it."""
         room = (
             *(participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
             tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]) if topic_layers else (),
@@ -326,6 +329,8 @@ class Resolver:
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
             read = None if endpoint.overlay else self._bases.read(room, endpoint, participant, topic_layers)
+            if isinstance(read, Draft):
+                return read
             if read is None:
                 read = READ.get((room, *endpoint.said()))
             if read is not None:

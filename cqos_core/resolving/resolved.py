@@ -18,12 +18,13 @@ from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, nu
 from cqos_core.packs.meeting import NameContext
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Plain, Values, WrittenValue
     from cqos_core.model.report import Finding
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.bases import Base, Override
 
 
 class Stated(NamedTuple):
@@ -335,6 +336,26 @@ class Carried:
     own_index: Mapping[int, int]
 
 
+class Draft(NamedTuple):
+    """What a profile and its layers are made of, when they are first read: most endpoints are judged without either.
+
+    Attributes:
+        base: what it shares with others.
+        overrides: what it states, all of it plain.
+        of_topic: what is stated of its topic.
+    """
+
+    base: Base
+    overrides: tuple[Override, ...]
+    of_topic: tuple[Layer, ...]
+
+    def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
+        """Return the profile and its layers."""
+        found = self.base.made(self.overrides)
+        assert found is not None  # noqa: S101 - plain ones do not meet
+        return found[0], found[1] + self.of_topic
+
+
 @dataclass(slots=True, eq=False)
 class Resolved:
     """One endpoint with its values and the topic it meets on.
@@ -350,6 +371,7 @@ class Resolved:
         bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
         starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
+        draft: what `profile` and `layers` are made of, until then.
     """
 
     endpoint: Endpoint
@@ -366,6 +388,26 @@ class Resolved:
     visiting: bool = False
     bridge: tuple[str, str] | None = None
     starts_after: frozenset[str] = frozenset()
+    draft: Draft | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        """Make the profile and its layers."""
+        if name in {"profile", "layers"} and (draft := self.draft) is not None:
+            self.profile, self.layers = draft.made()
+            self.draft = None
+        return object.__getattribute__(self, name)  # which another thread may have made
+
+    @property
+    def like(self) -> QosProfile:
+        """A profile with the frame and the codes of its own, which need not be made for it."""
+        draft = self.draft
+        return self.profile if draft is None else draft.base.profile
+
+    @property
+    def known(self) -> Sequence[Any]:
+        """What `QosProfile.known` is of its profile, which need not be made for it."""
+        draft = self.draft
+        return self.profile.known if draft is None else draft.base.known(draft.overrides)
 
     def is_after(self, other: Resolved) -> bool:
         """Whether the other endpoint is stated to be up before this one."""
