@@ -10,7 +10,7 @@ are constants of it, so most conditions that read them are decided when the func
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import Binder
 from cqos_core.language.domains import Names
@@ -48,6 +48,9 @@ class Question(NamedTuple):
     common: Common | None = None
 
 
+Reporting: TypeAlias = "Callable[[Sequence[Any], Sequence[Any]], int]"
+
+
 class Compiled(NamedTuple):
     """Conditions as one function.
 
@@ -57,7 +60,7 @@ class Compiled(NamedTuple):
         exact: the bits of conditions that have the answer at which they report exactly where their bit is set.
     """
 
-    reporting: Callable[[Values, Values], int]
+    reporting: Reporting
     exact: int
 
 

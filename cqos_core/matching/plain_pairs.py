@@ -22,9 +22,7 @@ from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.language.values import Values
+    from cqos_core.language.compiled import Reporting
     from cqos_core.matching.topic_shape import ShapeResult
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Resolved
 
@@ -40,7 +38,7 @@ class _Test(NamedTuple):
         shift: where its bits stand among those of all functions.
     """
 
-    reporting: Callable[[Values, Values], int]
+    reporting: Reporting
     counted: int
     exact: int
     shift: int

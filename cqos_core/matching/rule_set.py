@@ -19,6 +19,7 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from cqos_core.language.compiled import Reporting
     from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -50,7 +51,7 @@ class Surrounding:
     functions: dict[Surrounding, Compiled] = field(default_factory=dict)
 
 
-Ready: TypeAlias = "tuple[Callable[[Values, Values], int], int, int]"
+Ready: TypeAlias = "tuple[Reporting, int, int]"
 """A function whose bits are of the rules that may report, the bits that count, and those of rules that then report for certain."""
 Asking = Callable[["BoundRule", "QosProfile", "QosProfile"], "object | None"]
 """Asks one rule of two profiles; None where it has nothing to say."""

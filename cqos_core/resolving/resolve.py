@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 _NAMED: dict[tuple[Any, ...], Naming] = {}
-_NOBODY: Final = frozenset[str]()
+_NOTHING: Final = frozenset[str]()
 
 
 class Resolver:
@@ -230,12 +230,12 @@ class Resolver:
     def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
         if endpoint.topic is None:
             return None
-        key = (participant.naming, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
-        naming = _NAMED.get(key) if participant.naming >= 0 else None
+        number, context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
+        key = number, endpoint.topic
+        naming = _NAMED.get(key)
         if naming is None:
-            context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
             naming = participant.pack.meeting.resolve(endpoint.topic, context)
-            if participant.letters + len(endpoint.topic) + len(endpoint.kind) + len(endpoint.dialect) <= MOST_LETTERS:
+            if number is not None and len(endpoint.topic) <= MOST_LETTERS:
                 keep(_NAMED, key, naming)
         for problem in naming.problems:
             self._name_problems.setdefault((problem, naming.shown, participant.pack.id), []).append(endpoint)
@@ -301,7 +301,7 @@ class Resolver:
         made.external = endpoint.external or owner.external or topic_external
         made.carried, made.visiting, made.bridge = None, False, None
         names = (*endpoint.starts_after, *owner.starts_after)
-        made.starts_after = self._starts.before(names) if names else _NOBODY
+        made.starts_after = self._starts.before(names) if names else _NOTHING
         if misread := self._misread.get(stated_id):
             # What the reader of its file reports as wrong may have set anything.
             made.profile = made.profile.with_values({}, beside=misread)
@@ -358,8 +358,8 @@ class Resolver:
     def _unique(self, identifier: str) -> str:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
         unique, number = identifier, 2
-        self.clashes = self.clashes or identifier in self.ids
         while unique in self.ids:
+            self.clashes = True
             unique, number = f"{identifier}~{number}", number + 1
         self.ids.add(unique)
         return unique

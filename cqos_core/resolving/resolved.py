@@ -288,7 +288,6 @@ class ResolvedParticipant:
 
     Attributes:
         requiring: topics on which its endpoints require guarantees, where values follow from all endpoints together.
-        naming, letters: the number of all that the names of its topics rest on, and how much text that is.
     """
 
     participant: Participant
@@ -297,24 +296,17 @@ class ResolvedParticipant:
     layers: tuple[Layer, ...]
     broker: Broker | None = None
     requiring: set[str | None] = field(default_factory=set)
-    naming: int = field(init=False)
-    letters: int = field(init=False)
-    _contexts: dict[tuple[str, str, str], NameContext] = field(init=False, default_factory=dict)
+    _contexts: dict[tuple[str, str, str], tuple[int | None, NameContext]] = field(init=False, default_factory=dict)
 
-    def __post_init__(self) -> None:
-        """Put together what is looked up for each endpoint."""
-        owner = self.participant
-        naming = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()))
-        self.letters = letters(naming)
-        self.naming = number_of(naming) if self.letters <= MOST_LETTERS else -1
-
-    def name_context(self, kind: str, dialect: str, role: str) -> NameContext:
-        """Return what names of topics are resolved with, for endpoints of one kind."""
+    def name_context(self, kind: str, dialect: str, role: str) -> tuple[int | None, NameContext]:
+        """Return what names of topics are resolved with, for endpoints of one kind, and its number; none if it is long."""
         found = self._contexts.get((kind, dialect, role))
         if found is None:
             owner = self.participant
-            found = NameContext(owner.id, owner.label, self.texts, owner.remap, kind, dialect, role)
-            self._contexts[kind, dialect, role] = found
+            context = NameContext(owner.id, owner.label, self.texts, owner.remap, kind, dialect, role)
+            key = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()), kind, dialect, role)
+            number = number_of(key) if letters(key) <= MOST_LETTERS else None
+            found = self._contexts[kind, dialect, role] = number, context
         return found
 
     @property

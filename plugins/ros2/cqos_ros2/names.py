@@ -162,15 +162,15 @@ def without_namespace(key: str) -> str:
 
 def is_legal(full: str) -> bool:
     """Whether ROS 2 accepts a full name."""
-    return why_illegal(full) is None
+    return _LEGAL.fullmatch(full) is not None and len(full) <= LONGEST
 
 
 def why_illegal(full: str) -> str | None:
     """Say what is wrong with a full name, None for a legal one."""
+    if is_legal(full):
+        return None
     if len(full) > LONGEST:
         return f"it is longer than {LONGEST} characters"
-    if _LEGAL.fullmatch(full):
-        return None
     return next((why for pattern, why in ILLEGAL.items() if fnmatchcase(full, pattern)), None)
 
 
