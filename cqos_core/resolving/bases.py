@@ -7,7 +7,7 @@ For all else there is no answer here, and it is resolved as a whole.
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, cast
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import KNOWN, UNREAD, WrittenValue, normalise
@@ -16,10 +16,10 @@ from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, lette
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Endpoint, Setting
 from cqos_core.resolving.reader import ValueSource, how_written, ignored_by, read_value, spelled
-from cqos_core.resolving.resolved import READ, Draft, Layer, Stated
+from cqos_core.resolving.resolved import READ, Layer, Stated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Value
     from cqos_core.model.system import Cases
@@ -107,6 +107,34 @@ class Base:
         if sum([each.letters for each in overrides]) <= MOST_LETTERS:
             keep(READ, key, result)
         return result
+
+
+class Draft(NamedTuple):
+    """What an endpoint with plain overrides is made of; see `cqos_core.resolving.resolved.Unmade`.
+
+    Attributes:
+        of_topic: what is stated of its topic.
+    """
+
+    base: Base
+    overrides: tuple[Override, ...]
+    of_topic: tuple[Layer, ...]
+
+    @property
+    def like(self) -> QosProfile:
+        """That of its base."""
+        return self.base.profile
+
+    @property
+    def known(self) -> Sequence[Any]:
+        """Its values, put together anew."""
+        return self.base.known(self.overrides)
+
+    def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
+        """Return the profile and its layers."""
+        found = self.base.made(self.overrides)
+        assert found is not None  # noqa: S101 - plain ones do not meet
+        return found[0], found[1] + self.of_topic
 
 
 _BASES: Final[dict[tuple[Any, ...], Base | None]] = {}

@@ -14,7 +14,7 @@ from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.model.memory import MOST_LETTERS, keep, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
-from cqos_core.resolving.bases import Bases
+from cqos_core.resolving.bases import Bases, Draft
 from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
 from cqos_core.resolving.left_over import left_over
 from cqos_core.resolving.overlays import Overlays
@@ -23,7 +23,6 @@ from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
 from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
 from cqos_core.resolving.resolved import (
     READ,
-    Draft,
     Layer,
     QosProfile,
     Resolved,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
 
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Finding
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.bases import Base, Override
 
 
 class Stated(NamedTuple):
@@ -328,24 +327,19 @@ class Carried:
     own_index: Mapping[int, int]
 
 
-class Draft(NamedTuple):
-    """What a profile and its layers are made of, when they are first read: most endpoints are judged without either.
+class Unmade(Protocol):
+    """What a profile and its layers are made of, when they are first read: most endpoints are judged without either."""
 
-    Attributes:
-        base: what it shares with others.
-        overrides: what it states, all of it plain.
-        of_topic: what is stated of its topic.
-    """
+    @property
+    def like(self) -> QosProfile:
+        """A profile with the frame and the codes of the one that is made."""
 
-    base: Base
-    overrides: tuple[Override, ...]
-    of_topic: tuple[Layer, ...]
+    @property
+    def known(self) -> Sequence[Any]:
+        """What `QosProfile.known` will be."""
 
     def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
         """Return the profile and its layers."""
-        found = self.base.made(self.overrides)
-        assert found is not None  # noqa: S101 - plain ones do not meet
-        return found[0], found[1] + self.of_topic
 
 
 @dataclass(slots=True, eq=False)
@@ -380,7 +374,7 @@ class Resolved:
     visiting: bool = False
     bridge: tuple[str, str] | None = None
     starts_after: frozenset[str] = frozenset()
-    draft: Draft | None = None
+    draft: Unmade | None = None
 
     def __getattr__(self, name: str) -> Any:
         """Make the profile and its layers."""
@@ -393,13 +387,13 @@ class Resolved:
     def like(self) -> QosProfile:
         """A profile with the frame and the codes of its own, which need not be made for it."""
         draft = self.draft
-        return self.profile if draft is None else draft.base.profile
+        return self.profile if draft is None else draft.like
 
     @property
     def known(self) -> Sequence[Any]:
         """What `QosProfile.known` is of its profile, which need not be made for it."""
         draft = self.draft
-        return self.profile.known if draft is None else draft.base.known(draft.overrides)
+        return self.profile.known if draft is None else draft.known
 
     def is_after(self, other: Resolved) -> bool:
         """Whether the other endpoint is stated to be up before this one."""
