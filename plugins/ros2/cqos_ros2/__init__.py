@@ -75,6 +75,7 @@ _INSERTERS = {
 _WRITTEN = (
     ("qos_overrides", "`qos_overrides` parameters, to start nodes with", ".yaml", ()),
     ("rosbag2_overrides", "QoS overrides of ros2 bag play or record", ".yaml", ("side=player|recorder",)),
+    ("nodl", "NoDL documents, the interface of each node", ".nodl.yaml", ()),
     ("fame", "a BPMN model in the form of FaMe modeler", ".bpmn", ()),
     ("rclpy", "Python code with a QoSProfile for each endpoint", ".py", ()),
     ("rclcpp", "a C++ header with an rclcpp::QoS for each endpoint", ".hpp", ()),
@@ -92,6 +93,7 @@ _CONFIGURED = (
     ("ros1_bridge", "Parameters of the parameter bridge of ros1_bridge", _YAML, "ros1_bridge"),
     ("domain_bridge", "Configurations of domain_bridge", _YAML, "domain_bridge"),
     ("zenoh_bridge", "Configurations of zenoh-bridge-ros2dds", (".json5", ".json", *_YAML), "zenoh_bridge"),
+    ("nodl", "NoDL documents, the interface of one node each", (".nodl.yaml",), "nodl"),
     ("ros2_model", "Component models of RosTooling", (".ros2",), "ros2_model"),
     ("fastdds", "XML profiles of Fast DDS, laid over nodes of ROS 2", (".xml",), "fastdds_xml"),
 )

@@ -187,6 +187,13 @@ CONFIGURED: Final = (
         "It is passed over. If it is misspelt, RosTooling does not read it either.",
     ),
     CodeInfo(
+        "ROS956",
+        "nodl-part-not-read",
+        "warning",
+        "A NoDL document has a part that C-QoS does not read.",
+        "The tools of NoDL refuse it, or it stands in another document. What it would have stated is not known.",
+    ),
+    CodeInfo(
         "ROS960",
         "fastdds-elements-not-read",
         "note",

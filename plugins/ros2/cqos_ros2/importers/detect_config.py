@@ -33,6 +33,7 @@ _TOPICS: Final = _key("topics", _TOP)
 _TOPIC: Final = _key("topic")
 _QUEUE: Final = _key("queue_size")
 _BRIDGED: Final = _key("topics|services|actions", _TOP)
+_NODL: Final = _key("nodl_version", "")
 _DOMAINS: Final = _key("from_domain|to_domain")
 _ROOT: Final = re.compile(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
 _OMG: Final = re.compile(
@@ -87,6 +88,11 @@ def claims_zenoh_bridge(name: str, head: bytes) -> bool:
         return False
     text = _BESIDE_COMMENTS.sub(r"\1", head_text(head))
     return all(key.search(text) for key in _ZENOH_KEYS)
+
+
+def claims_nodl(name: str, head: bytes) -> bool:
+    """Say whether this is a NoDL document, by its ending or its obligatory key."""
+    return name.lower().endswith(".nodl.yaml") or _NODL.search(_yaml(name, head)) is not None
 
 
 def claims_ros2_model(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims

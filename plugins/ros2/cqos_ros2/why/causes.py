@@ -13,6 +13,7 @@ from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.nodes import form
 from cqos_ros2.types import full_type_name
+from cqos_ros2.why.interfaces import LOOPBACK
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,8 +22,11 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved
+    from cqos_ros2.why.security import Access
     from cqos_ros2.workspace.joining import Join
 
+MIDDLEWARE_FILES: Final = ("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+"""Variables that name the configuration of a middleware."""
 _QUOTED: Final = re.compile(r"`([^`]+)`")
 State = Literal["found", "excluded", "not known"]
 
@@ -37,6 +41,8 @@ class Evidence(NamedTuple):
         environment: variables that the launch or the caller states.
         said: what logs say about the topic.
         join: of a workspace; None: no launch was read.
+        access: what a keystore says of the topic; None: no keystore was read.
+        interfaces: those that the configuration of the middleware names, by variable; None: it was not read.
     """
 
     topic: str
@@ -47,6 +53,8 @@ class Evidence(NamedTuple):
     environment: Mapping[str, str]
     said: Sequence[Occurrence]
     join: Join | None
+    access: Access | None
+    interfaces: Mapping[str, Sequence[str] | None]
 
     @property
     def both(self) -> bool:
@@ -218,6 +226,55 @@ def _variable(name: str, silent: Mapping[str, str], harmless: Iterable[str] = ()
     return look
 
 
+def _interfaces(seen: Evidence) -> Answer:
+    """Say whether the middleware uses the loopback interface only."""
+    for name, found in seen.interfaces.items():
+        if found and LOOPBACK.issuperset(found):
+            return Answer(
+                "found", f"{name} names {_listed(found)} only: {_ELSEWHERE}", f"unset {name}  # on both machines"
+            )
+        if found:
+            return Answer("not known", f"{name} names {_listed(found)}", "ip address  # on both machines")
+    if seen.interfaces and all(found is not None for found in seen.interfaces.values()):
+        return Answer("excluded", f"{_listed(seen.interfaces)} names no interface")
+    if seen.interfaces:
+        name = next(iter(seen.interfaces))
+        return Answer("not known", f"{name} is not read", f"--define {name}=FILE")
+    if all(seen.environment.get(name) == "" for name in MIDDLEWARE_FILES):
+        return Answer("excluded", "no configuration of the middleware is used")
+    return Answer("not known", "CYCLONEDDS_URI is not stated", f"printenv {' '.join(MIDDLEWARE_FILES)}")
+
+
+_VERBS: Final = {"publish": "publish", "subscribe": "subscribe to"}
+
+
+def _security(seen: Evidence) -> Answer:
+    """Say whether access control refuses the topic to programs."""
+    enabled = seen.environment.get("ROS_SECURITY_ENABLE")
+    if enabled is not None and enabled.lower() != "true":
+        return Answer("excluded", f"ROS_SECURITY_ENABLE={enabled or '(empty)'} switches security off")
+    found = seen.access
+    if found is None or not found.enclaves:
+        text = "no keystore was read" if found is None else "the keystore has no permissions"
+        return Answer("not known", text, "printenv ROS_SECURITY_ENABLE ROS_SECURITY_KEYSTORE  # then --keystore DIR")
+    guarded = [each for each in found.refused if found.guarded.get(each, True)]
+    if not guarded:
+        return Answer("excluded", "the governance protects neither side of this topic")
+    for direction in guarded:
+        if len(found.refused[direction]) == len(found.enclaves):
+            text = f"no enclave may {_VERBS[direction]} it: {_listed(found.enclaves)}"
+            return Answer(
+                "found", text, f"allow to {_VERBS[direction]} `rt{seen.topic}` in permissions.xml, and sign it"
+            )
+    refused = {direction: found.refused[direction] for direction in guarded if found.refused[direction]}
+    if not refused:
+        return Answer("excluded", f"all enclaves may publish it and subscribe to it: {_listed(found.enclaves)}")
+    text = " and ".join(f"{_listed(names)} may not {_VERBS[direction]} it" for direction, names in refused.items())
+    return Answer(
+        "not known", f"which enclave a program uses is not stated; {text}", "ros2 node info NODE  # and its --enclave"
+    )
+
+
 def _lifecycle(seen: Evidence) -> Answer:
     inactive = [each for each in seen.system.notes if each.code == "ROS976"]
     owners = {each.participant.participant.id for side in seen.ends.values() for each in side}
@@ -291,5 +348,6 @@ CAUSES: Final = (
     Cause("static peers", _variable("ROS_STATIC_PEERS", {}, ("",))),
     Cause("localhost only", _variable("ROS_LOCALHOST_ONLY", {"1": _ELSEWHERE}, ("0", ""))),
     Cause("discovery server", _variable("ROS_DISCOVERY_SERVER", {}, ("",))),
-    Cause("network interfaces", _variable("CYCLONEDDS_URI", {}, ("",))),
+    Cause("network interfaces", _interfaces),
+    Cause("security", _security),
 )

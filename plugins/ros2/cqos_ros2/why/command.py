@@ -27,6 +27,7 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 @click.argument("topic")
 @click.argument("paths", nargs=-1, required=True, metavar="FILE...")
 @click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
+@click.option("--keystore", metavar="DIR", help="Also read governance.xml and permissions.xml of a keystore of SROS 2.")
 @reading_options
 @form_option
 @color_option
@@ -38,6 +39,7 @@ def why(
     topic: str,
     paths: tuple[str, ...],
     log: str | None,
+    keystore: str | None,
     reading: ReadingOptions,
     form: str,
     color: str,
@@ -57,7 +59,7 @@ def why(
 
     reader = prepare(reading, paths)
     system, _ = reader.one(paths, color)
-    seen = evidence(topic, system, reader, paths, log)
+    seen = evidence(topic, system, reader, paths, log, keystore)
     found = [(cause, cause.look(seen)) for cause in CAUSES]
     if form == "json":
         causes = [{"cause": cause.name, **answer._asdict()} for cause, answer in found]

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
+from cqos_core.model.problems import InputError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.logs import misfits
 from cqos_ros2.logs import read_line
-from cqos_ros2.why.causes import Evidence
+from cqos_ros2.why.causes import MIDDLEWARE_FILES, Evidence
+from cqos_ros2.why.interfaces import interfaces_of
+from cqos_ros2.why.security import access
 from cqos_ros2.workspace.importer import IMPORTER, LAUNCH, joined
 
 if TYPE_CHECKING:
@@ -24,20 +27,23 @@ if TYPE_CHECKING:
     from cqos_ros2.workspace.joining import Join
 
 
-def evidence(topic: str, system: System, reader: InputReader, paths: Sequence[str], log: str | None) -> Evidence:
+def evidence(
+    topic: str, system: System, reader: InputReader, paths: Sequence[str], log: str | None, keystore: str | None = None
+) -> Evidence:
     """Return what was read about a topic.
 
     Raises:
-        InputError: the log cannot be read.
+        InputError: the log or a file of the keystore cannot be read.
     """
     full = topic if topic.startswith("/") else f"/{topic}"
     resolved = [each for each in endpoints_of(system, reader.context) if each.pack.id == "ros2"]
     sides = {role: [each for each in resolved if each.role == role] for role in (PUBLISHER, SUBSCRIBER)}
     join = _join(reader, paths)
-    environment = {each.name: each.value for each in reader.options.variables}
+    given = {each.name: each.value for each in reader.options.variables}
+    environment = given
     if join is not None:
         stated = {name: value for name, value in join.launched.variables.items() if isinstance(value, str)}
-        environment = {**stated, **environment}
+        environment = {**stated, **given}
     return Evidence(
         full,
         system,
@@ -47,7 +53,23 @@ def evidence(topic: str, system: System, reader: InputReader, paths: Sequence[st
         environment,
         _said(log, full),
         join,
+        None if keystore is None else access(Path(keystore), full),
+        {
+            name: _interfaces(environment[name], given=name in given)
+            for name in MIDDLEWARE_FILES
+            if environment.get(name)
+        },
     )
+
+
+def _interfaces(text: str, *, given: bool) -> list[str] | None:
+    """Return the interfaces that a configuration names; None where it is not read, as a file that only a launch file names."""
+    if not given and not text.lstrip().startswith("<"):
+        return None
+    try:
+        return interfaces_of(text)
+    except InputError:
+        return None
 
 
 def _join(reader: InputReader, paths: Sequence[str]) -> Join | None:

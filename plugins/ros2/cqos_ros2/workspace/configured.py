@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
-from cqos_ros2.importers import gz_bridge, rviz
+from cqos_ros2.importers import gz_bridge, nodl, rviz
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import Filled
@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     from cqos_ros2.nodes.filling import FilledNode
     from cqos_ros2.workspace.placing import Placed
 
-_READERS: Final = {"rviz": rviz.read, "gz_bridge": gz_bridge.read}
+_READERS: Final = {"rviz": rviz.read, "gz_bridge": gz_bridge.read, "nodl": nodl.read}
 _DIRECTIONS: Final = {
     ("message", PUBLISHER): "publishes",
     ("message", SUBSCRIBER): "subscribes",
     ("service_server", SUBSCRIBER): "serves",
+    ("service_client", PUBLISHER): "calls",
+    ("action_server", SUBSCRIBER): "action_servers",
+    ("action_client", PUBLISHER): "action_clients",
 }
 _WORD: Final = re.compile(r"(?P<topic>[^@\[\]]+)@(?P<type>[^@\[\]]+)(?:(?P<way>[@\[\]])(?P<gz>.*))?")
 _WAYS: Final = {"@": ("publishes", "subscribes"), "[": ("publishes",), "]": ("subscribes",)}
@@ -41,7 +44,10 @@ _OVERRIDABLE: Final = {
 
 def add_configured(placed: Placed, result: FilledNode, launched: Launched, workspace: Workspace) -> None:
     """Add the endpoints that a file or the command line of a node states."""
-    kind = placed.facts.get(form.CONFIGURED_BY) if placed.facts is not None else None
+    if placed.facts is None:
+        _nodl(placed, result, launched, workspace)
+        return
+    kind = placed.facts.get(form.CONFIGURED_BY)
     if kind == "rviz":
         words = placed.instance.arguments
         path = next((words[n + 1] for n, word in enumerate(words[:-1]) if word in {"-d", "--display-config"}), None)
@@ -62,6 +68,20 @@ def add_configured(placed: Placed, result: FilledNode, launched: Launched, works
         add_controllers(placed, result, launched)
     elif kind == "ros2_control_spawner":
         add_manager(placed, result, launched)
+
+
+def _nodl(placed: Placed, result: FilledNode, launched: Launched, workspace: Workspace) -> None:
+    """Add what the NoDL document of a node says: the file `EXECUTABLE.nodl.yaml` of its package, where no node file is."""
+    package, name = placed.instance.package, f"{placed.instance.executable}{nodl.ENDING}"
+    if placed.inner or not isinstance(package, str) or package not in workspace.packages:
+        return
+    found = workspace.files_of(package).get(name, ())
+    if len(found) != 1:
+        return
+    if isinstance(placed.instance.name, str) and placed.instance.name:
+        _file("nodl", found[0], placed, result, launched, workspace)
+    else:
+        result.gaps.append(Unknown("the launch states no name, and neither does its NoDL document", placed.place))
 
 
 def _file(

@@ -195,7 +195,7 @@ def _missing_includes(found: Join) -> bool:
 
 
 def _not_known(found: Join) -> Iterator[ImportNote]:
-    opaque = [node for node in found.nodes if node.placed.facts is None]
+    opaque = [node for node in found.nodes if node.placed.facts is None and not node.endpoints]
     if opaque:
         names = [f"`{each.placed.address}` ({each.placed.cause})" for each in opaque]
         message = f"nothing is known of the endpoints of {plural(len(opaque), 'node')}: {_few_texts(names)}"

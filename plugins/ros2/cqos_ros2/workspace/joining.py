@@ -73,7 +73,8 @@ class JoinedNode:
     @property
     def opaque(self) -> bool:
         """Whether nothing is known of its endpoints, so that it may be the partner of any other."""
-        return self.placed.facts is None or (bool(self.filled.gaps) and not self.endpoints and not self.filled.inside)
+        unknown = self.placed.facts is None or bool(self.filled.gaps)
+        return unknown and not self.endpoints and not self.filled.inside
 
 
 @dataclass(slots=True)

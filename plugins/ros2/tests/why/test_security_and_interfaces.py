@@ -1,0 +1,100 @@
+"""`cqos why` on keystores of SROS 2 and on the interfaces of a middleware."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.command import run
+
+SYSTEM = """cqos: 1
+protocol: ros2
+participants:
+  lidar: {publishes: {/scan: {type: sensor_msgs/msg/LaserScan}}}
+  viewer: {subscribes: {/scan: {type: sensor_msgs/msg/LaserScan}}}
+"""
+GOVERNANCE = """<dds><domain_access_rules><domain_rule><topic_access_rules>
+  <topic_rule><topic_expression>{topic}</topic_expression>
+    <enable_read_access_control>{guarded}</enable_read_access_control>
+    <enable_write_access_control>{guarded}</enable_write_access_control></topic_rule>
+</topic_access_rules></domain_rule></domain_access_rules></dds>
+"""
+PERMISSIONS = """<dds><permissions><grant name="x">{rules}<default>{default}</default></grant></permissions></dds>
+"""
+RULE = "<{kind}_rule><{way}><topics><topic>{topic}</topic></topics></{way}></{kind}_rule>"
+PUBLISH = RULE.format(kind="allow", way="publish", topic="rt/scan")
+SUBSCRIBE = RULE.format(kind="allow", way="subscribe", topic="rt/s*")
+
+
+def asked(folder, *arguments):
+    (folder / "system.yaml").write_text(SYSTEM)
+    done = run(["why", "/scan", "system.yaml", *arguments, "--format", "json"], folder)
+    assert done.out, done.err
+    return {each["cause"]: each for each in json.loads(done.out)["causes"]}
+
+
+def keystore(folder, guarded="true", topic="*", **permissions):
+    root = folder / "keystore" / "enclaves"
+    root.mkdir(parents=True)
+    (root / "governance.xml").write_text(GOVERNANCE.format(guarded=guarded, topic=topic))
+    for name, (rules, default) in permissions.items():
+        (root / name).mkdir()
+        (root / name / "permissions.xml").write_text(PERMISSIONS.format(rules=rules, default=default))
+    return ("--keystore", "keystore")
+
+
+@pytest.mark.parametrize(
+    ("made", "state", "text"),
+    [
+        ({"lidar": (PUBLISH, "DENY"), "viewer": (PUBLISH, "DENY")}, "found", "no enclave may subscribe to it: `/lidar`, `/viewer`"),
+        ({"lidar": (PUBLISH, "DENY"), "viewer": (SUBSCRIBE, "DENY")}, "not known", "`/viewer` may not publish it and `/lidar` may not subscribe to it"),
+        ({"all": (PUBLISH + SUBSCRIBE, "DENY")}, "excluded", "all enclaves may publish it and subscribe to it: `/all`"),
+        ({"all": (PUBLISH.replace("allow", "deny"), "ALLOW")}, "found", "no enclave may publish it: `/all`"),
+        ({"guarded": "false", "all": ("", "DENY")}, "excluded", "the governance protects neither side of this topic"),
+        ({"guarded": "false", "topic": "rt/other", "all": ("", "DENY")}, "found", "no enclave may publish it: `/all`"),
+        ({}, "not known", "the keystore has no permissions"),
+    ],
+)  # fmt: skip
+def test_permissions_of_enclaves_decide(tmp_path, made, state, text):
+    answer = asked(tmp_path, *keystore(tmp_path, **made))["security"]
+    assert answer["state"] == state
+    assert text in answer["text"]
+
+
+def test_without_security_no_keystore_counts(tmp_path):
+    found = keystore(tmp_path, all=("", "DENY"))
+    answer = asked(tmp_path, *found, "--define", "ROS_SECURITY_ENABLE=false")["security"]
+    assert answer["state"] == "excluded"
+
+
+def test_a_keystore_that_is_no_xml_ends_with_its_place(tmp_path):
+    keystore(tmp_path, all=("", "DENY"))
+    (tmp_path / "keystore/enclaves/all/permissions.xml").write_text("<dds>")
+    (tmp_path / "system.yaml").write_text(SYSTEM)
+    done = run(["why", "/scan", "system.yaml", "--keystore", "keystore"], tmp_path)
+    assert done.code == 2
+    assert "permissions.xml:1" in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "state", "text"),
+    [
+        ("CYCLONEDDS_URI", '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo"/></Interfaces></General></Domain></CycloneDDS>', "found", "`lo` only"),
+        ("CYCLONEDDS_URI", "<CycloneDDS><General><NetworkInterfaceAddress>eth0</NetworkInterfaceAddress></General></CycloneDDS>", "not known", "names `eth0`"),
+        ("CYCLONEDDS_URI", "<CycloneDDS><General/></CycloneDDS>", "excluded", "names no interface"),
+        ("FASTDDS_DEFAULT_PROFILES_FILE", "<profiles><transport_descriptor><interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList></transport_descriptor></profiles>", "found", "`127.0.0.1` only"),
+    ],
+)  # fmt: skip
+def test_the_interfaces_of_a_middleware(tmp_path, name, content, state, text):
+    (tmp_path / "own.xml").write_text(content)
+    for value in ("own.xml", *([content] if name == "CYCLONEDDS_URI" else [])):
+        answer = asked(tmp_path, "--define", f"{name}={value}")["network interfaces"]
+        assert answer["state"] == state
+        assert text in answer["text"]
+
+
+def test_a_configuration_that_is_not_there_is_not_known(tmp_path):
+    answer = asked(tmp_path, "--define", "CYCLONEDDS_URI=file:///nowhere.xml")["network interfaces"]
+    assert (answer["state"], answer["text"]) == ("not known", "CYCLONEDDS_URI is not read")
