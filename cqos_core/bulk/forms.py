@@ -76,11 +76,25 @@ class Answer(NamedTuple):
 
 
 class RuleForm(NamedTuple):
-    """A rule in a form for columns: where it reports for certain, and where it cannot be decided and says so."""
+    """A rule in a form for columns: where it reports for certain, and where it surely has nothing to say.
+
+    The second also holds for the extremes of several endpoints where it holds for each of them.
+    """
 
     bound: BoundRule
     reports: Form
-    unknown: Form
+    quiet: Form
+
+    @property
+    def unknown(self) -> Form:
+        """Where it cannot be decided and says so."""
+        if self.bound.rule.kind != "requires":
+            return FALSE
+        return joined("and", (negated(self.reports), negated(self.quiet)))
+
+    def columns(self) -> set[Column]:
+        """Return the columns that it reads."""
+        return {*self.reports.columns(), *self.quiet.columns()}
 
 
 class NoFormError(Exception):
@@ -118,13 +132,11 @@ def form_of(bound: BoundRule) -> RuleForm:
         NoFormError: some part of its condition has none.
     """
     holds, fails = _Writer(bound.bound.vocabulary).condition(bound.bound.condition)
-    kind = bound.rule.kind
-    reports = holds if kind == "forbids" else fails
-    unknown = joined("and", (negated(holds), negated(fails))) if kind == "requires" else FALSE
-    if kind == "requires" and bound.scope == "pair" and not bound.rule.guarantee:
-        matched = negated(joined("or", _unmatched(bound)))
-        reports, unknown = joined("and", (reports, matched)), joined("and", (unknown, matched))
-    return RuleForm(bound, reports, unknown)
+    if bound.rule.kind == "forbids":
+        return RuleForm(bound, holds, fails)
+    unmatched = _unmatched(bound) if bound.scope == "pair" and bound.rule.kind == "requires" else ()
+    passed = FALSE if bound.rule.guarantee else joined("or", unmatched)
+    return RuleForm(bound, joined("and", (fails, negated(passed))), joined("or", (holds, passed)))
 
 
 def forms_of(rules: Iterable[BoundRule]) -> tuple[list[RuleForm], list[tuple[BoundRule, str]]]:
@@ -144,7 +156,7 @@ def _unmatched(bound: BoundRule) -> Iterator[Form]:
     for index in dict.fromkeys(use.index for use in bound.bound.uses):
         if any(UNMATCHED in treated.values() for treated in policies[index].enforced.values()):
             for second in (False, True):
-                yield _compare("==", Form("column", (Column(second, index, "unmatched"),)), Form("constant", (1,)))
+                yield compared("==", Form("column", (Column(second, index, "unmatched"),)), Form("constant", (1,)))
 
 
 def spans(
@@ -182,7 +194,8 @@ def whole(domain: Domain) -> tuple[int, int] | tuple[str, str]:
     return (domain.lowest, domain.highest) if domain.ordered or domain.candidates() else UNKNOWN_TEXT
 
 
-def _compare(op: str, left: Form, right: Form) -> Form:
+def compared(op: str, left: Form, right: Form) -> Form:
+    """Return a comparison of two values: ``<``, ``<=`` or ``==``."""
     if left.op == right.op == "constant":
         (one,), (other,) = left.args, right.args
         return TRUE if {"<": one < other, "<=": one <= other, "==": one == other}[op] else FALSE
@@ -195,13 +208,13 @@ def _compared(op: str, left: _Span, right: _Span, *, numbers: bool) -> Answer:
     if op in {">", ">="}:
         return _compared("<" if op == ">" else "<=", right, left, numbers=numbers)
     if op in {"<", "<="}:
-        return Answer(_compare(op, high, least), negated(_compare(op, low, most)))
+        return Answer(compared(op, high, least), negated(compared(op, low, most)))
     if numbers:
-        same = joined("and", (_compare("==", low, most), _compare("==", high, least)))
-        apart = joined("or", (_compare("<", high, least), _compare("<", most, low)))
+        same = joined("and", (compared("==", low, most), compared("==", high, least)))
+        apart = joined("or", (compared("<", high, least), compared("<", most, low)))
     else:
-        known = [_compare("==", *span) for span in (left, right)]
-        equal = _compare("==", low, least)
+        known = [compared("==", *span) for span in (left, right)]
+        equal = compared("==", low, least)
         same, apart = joined("and", (*known, equal)), joined("and", (*known, negated(equal)))
     return Answer(same, apart) if op == "==" else Answer(apart, same)
 
@@ -253,7 +266,7 @@ class _Writer:
     def matches(self, text: Node, pattern: str) -> Answer:
         """Write whether a text matches a shell pattern."""
         least, most = self.operand(text, None)
-        known, found = _compare("==", least, most), Form("matches", (least, Form("constant", (pattern,))))
+        known, found = compared("==", least, most), Form("matches", (least, Form("constant", (pattern,))))
         return Answer(joined("and", (known, found)), joined("and", (known, negated(found))))
 
     def contained(self, node: Test) -> Answer:
@@ -267,7 +280,7 @@ class _Writer:
             runs = _runs(sorted({least.args[0] for least, _ in listed}))
             found = [
                 joined(
-                    "and", (_compare("<=", _constant(low)[0], sought[0]), _compare("<=", sought[1], _constant(high)[0]))
+                    "and", (compared("<=", _constant(low)[0], sought[0]), compared("<=", sought[1], _constant(high)[0]))
                 )
                 for low, high in runs
             ]
@@ -301,7 +314,7 @@ class _Writer:
         least, most = _columns(second, index)
         if term.scope == "option":
             ends = zip((least, most), _columns(True, index), strict=True)
-            alike = joined("and", (_compare("==", one, other) for one, other in ends))
+            alike = joined("and", (compared("==", one, other) for one, other in ends))
             least, most = (
                 Form("if", (alike, end, Form("constant", (bound,))))
                 for end, bound in zip((least, most), whole(domain), strict=True)

@@ -85,6 +85,8 @@ class Meeting:
             same topic; set where that is so.
         one_way: values of a subscriber, by policy, under which several ways to it bring nothing twice, because it takes what
             comes over one of them (exclusive ownership) or another one gets the rest (a shared subscription).
+        plain: a regular expression for names that are the form endpoints meet on for any participant, and about which no rule over
+            topics reports; empty: no name is.
         described: one sentence for docs and packs listings.
     """
 
@@ -99,6 +101,7 @@ class Meeting:
     match: Callable[[Collection[str], Collection[str]], Iterable[tuple[str, str]]] | None = None
     overlapping: str = ""
     one_way: Mapping[str, str] = field(default_factory=dict)
+    plain: str = ""
     described: str = "endpoints on the same topic name"
 
 

@@ -67,6 +67,7 @@ PACK: Final = RulePack(
     conventions=CONVENTIONS,
     functions=FUNCTIONS,
     meeting=Meeting(
+        plain="/?[A-Za-z][A-Za-z0-9_/]*",
         one_way={"ownership": "exclusive"},
         described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
         "in common",

@@ -58,6 +58,7 @@ _RAW: Final = RulePack(
         interfaces.expand,
         names.address,
         names.covers,
+        plain="(?:/[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)+",
         folds=(
             ("differ only in upper and lower case", str.casefold),
             ("differ only in their namespace", names.without_namespace),

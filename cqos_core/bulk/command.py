@@ -1,0 +1,108 @@
+"""``cqos audit``: the check of a table of endpoints."""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import os
+import sys
+from pathlib import Path
+from typing import Final
+
+import click
+
+from cqos_core.model.problems import CqosError
+from cqos_core.model.system import Setting
+
+_ORDER: Final = ("note", "warning", "error")
+
+
+@click.command()
+@click.argument("source")
+@click.option("--table", default="endpoints", show_default=True, help="The table of a database.")
+@click.option("--protocol", metavar="ID", help="The rule pack of rows that state no protocol.")
+@click.option(
+    "--option", "options", metavar="PACK.NAME=VALUE", multiple=True, help="An option of a pack. Can be repeated."
+)
+@click.option("--skip", metavar="COLUMN", multiple=True, help="Leave out a column. Can be repeated.")
+@click.option(
+    "--severity",
+    type=click.Choice(["error", "warning", "note"]),
+    default="warning",
+    show_default=True,
+    help="The least severity that is reported.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(["error", "warning", "note"]),
+    default="error",
+    show_default=True,
+    help="Exit with 1 on findings of this severity or worse.",
+)
+@click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", help="For people or programs.")
+@click.option("--output", type=click.Path(path_type=Path), help="Also write all findings to this Parquet file.")
+@click.option(
+    "--work", type=click.Path(path_type=Path), help="Keep stages in this folder; the next run goes on from there."
+)
+@click.option("--memory", default="", metavar="SIZE", help="The most memory that DuckDB uses, such as 4GB.")
+@click.option("--engine", type=click.Choice(["duckdb", "polars"]), default="duckdb", show_default=True)
+@click.option("--spark", default="", metavar="URL", help="Run on this Spark cluster, such as spark://host:7077.")
+@click.pass_context
+def audit(
+    ctx: click.Context, /, *, source: str, options: tuple[str, ...], form: str, fail_on: str, **given: object
+) -> None:
+    """Check the endpoints of a whole fleet, from a table.
+
+    SOURCE is a file (.parquet, .csv, .ndjson), a DuckDB database (.duckdb), or with --spark also a table of the cluster. It has a row
+    for each endpoint, with the columns role and topic; others are protocol, participant, type, profile, system, version, and one for
+    each setting.
+
+    \b
+    Examples:
+      cqos audit endpoints.parquet --protocol ros2
+      cqos audit fleet.duckdb --output findings.parquet
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    lacking = [name for name in ("narwhals", "duckdb", "pyarrow") if importlib.util.find_spec(name) is None]
+    if lacking:
+        raise CqosError(f"`cqos audit` needs {', '.join(lacking)}: pip install 'cqos[bulk]'")
+    if given["spark"] and importlib.util.find_spec("pyspark") is None:
+        raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
+    from cqos_core.bulk.fleet import Wanted, as_json, as_text, run_audit
+    from cqos_core.matching.pipeline import context
+
+    atexit.register(_end_quietly)
+    where = context()
+    wanted = Wanted(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
+    done = iter(range(1, 1_000_000))
+
+    def step(what: str) -> None:
+        if sys.stderr.isatty():
+            click.echo(f"\r\033[K[{next(done)}] {what}", err=True, nl=False)
+
+    result = run_audit(wanted, where, step)
+    if sys.stderr.isatty():
+        click.echo("\r\033[K", err=True, nl=False)
+    click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
+    pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
+    bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)
+    if bad or not pairs:
+        ctx.exit(1)
+
+
+def _options(given: tuple[str, ...]) -> dict[str, dict[str, Setting]]:
+    found: dict[str, dict[str, Setting]] = {}
+    for each in given:
+        name, equals, value = each.partition("=")
+        pack, dot, option = name.partition(".")
+        if not (equals and dot and pack and option):
+            raise click.BadParameter(f"`{each}`, expected PACK.NAME=VALUE", param_hint="'--option'")
+        found.setdefault(pack, {})[option] = Setting(value)
+    return found
+
+
+def _end_quietly() -> None:
+    """Keep away what DuckDB 2.0 writes to standard error when Python ends: objects that its binding did not free."""
+    sys.stderr.flush()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    os.close(nowhere)

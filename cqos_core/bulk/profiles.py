@@ -1,0 +1,124 @@
+"""Distinct settings become profiles, each resolved once, by the pack."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.matching.judge import ask, judge_endpoint
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.resolving.resolve import Resolver
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_core.matching.pipeline import Context
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import Resolved
+
+SEVERITIES: Final = ("error", "warning", "note")
+NO_SETTINGS: Final = ("id", "system", "version", "role", "protocol", "participant", "topic", "type", "profile")
+"""Columns that are no settings."""
+
+
+class Remark(NamedTuple):
+    """What a rule, or reading the settings, says of a profile by itself."""
+
+    code: str
+    severity: str
+    message: str
+
+
+class Known(NamedTuple):
+    """A profile: a representative endpoint of it, findings about it alone, and the texts that gave it."""
+
+    resolved: Resolved
+    version: str
+    remarks: tuple[Remark, ...]
+    texts: Mapping[str, str]
+
+
+class Profiles:
+    """The distinct profiles of one protocol; the number of one is its position in ``known``."""
+
+    def __init__(self, pack: RulePack, where: Context, severity: str, options: Mapping[str, Setting]) -> None:
+        """Begin without any; rules below ``severity`` are not asked."""
+        self.pack, self.where, self.options = pack, where, options
+        self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
+        self.known: list[Known] = []
+        self._numbers: dict[tuple[object, ...], int] = {}
+
+    def add(self, rows: Sequence[Mapping[str, str]]) -> list[tuple[int, str | None]]:
+        """Resolve rows of texts; return for each the number of its profile, and the name on which its topic matches.
+
+        Args:
+            rows: with ``role``, ``topic``, ``participant``, ``version``, and a text by column of a setting; empty: not stated.
+        """
+        systems: dict[tuple[tuple[str, str], ...], list[int]] = {}
+        for at, row in enumerate(rows):
+            systems.setdefault(tuple(self._settings(row, owned=True).items()), []).append(at)
+        found: dict[int, tuple[int, str | None]] = {}
+        for owned, positions in systems.items():
+            found |= self._resolve(dict(owned), {at: rows[at] for at in positions})
+        return [found[at] for at in range(len(rows))]
+
+    def _settings(self, row: Mapping[str, str], *, owned: bool) -> dict[str, str]:
+        """Return the settings of an endpoint, or of its participant."""
+        stated = {name: text for name, text in row.items() if text and name not in NO_SETTINGS}
+        return {name: text for name, text in stated.items() if (self.pack.find("endpoint", name) is None) is owned}
+
+    def _resolve(
+        self, owned: Mapping[str, str], rows: Mapping[int, Mapping[str, str]]
+    ) -> dict[int, tuple[int, str | None]]:
+        """Resolve rows whose participants state the same."""
+        system = System(protocol=self.pack.id)
+        system.options[self.pack.id] = dict(self.options)
+        for at, row in rows.items():
+            owner = row["participant"]
+            system.participants[owner] = Participant(owner, self.pack.id, {n: Setting(t) for n, t in owned.items()})
+            system.endpoints.append(
+                Endpoint(
+                    id=str(at),
+                    role=PUBLISHER if row["role"] == PUBLISHER else SUBSCRIBER,
+                    topic=row["topic"],
+                    participant=owner,
+                    settings={name: Setting(text) for name, text in self._settings(row, owned=False).items()},
+                    profiles=(ProfileRef(row["profile"]),) if row.get("profile") else (),
+                    type=row.get("type") or None,
+                )
+            )
+        resolver = Resolver(system, self.where.find_pack, self.pack.id, {}, self.where.known_packs, completed=True)
+        result = resolver.run()
+        said: dict[str, list[Remark]] = {each.id: [] for each in result.endpoints}
+        for finding in result.findings:
+            for member in {member for side in finding.sides for member in side.members}:
+                said.setdefault(member, []).append(Remark(finding.code, finding.severity.value, finding.message))
+        of_system = {each.code: Remark(each.code, each.severity.value, each.message) for each in result.findings}
+        numbered = {}
+        for (at, row), each in zip(rows.items(), result.endpoints, strict=True):
+            own = said[each.id]
+            own += (
+                of_system[code]
+                for code in each.profile.unread
+                if code in of_system and code not in {r.code for r in own}
+            )
+            numbered[at] = (self._number(each, row, own), each.key)
+        return numbered
+
+    def _number(self, each: Resolved, row: Mapping[str, str], said: Sequence[Remark]) -> int:
+        remarks = tuple(dict.fromkeys((*said, *self._of_one(each))))
+        key = (each.role, id(each.profile), row["version"], remarks)
+        number = self._numbers.setdefault(key, len(self.known))
+        if number == len(self.known):
+            self.known.append(Known(each, row["version"], remarks, row))
+        return number
+
+    def _of_one(self, each: Resolved) -> tuple[Remark, ...]:
+        """Return what rules say of one endpoint by itself, and of its participant."""
+        values = each.profile.values
+        spoken = [*judge_endpoint(each.profile, each.role, False)]
+        spoken += (said for bound in self.pack.beyond_topics if (said := ask(bound, values, values)) is not None)
+        return tuple(
+            Remark(one.bound.rule.code, one.bound.severity, one.bound.rule.because)
+            for one in spoken
+            if not one.unknown and one.bound.severity in self.severities
+        )

@@ -1,0 +1,108 @@
+"""``cqos audit`` says of a table what ``cqos check`` says of the same system."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cqos_core.matching.pipeline import context
+from cqos_core.plugins import load_plugins
+from tests.bulk.needed import needed
+from tests.bulk.random_fleet import said_by_check, write_fleet
+from tests.command import run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def audited(folder: Path, **wanted: Any) -> tuple[dict[str, int], Counter[tuple[str, str]]]:
+    """Return pairs by verdict, and pairs of findings by code and severity."""
+    for name in ("narwhals", "duckdb", "polars"):
+        needed(name)
+    parquet = needed("pyarrow.parquet") if needed("pyarrow") else None
+    from cqos_core.bulk.fleet import Wanted, run_audit
+
+    output = folder / "findings.parquet"
+    result = run_audit(Wanted(output=output, severity="note", **wanted), context())
+    found = Counter[tuple[str, str]]()
+    for row in parquet.read_table(output).to_pylist():
+        found[row["code"], row["severity"]] += row["pairs"]
+    return dict(result.totals), found
+
+
+@pytest.mark.parametrize(
+    ("protocol", "engine", "seed"), [("ros2", "duckdb", 1), ("ros2", "polars", 2), ("dds", "duckdb", 3)]
+)
+def test_an_audit_says_what_a_check_says(protocol, engine, seed, tmp_path):
+    path = tmp_path / "fleet.csv"
+    write_fleet(path, protocol, seed)
+    verdicts, findings = said_by_check(path, protocol)
+    totals, found = audited(tmp_path, path=str(path), engine=engine, protocol=protocol)
+    assert {name: totals.get(name, 0) for name in ("compatible", "incompatible", "unknown")} == {
+        name: verdicts[name] for name in ("compatible", "incompatible", "unknown")
+    }
+    assert found == findings
+    assert set(found) == set(findings)
+
+
+TABLE = """role,topic,reliability,version
+publisher,/a,best_effort,2
+publisher,/a,reliable,1
+subscriber,/a,reliable,1
+"""
+
+
+def test_pairs_between_versions_are_counted(tmp_path):
+    needed("duckdb")
+    (tmp_path / "fleet.csv").write_text(TABLE, "utf-8")
+    done = run(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
+    assert done.code == 1, done.err
+    found = json.loads(done.out)
+    (finding,) = found["findings"]
+    assert (finding["code"], finding["pairs"], finding["between_versions"]) == ("ROS101", 1, 1)
+    assert found["totals"]["compatible"] == 1
+
+
+def test_a_clean_fleet_is_one_line_and_goes_on_where_it_was(tmp_path):
+    needed("duckdb")
+    (tmp_path / "fleet.csv").write_text(TABLE.replace("best_effort", "reliable"), "utf-8")
+    arguments = ["audit", "fleet.csv", "--protocol", "ros2", "--work", "stages"]
+    for _ in range(2):
+        done = run(arguments, tmp_path)
+        assert done.code == 0, done.err
+        assert done.out == "3 endpoints, 1 topic, 3 profiles; pairs: 2 compatible, 0 incompatible, 0 unknown\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "arguments", "message"),
+    [
+        (TABLE, [], "no column `protocol`"),
+        (TABLE, ["--protocol", "rosy"], "no rule pack `rosy`"),
+        (TABLE, ["--protocol", "mqtt"], "cqos check"),
+        (TABLE.replace("reliability", "reliabilty"), ["--protocol", "ros2"], "did you mean `reliability`"),
+        (TABLE.replace("subscriber", "subscribr"), ["--protocol", "ros2"], "role `subscribr`"),
+        ("topic\n/a\n", ["--protocol", "ros2"], "no column `role`"),
+    ],
+)
+def test_a_table_that_cannot_be_audited_is_refused(table, arguments, message, tmp_path):
+    needed("duckdb")
+    (tmp_path / "fleet.csv").write_text(table, "utf-8")
+    done = run(["audit", "fleet.csv", *arguments], tmp_path)
+    assert done.code == 2
+    assert message in done.err
+
+
+@pytest.mark.parametrize("protocol", ["ros2", "dds"])
+def test_plain_names_are_what_endpoints_match_on(protocol):
+    import re
+
+    from cqos_core.packs.meeting import NameContext
+
+    pack = load_plugins().pack(protocol)
+    for name in ("/a", "/robot_1/scan", "/a/b_c/d", "Square", "a", "/a__b", "/_a", "/1a", "/a/", "~/x", "a b"):
+        if re.fullmatch(pack.meeting.plain, name):
+            named = pack.meeting.resolve(name, NameContext("/ns/node", None, {}, {}, "message", "yaml", "publisher"))
+            assert (named.key, named.problems) == (name, ())
