@@ -21,6 +21,7 @@ from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, meets, requires
 from cqos_core.packs.validation import KEPT
+from cqos_core.plugins import load_plugins
 from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
 from tests.worlds import checked as check_parts
 
@@ -53,6 +54,19 @@ def test_a_pack_describes_itself_for_machines():
     assert by_code["POST501"]["scope"] == "signal"
     assert described["presets"]["careful"] == {"care": "insured", "sealed": "true"}
     assert [policy["fact"] for policy in described["policies"] if policy["name"] == "stamp"] == [True]
+
+
+@pytest.mark.parametrize("name", sorted(load_plugins().packs))
+def test_the_packs_that_are_not_validated_at_each_start_are_well_formed(name):
+    pack = load_plugins().pack(name)
+    assert [replace(each, validated=False).id for each in (pack, *pack.variants.values())]
+
+
+def test_a_pack_that_says_it_is_validated_binds_its_rules_on_use():
+    care = RULES[0]
+    assert replace(POST, rules=(care, care), validated=True).policies == POST.policies
+    with pytest.raises(PackError):
+        replace(POST, rules=(care, care), validated=False)
 
 
 def test_every_rule_but_those_with_a_function_of_the_packs_own_has_a_column_form():

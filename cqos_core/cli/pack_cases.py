@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,7 +62,7 @@ def _pack(name: str) -> tuple[RulePack, Sequence[RulePack]]:
         installed = plugins.pack(name)
         if installed is None:
             raise click.UsageError(f"Rule pack `{name}` is installed and cannot be loaded; `cqos packs` says why.")
-        return installed, ()
+        return replace(installed, validated=False), ()
     (pack,) = packs = read_packs((name,))
     return pack, packs
 

@@ -79,16 +79,23 @@ class BoundRule:
             yield BoundRule(rule, bind(limited, self.bound.vocabulary), self.scope, self.role)
 
 
-def bound_rules(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[BoundRule]:
-    """Bind a rule, and add what is wrong with it to ``found``; none where it cannot be bound."""
-    at = ("rules", rule.code)
-    try:
-        judged = bind(rule.condition, vocabulary)
-    except ConditionError as error:
-        found.append(Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}"))
-        return []
+def bind_rule(rule: Rule, vocabulary: Vocabulary) -> BoundRule:
+    """Bind a rule.
+
+    Raises:
+        ConditionError: it cannot be bound.
+    """
     # A guarantee is one of pairs, even where it rests on one side alone.
     scope = "pair" if rule.guarantee else scope_of(rule.condition)
-    bound = BoundRule(rule, judged, scope, rule.role or role_of(rule.condition))
-    found += (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
-    return [bound]
+    return BoundRule(rule, bind(rule.condition, vocabulary), scope, rule.role or role_of(rule.condition))
+
+
+def mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
+    """Yield what is wrong with a rule."""
+    at = ("rules", rule.code)
+    try:
+        bound = bind_rule(rule, vocabulary)
+    except ConditionError as error:
+        yield Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}")
+    else:
+        yield from (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import io
-import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from dataclasses import replace
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _LONGEST: Final = 64 * 1024
 """Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""
-_ESCAPES: Final = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-Z\\^_])")
+_ESCAPES: Final = regular_expression(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-Z\\^_])")
 
 
 @dataclass(frozen=True, slots=True)

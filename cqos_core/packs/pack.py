@@ -14,7 +14,7 @@ from cqos_core.language.vocabulary import Function, Vocabulary
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
 from cqos_core.packs import catalogue
-from cqos_core.packs.bound_rule import BoundRule, bound_rules
+from cqos_core.packs.bound_rule import BoundRule, bind_rule, mistakes_of
 from cqos_core.packs.costs import Costs
 from cqos_core.packs.guarantee import WORDS, unstated
 from cqos_core.packs.meeting import Meeting, Wire
@@ -79,6 +79,7 @@ class RulePack:
         panel: how people see the settings.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
+        validated: whether its authors have it validated in their tests, so that a start need not.
     """
 
     id: str
@@ -109,34 +110,37 @@ class RulePack:
     panel: Panel = field(default_factory=Panel)
     groups: tuple[str, ...] = ()
     source: str = ""
+    validated: bool = False
 
     def __post_init__(self) -> None:
-        """Bind every rule and read every default, so that a mistake shows when the pack is loaded.
+        """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.
 
         Raises:
             PackError: naming every mistake found.
         """
+        if self.validated:
+            return
         found = list(mistakes(self))
-        bound = []
         try:
             for rule in sorted(self.rules, key=lambda rule: rule.code):
-                bound += bound_rules(rule, self.vocabulary, found)
+                found += mistakes_of(rule, self.vocabulary)
         except PackError as error:  # without distinct policies no condition can be parsed
             found.append(Mistake(("policies",), str(error)))
         if found:
             listed = "\n  ".join(mistake.message for mistake in found)
             raise PackError(f"rule pack `{self.id}` is not well formed:\n  {listed}", found)
-        object.__setattr__(self, "bound_rules", tuple(bound))
 
-    bound_rules: tuple[BoundRule, ...] = field(init=False, repr=False, default=())
+    @cached_property
+    def bound_rules(self) -> tuple[BoundRule, ...]:
+        """The rules by code, bound to the policies."""
+        return tuple(bind_rule(rule, self.vocabulary) for rule in sorted(self.rules, key=lambda rule: rule.code))
 
     @cached_property
     def judging_rules(self) -> tuple[BoundRule, ...]:
         """The rules by severity, and those that leave a guarantee open under a fault that the pack does not cover."""
-        found: list[Mistake] = []
-        derived = (bound_rules(rule, self.vocabulary, found) for rule in unstated(self.rules, self.unaffected))
+        derived = (bind_rule(rule, self.vocabulary) for rule in unstated(self.rules, self.unaffected))
         stated = (each for bound in self.bound_rules for each in bound.by_severity())
-        return (*stated, *(bound for rules in derived for bound in rules))
+        return (*stated, *derived)
 
     @cached_property
     def vocabulary(self) -> Vocabulary:

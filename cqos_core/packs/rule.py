@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition
@@ -17,8 +17,8 @@ Kind = Literal["requires", "forbids", "meets"]
 SeverityName = Literal["error", "warning", "note"]
 SEVERITIES: Final = ("error", "warning", "note")
 
-_CODE: Final = re.compile(r"[A-Z]{2,8}\d{3}")
-_NAME: Final = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+_CODE: Final = regular_expression(r"[A-Z]{2,8}\d{3}")
+_NAME: Final = regular_expression(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUN
 from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, PerRole
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.panel import values_of
 from cqos_core.packs.rule import SEVERITIES
@@ -150,7 +151,7 @@ KEPT: Final = {
     "broker": frozenset(("protocol", "profile")),
 }
 """By level, keys of the system file that mean something for every protocol, so that no policy can be set by them."""
-_NAME: Final = re.compile(r"[a-z_][a-z0-9_]*(\.[a-z_][a-z0-9_]*)*")
+_NAME: Final = regular_expression(r"[a-z_][a-z0-9_]*(\.[a-z_][a-z0-9_]*)*")
 
 
 def _names(pack: RulePack) -> Iterator[Mistake]:

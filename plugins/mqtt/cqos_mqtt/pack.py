@@ -96,4 +96,5 @@ PACK: Final = RulePack(
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     panel=PANEL,
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
+    validated=True,
 )
