@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from dataclasses import field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import BROKER, NEED
 from cqos_core.language.solve import turning_points
 from cqos_core.language.values import INFINITE, Depends, is_plain
 from cqos_core.matching.judge import ask
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import keep
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:
@@ -115,12 +116,40 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 @lru_cache(maxsize=_CACHE)
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
     """Return all guarantees with a rule in the pack, in the order of the words."""
-    rules = publisher.pack.guaranteed
-    return tuple(
-        _give(word, rules[name], publisher, subscriber)
-        for name, word in WORDS.items()
-        if name in rules and name in publisher.pack.needs
+    pack, found = publisher.pack, []
+    for name, word in WORDS.items():
+        if name not in pack.guaranteed or name not in pack.needs:
+            continue
+        # Pairs have values of their own, and most words read few of them.
+        first, second = _read(pack, name)
+        key = (
+            pack,
+            subscriber.pack,
+            name,
+            *[publisher.values[at] for at in first],
+            *[subscriber.values[at] for at in second],
+        )
+        given = _GIVEN.get(key)
+        if given is None:
+            given = _give(word, pack.guaranteed[name], publisher, subscriber)
+            keep(_GIVEN, key, given)
+        found.append(given)
+    return tuple(found)
+
+
+_GIVEN: Final[dict[tuple[Any, ...], DerivedGuarantees]] = {}
+
+
+@lru_cache(maxsize=_CACHE)
+def _read(pack: RulePack, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return where a guarantee looks at the values of a publisher, and of a subscriber whatever that needs."""
+    restarts, survives = (pack.vocabulary.indices[NEED, policy.name] for policy in (RESTARTS_IN, SURVIVES))
+    both = (restarts, *([] if (at := _implementation(pack)) is None else [at]))
+    first, second = (
+        {*both, *(at for rule in pack.guaranteed[word] for at in rule.bound.sides[side])} for side in (0, 1)
     )
+    asked = {survives, *(index for index, _ in pack.needs.values())}
+    return tuple(sorted(first)), tuple(sorted(second - asked))
 
 
 def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
@@ -152,15 +181,19 @@ def _evidence(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
     pack = publisher.pack
-    index = next(
-        (at for level in ("option", "broker") if (at := pack.find(level, pack.implementation_option)) is not None), None
-    )
+    index = _implementation(pack)
     if index is None:
         return (), ()
     of_pair = tuple(
         name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
     )
     return _evidence_on(pack, word.name, faults, of_pair)
+
+
+def _implementation(pack: RulePack) -> int | None:
+    """Return where the implementation stands on which an end runs."""
+    found = (pack.find(level, pack.implementation_option) for level in ("option", "broker"))
+    return next((at for at in found if at is not None), None)
 
 
 @lru_cache(maxsize=_CACHE)
