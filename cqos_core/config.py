@@ -24,6 +24,7 @@ from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
@@ -37,8 +38,8 @@ if TYPE_CHECKING:
 NAME: Final = "cqos.toml"
 SHARED_NAME: Final = "pyproject.toml"
 _TABLE: Final = ("tool", "cqos")
-_OURS: Final = re.compile(r"^\s*\[+\s*tool\s*\.\s*[\"']?cqos", re.MULTILINE)
-_UNUSUAL: Final = re.compile(
+_OURS: Final = regular_expression(r"^\s*\[+\s*tool\s*\.\s*[\"']?cqos", re.MULTILINE)
+_UNUSUAL: Final = regular_expression(
     r"""^\s*\[+\s*(?:["']tool["']|tool\s*\]|[^\n]*\\) | ^\s*(?:tool|'tool'|"tool"|"[^"\n]*\\[^\n]*")\s*[.=]""",
     re.MULTILINE | re.VERBOSE,
 )
@@ -257,7 +258,7 @@ def _excluded(lines: Sequence[str], folder: Path) -> tuple[Patterns, ...]:
 
 # From TOML to a tree
 
-_AT = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+_AT = regular_expression(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
 def _read(reading: Reading) -> Entry | None:
@@ -308,9 +309,9 @@ def _node(value: Any, path: _Path, lines: Mapping[_Path, int], above: int | None
 
 _PART = r"""(?:[A-Za-z0-9_-]+|"[^"\\]*"|'[^']*')"""
 _DOTTED = rf"{_PART}(?:\s*\.\s*{_PART})*"
-_HEADER = re.compile(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?")
-_STATED = re.compile(rf"\s*({_DOTTED})\s*=")
-_LONG_STRING = re.compile("\"\"\"|'''")
+_HEADER = regular_expression(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?")
+_STATED = regular_expression(rf"\s*({_DOTTED})\s*=")
+_LONG_STRING = regular_expression("\"\"\"|'''")
 
 
 def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import re
 from dataclasses import field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -20,6 +19,7 @@ import pluggy
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.installed import AUTHORS, entry_points, normalised
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -270,8 +270,8 @@ KINDS: Final = {
         _Kind("commands", "command", "register_commands", CommandInfo, ("command",)),
     )
 }
-_NAME: Final = re.compile(r"[a-z][a-z0-9_-]*")
-_OBJECT: Final = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+_NAME: Final = regular_expression(r"[a-z][a-z0-9_-]*")
+_OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import traceback
 from typing import TYPE_CHECKING
 
 import click
@@ -161,6 +160,8 @@ def _silence() -> None:
 
 def _internal(error: Exception, this: Run) -> int:
     if this.debug:
+        import traceback
+
         traceback.print_exception(error)
     where = "".join(f" while {note}" for note in getattr(error, "__notes__", ()))
     culprit = load_plugins().culprit(error)

@@ -9,6 +9,7 @@ import click
 
 from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
@@ -65,8 +66,8 @@ class Assignment(NamedTuple):
         return f"{self.owner}.{self.name}={self.value}"
 
 
-_VARIABLE = re.compile(r"(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
-_ASSIGNMENT = re.compile(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<value>.+)", re.DOTALL)
+_VARIABLE = regular_expression(r"(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
+_ASSIGNMENT = regular_expression(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<value>.+)", re.DOTALL)
 
 
 class AssignmentType(click.ParamType):  # type: ignore[type-arg]

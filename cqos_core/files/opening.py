@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import posixpath
-import re
 import shutil
 from dataclasses import field
 from pathlib import Path
@@ -15,6 +14,7 @@ from cqos_core.files.ignoring import Ignored
 from cqos_core.importers.source import Source, no_files
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ STDIN: Final = "-"
 STDIN_NAME: Final = "<stdin>"
 """The name of standard input where the caller gives none; a source of another name may include files beside it."""
 _MAXIMUM_BYTES: Final = 512 * 1024 * 1024
-_DRIVE: Final = re.compile("[A-Za-z]:/")
+_DRIVE: Final = regular_expression("[A-Za-z]:/")
 
 
 def open_file(name: str, relative_to: str) -> Source:

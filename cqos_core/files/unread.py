@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import Problem
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Place
 from cqos_core.plugins import FAULTS, named
@@ -17,17 +18,21 @@ if TYPE_CHECKING:
 
 _HEAD: Final = 65_536
 _LINES: Final = 2_000
-_COMMENT: Final = re.compile(r"\s*(?:#|//|;|--).*|\s*")
-_XML_COMMENTS: Final = re.compile(r"\s*(?:<\?xml[^>]*\?>)?\s*(?:<!--.*?-->\s*)+", re.DOTALL)
+_COMMENT: Final = regular_expression(r"\s*(?:#|//|;|--).*|\s*")
+_XML_COMMENTS: Final = regular_expression(r"\s*(?:<\?xml[^>]*\?>)?\s*(?:<!--.*?-->\s*)+", re.DOTALL)
 # Files of C-QoS that other options and commands take: by what is at their top.
 _OURS: Final = (
-    (re.compile(r'\s*\{\s*"baseline"\s*:'), "a baseline of C-QoS", "name it with `--baseline`"),
+    (regular_expression(r'\s*\{\s*"baseline"\s*:'), "a baseline of C-QoS", "name it with `--baseline`"),
     (
-        re.compile(r'\s*\{\s*"version"\s*:\s*1\s*,\s*"tool"\s*:\s*\{\s*"name"\s*:\s*"cqos"'),
+        regular_expression(r'\s*\{\s*"version"\s*:\s*1\s*,\s*"tool"\s*:\s*\{\s*"name"\s*:\s*"cqos"'),
         "a report of C-QoS, which is what `cqos check` writes",
         "check the files that the report is about",
     ),
-    (re.compile(r"(?ms).*^id\s*:.*^policies\s*:"), "a rule pack", "name it with `--pack`, beside the system to check"),
+    (
+        regular_expression(r"(?ms).*^id\s*:.*^policies\s*:"),
+        "a rule pack",
+        "name it with `--pack`, beside the system to check",
+    ),
 )
 _FORMATS: Final = "`cqos packs` lists the formats that are read, and --from chooses one"
 _CONFIGURATION: Final = ("cqos.toml", "pyproject.toml")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Side
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4
 _NARROWEST_EXCERPT = 30
-_ZERO = re.compile(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute for another value
+_ZERO = regular_expression(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute for another value
 _LABEL = 50  # least cells for the label of a value
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _LISTED = 3  # more names than this are counted
 _ORIGINS = {"profile": "from profile", "option": "from option", "overlay": "from an overlay"}
-_OPTION = re.compile(r"([\w-]+\.[\w.-]+)=([^,]+)")
+_OPTION = regular_expression(r"([\w-]+\.[\w.-]+)=([^,]+)")
 _PHRASES = (
     (Verdict.COMPATIBLE, "fits with"),
     (Verdict.INCOMPATIBLE, "not with"),

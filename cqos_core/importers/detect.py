@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
 _BPMN_SUFFIXES = (".bpmn", ".bpmn2", ".bpmn20.xml")
-_ROOT = re.compile(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")
+_ROOT = regular_expression(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")
 
 
 def claims_bpmn(name: str, head: bytes) -> bool:
@@ -30,12 +30,12 @@ def head_text(head: bytes) -> str:
 
 
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
-_VERSION_KEY = re.compile(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
-_FLOW_VERSION_KEY = re.compile(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
-_FLOW = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
-_PARTICIPANTS = re.compile(r"^participants[ \t]*:", re.MULTILINE)
-_FLOW_PARTICIPANTS = re.compile(r"""[{,]\s*(?:participants|"participants"|'participants')\s*:""")
-_DO = re.compile(r"""(?:^[ \t]+|[{,]\s*)(["']?)(?:publishes|subscribes)\1[ \t]*:""", re.MULTILINE)
+_VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
+_FLOW_VERSION_KEY = regular_expression(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
+_FLOW = regular_expression(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
+_PARTICIPANTS = regular_expression(r"^participants[ \t]*:", re.MULTILINE)
+_FLOW_PARTICIPANTS = regular_expression(r"""[{,]\s*(?:participants|"participants"|'participants')\s*:""")
+_DO = regular_expression(r"""(?:^[ \t]+|[{,]\s*)(["']?)(?:publishes|subscribes)\1[ \t]*:""", re.MULTILINE)
 
 
 def claims_yaml(name: str, head: bytes) -> bool:

@@ -11,6 +11,7 @@ import yaml
 
 from cqos_core.importers.reading import shown
 from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Acceptance, ImportNote, Place
 
@@ -19,12 +20,12 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Profile, Settings, System
 
-_HINT: Final = re.compile(rb"#[ \t]*cqos:[ \t]*[a-zA-Z]")
+_HINT: Final = regular_expression(rb"#[ \t]*cqos:[ \t]*[a-zA-Z]")
 _WORD: Final = "ignore"
-_COMMENT: Final = re.compile(r"(?:^|(?<=[ \t]))#[ \t]*cqos:[ \t]*(?P<text>(?P<word>[a-zA-Z]+).*)", re.MULTILINE)
-_FORM: Final = re.compile(r"ignore\[(?P<rules>[^\]]*)\][ \t]*(?P<reason>.*)")
+_COMMENT: Final = regular_expression(r"(?:^|(?<=[ \t]))#[ \t]*cqos:[ \t]*(?P<text>(?P<word>[a-zA-Z]+).*)", re.MULTILINE)
+_FORM: Final = regular_expression(r"ignore\[(?P<rules>[^\]]*)\][ \t]*(?P<reason>.*)")
 _EXAMPLE: Final = "write `# cqos: ignore[CODE] reason` behind the setting, endpoint or topic that it is about"
-_WILD: Final = re.compile(r"([*?\[])")
+_WILD: Final = regular_expression(r"([*?\[])")
 
 _Covered = dict[tuple[str, int], dict[tuple[str, str], None]]
 """By file and line, what stands there: ``endpoint`` and a pattern of ids, or ``topic`` and a pattern of names."""

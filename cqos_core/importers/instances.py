@@ -6,7 +6,6 @@ A variable that the name of a thing mentions is bound for everything within it; 
 
 from __future__ import annotations
 
-import re
 from dataclasses import fields, is_dataclass, replace
 from itertools import product
 from math import prod
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from cqos_core.importers.reading import described, did_you_mean, shown
 from cqos_core.importers.shapes import TEXT, Shape
 from cqos_core.importers.tree import ScalarNode, SequenceNode, is_null, whole_number
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place, ProfileRef, Setting
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ MOST_INSTANCES: Final = 100_000
 MOST_CHARACTERS: Final = 100_000_000
 """How long all texts together may be that variables are put into."""
 
-_MENTION: Final = re.compile(r"\$\$\{|\$\{([^{}$]*)(\}?)")
+_MENTION: Final = regular_expression(r"\$\$\{|\$\{([^{}$]*)(\}?)")
 _LISTED: Final = "starts_after"
 """The one field in which a variable adds items to a list rather than copies of the whole."""
 

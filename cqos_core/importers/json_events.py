@@ -17,24 +17,24 @@ from yaml.events import (
 )
 
 from cqos_core.model.encoding import Lines
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from yaml.events import Event
 
-_BLANK = re.compile(r"[ \t\r\n]*+")
-_WORD = re.compile(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")
-_NOTHING = re.compile(r"(?!)")
-_IGNORED: Final = re.compile(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
+_BLANK = regular_expression(r"[ \t\r\n]*+")
+_WORD = regular_expression(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")
+_NOTHING = regular_expression(r"(?!)")
+_IGNORED: Final = regular_expression(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
 _NUMBER: Final = (
     r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:(?:0|[1-9][0-9]*+)(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
 )
-_WORD5: Final = re.compile(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
-_IDENTIFIER: Final = re.compile(r"[^\W\d][\w$]*+|\$[\w$]*+")
-_PLAIN: Final = re.compile(r"""[^"'\\\n\r]++""")
-_ESCAPE: Final = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
+_WORD5: Final = regular_expression(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
+_IDENTIFIER: Final = regular_expression(r"[^\W\d][\w$]*+|\$[\w$]*+")
+_PLAIN: Final = regular_expression(r"""[^"'\\\n\r]++""")
+_ESCAPE: Final = regular_expression(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
 _ESCAPED: Final = {
     "b": "\b",
     "f": "\f",

@@ -7,11 +7,11 @@ flag, nothing) only where it matters. So `no`, `1:30` and `2027-01-01` are text.
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -21,8 +21,8 @@ Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 _NULL = frozenset(("", "~", "null", "Null", "NULL"))
 _TRUE = frozenset(("true", "True", "TRUE"))
 _FALSE = frozenset(("false", "False", "FALSE"))
-_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
-_REAL = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_INTEGER = regular_expression(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_REAL = regular_expression(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
 @dataclass(slots=True, eq=False)
@@ -129,8 +129,8 @@ def kind_of(node: ScalarNode) -> Kind:
 
 # What may stand in a flow collection without quotes and is read back as the same text: no indicator at the start,
 # none that ends a plain scalar within, single blanks only.
-_SAFE = re.compile(r"[A-Za-z0-9_./$+][A-Za-z0-9_./$+@%^()=;<>~*-]*(?: [A-Za-z0-9_./$+@%^()=;<>~*-]+)*")
-_ESCAPED = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+_SAFE = regular_expression(r"[A-Za-z0-9_./$+][A-Za-z0-9_./$+@%^()=;<>~*-]*(?: [A-Za-z0-9_./$+@%^()=;<>~*-]+)*")
+_ESCAPED = regular_expression("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 _LONGEST_SIMPLE_KEY = 1000  # YAML wants `?` before a key of more than 1024 characters
 
 

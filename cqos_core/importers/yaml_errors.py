@@ -9,6 +9,7 @@ from yaml.reader import ReaderError
 
 from cqos_core.importers.reading import shown
 from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ _NO_START = "cannot start any token"
 _KEY = "simple key"
 _FEW = 50
 _QUOTE_IT = 'a name or pattern that begins so must stand in quotes, as in "{0}…"'
-_UNQUOTED_HASH = re.compile(r"(?:[\[{,:-]|/)\s*#(?:\s*$|[:,\]}/]|\s*[,\]}])")
-_GLUED = re.compile(r"""\s*(?:- +)?([\w./~$+-]+):([^\s:/"'][^\s:]*)\s*(?:#.*)?$""")
+_UNQUOTED_HASH = regular_expression(r"(?:[\[{,:-]|/)\s*#(?:\s*$|[:,\]}/]|\s*[,\]}])")
+_GLUED = regular_expression(r"""\s*(?:- +)?([\w./~$+-]+):([^\s:/"'][^\s:]*)\s*(?:#.*)?$""")
 _CONTROL = "control characters are not allowed"
 _SPECIAL = "special characters are not allowed"
 # The libyaml and the pure Python parser say the same thing differently here and there.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, walk
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
@@ -21,17 +22,17 @@ if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
 
-_LONE_HASH = re.compile(r"(?<=[:/])[ \t]+#[ \t]*\r?$", re.MULTILINE)
-_HASH_KEY = re.compile(r"^([ \t]+)#:(?:[ \t].*)?\r?$", re.MULTILINE)
+_LONE_HASH = regular_expression(r"(?<=[:/])[ \t]+#[ \t]*\r?$", re.MULTILINE)
+_HASH_KEY = regular_expression(r"^([ \t]+)#:(?:[ \t].*)?\r?$", re.MULTILINE)
 _ENOUGH = 20
 _WIDEST = 1000
 _LOST = "a `#` after a blank begins a comment"
 _QUOTE = 'write a filter with `#` in quotes: "#"'
-_GLUED = re.compile(r"[^:/]+:[^:/\s]\S*")
+_GLUED = regular_expression(r"[^:/]+:[^:/\s]\S*")
 
 
 # Blanks that are none to YAML, and invisible characters; a mark at the very beginning of a file is none of its text.
-_ODD = re.compile("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
+_ODD = regular_expression("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
 
 
 def refuse_odd_characters(tree: Tree, reading: Reading) -> None:

@@ -21,7 +21,6 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from cqos_core.importers.json_events import JsonError, json5_events, json_events
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_errors import explain
@@ -100,6 +99,8 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
 
     What is neither is explained in the words of what its name says it is.
     """
+    from cqos_core.importers.json_events import JsonError, json_events
+
     before = len(reading.problems)
     composer = _Composer(reading)
     try:
@@ -120,6 +121,8 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
 
 def read_json5(reading: Reading) -> Tree:
     """Read the source as JSON5. What is wrong is in ``reading.problems``; the tree is empty then."""
+    from cqos_core.importers.json_events import JsonError, json5_events
+
     composer = _Composer(reading)
     try:
         composer.compose(json5_events(reading.source.data).__next__)

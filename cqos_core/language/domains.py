@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from decimal import Decimal, InvalidOperation
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.values import INFINITE, normalise
 from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +33,7 @@ def flow(text: str, expected: str = "") -> Any:
         raise InvalidValueError(f"`{text[:60]}` cannot be read: {str(error).splitlines()[0]}", expected) from None
 
 
-_BRACKETS: Final = re.compile(r"[\[{}\]]")
+_BRACKETS: Final = regular_expression(r"[\[{}\]]")
 _MAXIMUM_DEPTH: Final = 200
 
 
@@ -170,15 +170,15 @@ _UNITS: Final = {
 }
 _PRINTED: Final = tuple((unit, _UNITS[unit]) for unit in ("d", "h", "min", "s", "ms", "us"))
 _NUMBER: Final = r"\d{1,30}(?:\.\d{1,30})?"
-_DURATION: Final = re.compile(rf"(?:{_NUMBER}\s*[a-zµμ]+\s*)+", re.IGNORECASE)
-_DURATION_PART: Final = re.compile(rf"({_NUMBER})\s*([a-zµμ]+)", re.IGNORECASE)
-_ISO: Final = re.compile(
+_DURATION: Final = regular_expression(rf"(?:{_NUMBER}\s*[a-zµμ]+\s*)+", re.IGNORECASE)
+_DURATION_PART: Final = regular_expression(rf"({_NUMBER})\s*([a-zµμ]+)", re.IGNORECASE)
+_ISO: Final = regular_expression(
     rf"P(?:(?P<w>{_NUMBER})W)?(?:(?P<d>{_NUMBER})D)?"
     rf"(?:T(?:(?P<h>{_NUMBER})H)?(?:(?P<m>{_NUMBER})M)?(?:(?P<s>{_NUMBER})S)?)?",
     re.IGNORECASE,
 )
 _ISO_UNITS: Final = _UNITS | {"w": 7 * _UNITS["d"]}
-_BARE: Final = re.compile(_NUMBER)
+_BARE: Final = regular_expression(_NUMBER)
 
 
 def is_unit(unit: str | None) -> bool:
@@ -247,6 +247,8 @@ class Duration(Domain):
             raise self.refused(f"`{text}` is negative")
         if re.fullmatch(r"\+?[\d.]+(?:e[+-]?\d+)?", text, re.IGNORECASE):
             return self._bare(text, self.bare_unit)
+        from decimal import Decimal  # it takes 1 ms to import, and durations are mostly stated with their unit
+
         rate = _RATE.fullmatch(text)
         if rate is not None and (hertz := Decimal(rate["number"])) > 0:
             period = self.format(round(_SECOND / (hertz * _RATES[rate["unit"].lower()])))
@@ -254,6 +256,8 @@ class Duration(Domain):
         raise self.refused(f"`{text}` is not a duration")
 
     def _bare(self, text: str, unit: str | None) -> int:
+        from decimal import Decimal, InvalidOperation
+
         try:
             number = Decimal(text)
         except InvalidOperation:
@@ -297,13 +301,13 @@ class Duration(Domain):
         return {**super().describe(), "unit": "ns"}
 
 
-_WHOLE: Final = re.compile(r"([0-9]{1,18})(ns|us|ms|s)")
+_WHOLE: Final = regular_expression(r"([0-9]{1,18})(ns|us|ms|s)")
 """The usual spelling."""
 _LARGEST_EXPONENT: Final = 30
 _MOST_DIGITS: Final = 64
 _SECOND: Final = 1_000_000_000
 _RATES: Final = {"hz": 1, "khz": 1_000}
-_RATE: Final = re.compile(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
+_RATE: Final = regular_expression(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
 _DIGITS_OF_A_MARK: Final = 19
 """Characters of a total near the largest one; shorter texts are no such mark and need not be read for it."""
 

@@ -11,12 +11,12 @@ conditions (printing, reading, judging, solving) is a table by the name of what 
 from __future__ import annotations
 
 import keyword
-import re
 from copy import copy
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -289,7 +289,7 @@ def as_condition(value: object) -> Condition:
     return Test(HOLDS, value)
 
 
-_DEFINED: Final = re.compile(r"[a-z][a-z0-9_]*")
+_DEFINED: Final = regular_expression(r"[a-z][a-z0-9_]*")
 
 
 def define(name: str, part: Part) -> Part:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
+from cqos_core.model.regular import regular_expression
+
 if TYPE_CHECKING:
+    import re
     from collections.abc import Iterable, Iterator
 
 T = TypeVar("T")
-_WILD: Final = re.compile(r"[*?\[\]]")
+_WILD: Final = regular_expression(r"[*?\[\]]")
 
 
 class NameIndex(Generic[T]):

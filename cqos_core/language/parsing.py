@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +21,7 @@ from cqos_core.language.expression import (
     signature,
 )
 from cqos_core.model.problems import ConditionError
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 MAXIMUM_TEXT: Final = 10_000
 _MAXIMUM_DEPTH: Final = 60
 _LONGEST_EXCERPT: Final = 60
-_LINE_END: Final = re.compile(r"\r\n|\r|\n")
+_LINE_END: Final = regular_expression(r"\r\n|\r|\n")
 _SIGNS: Final[dict[type[ast.AST], str]] = {
     ast.Lt: "<",
     ast.LtE: "<=",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import codecs
-import re
 from bisect import bisect_right
+
+from cqos_core.model.regular import regular_expression
 
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -26,7 +27,8 @@ _ALPHABETS = frozenset(
         *("mac-roman", "shift_jis"),
     ]
 )
-_DECLARATION = re.compile(rb"""\s*<\?xml\s[^>]*?\bencoding\s*=\s*["']([A-Za-z0-9._:-]+)["']""")
+_DECLARATION = regular_expression(rb"""\s*<\?xml\s[^>]*?\bencoding\s*=\s*["']([A-Za-z0-9._:-]+)["']""")
+_NEW_LINE = regular_expression("\n")
 _DECLARATION_LIMIT = 1024
 
 
@@ -81,7 +83,7 @@ class Lines:
     def __init__(self, text: str) -> None:
         """Index ``text`` once."""
         self.text = text
-        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
+        self._starts = [0, *(match.end() for match in _NEW_LINE.finditer(text))]
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return the one-based line and column of a character."""

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -42,19 +42,19 @@ _WIDEST = 200
 _ABOVE = 3  # lines above a value in which its key may stand
 
 # Everything in which something that looks like a tag is none, then start tags. Possessive: linear on any input.
-_TAG = re.compile(
+_TAG = regular_expression(
     r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>"""
     r"""|<(?P<name>[^\s<>/!?=]++)(?P<attributes>(?:[^<>"']++|"[^"]*+"|'[^']*+')*+)>""",
     re.DOTALL,
 )
-_ATTRIBUTE = re.compile(r"""(?P<name>[^\s=/<>"']++)\s*+=\s*+(?P<value>"[^"]*+"|'[^']*+')""")
-_ID = re.compile(r"\sid\s*+=")
-_BINDING = re.compile(r"""\sxmlns(?::(?P<prefix>[^\s=]+))?\s*=\s*["'](?P<uri>[^"']*)["']""")
-_PATH = re.compile(r"(?:(?P<tag>[^\[\]/@]+)\[(?P<number>\d+)\]/?)?(?:@(?P<attribute>.+))?")
-_START = re.compile(r"<[^\s/>]*")
-_QUOTED = re.compile(r"""'(?:[^']|'')*'|"(?:[^"\\]|\\.)*\"""")
-_PLAIN_END = re.compile(r"\s+#|:(?=\s|$)|\s*$")
-_PLAIN_END_IN_FLOW = re.compile(r"\s+#|:(?=[\s,\[\]{}]|$)|\s*[,\[\]{}]|\s*$")
+_ATTRIBUTE = regular_expression(r"""(?P<name>[^\s=/<>"']++)\s*+=\s*+(?P<value>"[^"]*+"|'[^']*+')""")
+_ID = regular_expression(r"\sid\s*+=")
+_BINDING = regular_expression(r"""\sxmlns(?::(?P<prefix>[^\s=]+))?\s*=\s*["'](?P<uri>[^"']*)["']""")
+_PATH = regular_expression(r"(?:(?P<tag>[^\[\]/@]+)\[(?P<number>\d+)\]/?)?(?:@(?P<attribute>.+))?")
+_START = regular_expression(r"<[^\s/>]*")
+_QUOTED = regular_expression(r"""'(?:[^']|'')*'|"(?:[^"\\]|\\.)*\"""")
+_PLAIN_END = regular_expression(r"\s+#|:(?=\s|$)|\s*$")
+_PLAIN_END_IN_FLOW = regular_expression(r"\s+#|:(?=[\s,\[\]{}]|$)|\s*[,\[\]{}]|\s*$")
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,12 +10,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.problems import CqosError
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_OPERATOR: Final = re.compile(r"\[\^?\]?(?:\\.|\[:\^?[a-z]+:\]|[^\]\\\[&~-]|[&~-](?![&~-]))*+(&&|~~|--|\[)", re.DOTALL)
+_OPERATOR: Final = regular_expression(
+    r"\[\^?\]?(?:\\.|\[:\^?[a-z]+:\]|[^\]\\\[&~-]|[&~-](?![&~-]))*+(&&|~~|--|\[)", re.DOTALL
+)
 """What Rust reads within a class of characters, and RE2 takes for characters."""
 
 
@@ -63,7 +65,7 @@ def any_of(texts: tuple[str, ...]) -> Callable[[str], bool]:
     return lambda name: name in names or any(matches(name) for matches in matchers)
 
 
-_LITERAL: Final = re.compile(r"(?:[\w/~:-]|\\[^\w\s])*")
+_LITERAL: Final = regular_expression(r"(?:[\w/~:-]|\\[^\w\s])*")
 
 
 def _sound(text: str) -> str:

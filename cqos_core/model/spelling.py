@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from bisect import bisect, insort
 from collections import Counter
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Final
+
+from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -191,7 +192,7 @@ _CROWD: Final = 8
 """Names compared of those that become equal by leaving out one letter: where many do, none of them is a typing error."""
 _SHORTEST_WORD: Final = 4
 _LONG_WORD: Final = 8
-_WORD: Final = re.compile(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
+_WORD: Final = regular_expression(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
 def stubs_of(name: str, *, digits: bool = False) -> set[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
@@ -425,6 +424,8 @@ def fields_of(
     others = []
     if not setting.text.lstrip().startswith("{"):
         return found, ()
+    import json
+
     try:
         fields = flow(setting.text)
     except InvalidValueError:

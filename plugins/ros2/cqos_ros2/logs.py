@@ -25,9 +25,9 @@ before the message, unless the output is formatted otherwise.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.logs import SAME, About, Misfit
 
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
 
 _PROTOCOL: Final = "ros2"
-_MESSAGE: Final = re.compile(
+_MESSAGE: Final = regular_expression(
     r"New (?P<discovered>subscription|publisher) discovered on (?:topic '(?P<topic>[^']{1,1024})'|this topic), "
     r"(?:requesting|offering) incompatible QoS\."
     r"(?:(?:(?!New (?:subscription|publisher) discovered).){0,200}?Last incompatible policy: (?P<policy>\w{1,64}))?"
 )
-_LOGGER: Final = re.compile(r"\[(?P<name>[A-Za-z_][\w./]{0,255})\](?::)?\s*$")
+_LOGGER: Final = regular_expression(r"\[(?P<name>[A-Za-z_][\w./]{0,255})\](?::)?\s*$")
 _LEVELS: Final = frozenset({"DEBUG", "INFO", "WARN", "ERROR", "FATAL", "WARNING"})
 _POLICIES: Final = {
     "DURABILITY": ("durability",),
@@ -60,14 +60,14 @@ _SUFFIX: Final = "_QOS_POLICY"
 _OWN_ROLES: Final[dict[str, Role]] = {"subscription": PUBLISHER, "publisher": SUBSCRIBER}
 
 
-_RECORDER: Final = re.compile(
+_RECORDER: Final = regular_expression(
     r"A new publisher for su[bs]{2}cribed topic (?P<topic>\S{1,1024}) was found offering RMW_QOS_POLICY_"
     r"(?P<policy>RELIABILITY|DURABILITY)_\w{1,64}, but rosbag2? already subscribed requesting"
 )
-_DOCTOR: Final = re.compile(
+_DOCTOR: Final = regular_expression(
     r"QoS compatibility error found on topic '\[?(?P<topic>[^']{1,1024}?)\]?': (?P<reason>.{1,500})"
 )
-_ROW: Final = re.compile(r"\s{0,40}(?P<key>topic \[type\]|compatibility status)\s{1,40}: (?P<value>.{1,1500})")
+_ROW: Final = regular_expression(r"\s{0,40}(?P<key>topic \[type\]|compatibility status)\s{1,40}: (?P<value>.{1,1500})")
 # Words of the reasons that rmw_dds_common gives (qos.cpp), the narrower ones first.
 _REASONS: Final = (
     ("liveliness lease", "LIVELINESS_LEASE_DURATION"),

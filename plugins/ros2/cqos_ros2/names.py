@@ -13,6 +13,7 @@ from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.regular import regular_expression
 from cqos_core.packs import NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
 
@@ -29,7 +30,7 @@ ILLEGAL: Final[Mapping[str, str]] = {
 }
 """What makes a full name illegal, as shell patterns (rmw_validate_full_topic_name)."""
 
-_LEGAL: Final = re.compile("(?:[A-Za-z0-9_]|/(?=[A-Za-z_]))*")
+_LEGAL: Final = regular_expression("(?:[A-Za-z0-9_]|/(?=[A-Za-z_]))*")
 """A name that none of these patterns matches."""
 
 LONGEST: Final = 247

@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from typing import Final
 
-# What may stand before the first element; possessive, so that the time is linear whatever stands there.
-from cqos_core.model.regular import re
+from cqos_core.model.regular import regular_expression
 
-_PROLOG: Final = re.compile(
+# What may stand before the first element; possessive, so that the time is linear whatever stands there.
+_PROLOG: Final = regular_expression(
     rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"
 )
 _ELEMENT: Final = rb"<(?:[^\s<>/!?:=]++:)?"
-_ROOT: Final = re.compile(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")
-_LIBRARY_ROOT: Final = re.compile(
+_ROOT: Final = regular_expression(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")
+_LIBRARY: Final = regular_expression(
     _ELEMENT
     + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library)(?=[\s>/])"
 )
-_FAST: Final = re.compile(
+_FAST: Final = regular_expression(
     _ELEMENT
     + rb"(?:profiles(?=[\s>/])|(?:data_writer|data_reader|publisher|subscriber|participant)\s[^<>]*profile_name)"
 )
-_LIBRARY: Final = re.compile(_LIBRARY_ROOT.pattern)
-_TYPES: Final = re.compile(_ELEMENT + rb"types[\s>/]")
+_TYPES: Final = regular_expression(_ELEMENT + rb"types[\s>/]")
 
 
 def claims_dds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is DDS-XML: libraries of QoS, domains, participants or applications."""
     text, root = _read(head)
-    if _LIBRARY_ROOT.match(text, root):
+    if _LIBRARY.match(text, root):
         return True
     found = _ROOT.match(text, root)
     if found is None or found[1] != b"dds":

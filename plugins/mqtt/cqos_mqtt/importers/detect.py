@@ -5,32 +5,32 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.importers.detect import head_text
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
-_ASYNCAPI: Final = re.compile(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
-_ASYNCAPI_IN_FLOW: Final = re.compile(r"""[{,]\s*["']?asyncapi["']?\s*:""")
-_PROTOCOL: Final = re.compile(r"""\bprotocol["']?\s*:\s*["']?([A-Za-z0-9-]+)""")
-_FLOW: Final = re.compile(r"(?:\s++|#[^\n]*+|---)*+\{")
-_MQTT: Final = re.compile(r"mqtt", re.IGNORECASE)
-_CONTEXT: Final = re.compile(r'"@context"\s*:')
-_THING: Final = re.compile(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
-_FORM: Final = re.compile(r'"mqv:|"mqtts?://|"mqtts?\+')
-_FLOWS: Final = re.compile(r"\s*\[\s*\{")
-_TAB: Final = re.compile(r'"type"\s*:\s*"tab"|"wires"\s*:\s*\[')
+_ASYNCAPI: Final = regular_expression(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
+_ASYNCAPI_IN_FLOW: Final = regular_expression(r"""[{,]\s*["']?asyncapi["']?\s*:""")
+_PROTOCOL: Final = regular_expression(r"""\bprotocol["']?\s*:\s*["']?([A-Za-z0-9-]+)""")
+_FLOW: Final = regular_expression(r"(?:\s++|#[^\n]*+|---)*+\{")
+_MQTT: Final = regular_expression(r"mqtt", re.IGNORECASE)
+_CONTEXT: Final = regular_expression(r'"@context"\s*:')
+_THING: Final = regular_expression(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
+_FORM: Final = regular_expression(r'"mqv:|"mqtts?://|"mqtts?\+')
+_FLOWS: Final = regular_expression(r"\s*\[\s*\{")
+_TAB: Final = regular_expression(r'"type"\s*:\s*"tab"|"wires"\s*:\s*\[')
 _CUT: Final = 65_536
 """Bytes of a head that may not be the whole file."""
-_NODE: Final = re.compile(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
-_PARAMETERS: Final = re.compile(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
-_BRIDGED: Final = re.compile(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
-_DIRECTIVE: Final = re.compile(
+_NODE: Final = regular_expression(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
+_PARAMETERS: Final = regular_expression(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
+_BRIDGED: Final = regular_expression(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
+_DIRECTIVE: Final = regular_expression(
     r"^[ \t]*(?:listener[ \t]+\d+|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
     r"max_inflight_messages|queue_qos0_messages|per_listener_settings|acl_file|password_file|max_keepalive|max_qos|"
     r"upgrade_outgoing_qos|autosave_interval|sys_interval|retain_available|connection_messages|allow_zero_length_clientid|"
     r"max_packet_size|message_size_limit|allow_duplicate_messages)\b",
     re.MULTILINE,
 )
-_CONNECTION: Final = re.compile(r"^[ \t]*connection \S", re.MULTILINE)
-_TOPIC: Final = re.compile(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
+_CONNECTION: Final = regular_expression(r"^[ \t]*connection \S", re.MULTILINE)
+_TOPIC: Final = regular_expression(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
 
 
 def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims

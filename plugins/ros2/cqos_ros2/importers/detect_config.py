@@ -6,25 +6,25 @@ from pathlib import PurePath
 from typing import Final
 
 from cqos_core.importers.detect import claims_yaml, head_text
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
 _ZENOH_SUFFIXES: Final = _YAML_SUFFIXES | {".json5"}
-_BESIDE_COMMENTS: Final = re.compile(
+_BESIDE_COMMENTS: Final = regular_expression(
     r"""("(?:[^"\\\n]|\\.)*+"?|'(?:[^'\\\n]|\\.)*+'?)|//[^\n]*+|/\*(?:[^*]|\*(?!/))*+(?:\*/)?"""
 )
-_FIRST: Final = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---(?=\s))*+(\S)")
+_FIRST: Final = regular_expression(r"(?:\s++|#[^\n]*+|%[^\n]*+|---(?=\s))*+(\S)")
 
 
 def _key(names: str, before: str = r"[^#\n]*\b") -> re.Pattern[str]:
     """Find one of ``names`` as a key; ``before`` is what may stand before it on its line."""
-    return re.compile(rf"""^{before}["']?(?:{names})["']?[ \t]*:""", re.MULTILINE)
+    return regular_expression(rf"""^{before}["']?(?:{names})["']?[ \t]*:""", re.MULTILINE)
 
 
 _TOP: Final = r"[ \t{]*"
 _ZENOH_KEYS: Final = tuple(_key(name, r"""(?:[^#\n]*?[{,\s])?""") for name in ("plugins", "ros2dds"))
 _PARAMETERS: Final = _key("ros__parameters")
-_OVERRIDES: Final = re.compile(r"^[^#\n]*\bqos_overrides\b", re.MULTILINE)
+_OVERRIDES: Final = regular_expression(r"^[^#\n]*\bqos_overrides\b", re.MULTILINE)
 _MISPLACED: Final = _key(r"qos_overrides(?:\.[^\s:]{1,300})?", r"[^#\n:]*\b")
 _VISUALIZATION: Final = _key("Visualization Manager", "")
 _GZ_ENTRY: Final = _key("(?:ros|gz|ign)_(?:topic|type)_name|gz_req_type_name")
@@ -35,11 +35,11 @@ _QUEUE: Final = _key("queue_size")
 _BRIDGED: Final = _key("topics|services|actions", _TOP)
 _NODL: Final = _key("nodl_version", "")
 _DOMAINS: Final = _key("from_domain|to_domain")
-_ROOT: Final = re.compile(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
-_OMG: Final = re.compile(
+_ROOT: Final = regular_expression(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
+_OMG: Final = regular_expression(
     rb"<(?:[^\s<>/!?:]+:)?(?:qos_profile|(?:qos|domain|(?:domain_)?participant|application)_library)[\s>/]"
 )
-_PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>/]")
+_PROFILES: Final = regular_expression(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>/]")
 
 
 def claims_qos_overrides(name: str, head: bytes) -> bool:

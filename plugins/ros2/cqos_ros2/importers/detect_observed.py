@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.importers.detect import head_text
-from cqos_core.model.regular import re
+from cqos_core.model.regular import re, regular_expression
 
-_COUNT: Final = re.compile(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)
-_ENDPOINT: Final = re.compile(r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE)
+_COUNT: Final = regular_expression(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)
+_ENDPOINT: Final = regular_expression(r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE)
 _BEFORE: Final = r"(?:\s++|\#[^\n]*+|%[^\n]*+|---)*+"
-_BAG: Final = re.compile(_BEFORE + r"""(?:\{\s*)?(["']?)rosbag2_bagfile_information\1\s*:""")
-_KEY: Final = re.compile(r"""^(?:"[^"\n]*"[ \t]*|'[^'\n]*'[ \t]*|[^\s#:'"%\-][^\n]*?):(?=\s)""", re.MULTILINE)
-_ABSOLUTE: Final = re.compile(r"""["']?/[^*\n]*:?""")
-_POLICY: Final = re.compile(
+_BAG: Final = regular_expression(_BEFORE + r"""(?:\{\s*)?(["']?)rosbag2_bagfile_information\1\s*:""")
+_KEY: Final = regular_expression(r"""^(?:"[^"\n]*"[ \t]*|'[^'\n]*'[ \t]*|[^\s#:'"%\-][^\n]*?):(?=\s)""", re.MULTILINE)
+_ABSOLUTE: Final = regular_expression(r"""["']?/[^*\n]*:?""")
+_POLICY: Final = regular_expression(
     r"""[\s{,](["']?)(?:history|depth|reliability|durability|deadline|lifespan|liveliness|liveliness_lease_duration"""
     r"""|avoid_ros_namespace_conventions)\1\s*:"""
 )
-_FLOW: Final = re.compile(_BEFORE + r"""\{\s*["']?/[^*\n]*?:\s*\{""")
+_FLOW: Final = regular_expression(_BEFORE + r"""\{\s*["']?/[^*\n]*?:\s*\{""")
 _PARAMETERS: Final = "ros__parameters"
 
 
