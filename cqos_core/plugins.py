@@ -425,10 +425,11 @@ def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins
 def _origin(entry: EntryPoint) -> Origin:
     distribution, shipped = "an unknown distribution", False
     try:
-        # Read once: each look at it reads the file again.
-        metadata = entry.dist.metadata if entry.dist is not None else None
+        metadata = None if entry.dist is None else entry.dist.metadata  # each look at it reads the file again
         if metadata is not None:
-            distribution = f"{metadata['Name']} {metadata['Version']}"
+            # From Python 3.12 on, `metadata[…]` warns of what is missing.
+            name, version = (next(iter(metadata.get_all(each) or ()), "") for each in ("Name", "Version"))
+            distribution = f"{name} {version}".strip() or distribution
             shipped = AUTHORS in (metadata.get_all("Author") or ())
     except Exception as error:  # noqa: BLE001 - what is left of an installation that failed may hold anything
         keep_traceback(f"reading who brings the plugin `{entry.name}`", error)

@@ -227,6 +227,14 @@ def test_the_remains_of_an_uninstalled_plugin_are_reported(site):
     assert "could not be loaded and is left out: ImportError: gone" in str(broken)
 
 
+def test_a_plugin_whose_distribution_has_lost_its_name_is_reported(site):
+    install(site, ("nameless", "raise ImportError('gone')"))
+    metadata = site / "nameless-1.0.dist-info" / "METADATA"
+    metadata.write_text("Metadata-Version: 2.1\nAuthor: Another\n", encoding="utf-8")
+    broken = only_broken(site)
+    assert (broken.name, broken.distribution) == ("nameless", "an unknown distribution")
+
+
 def test_an_entry_point_without_a_distribution_is_loaded():
     plugins = load_from([EntryPoint("loose", "no_such_module", "cqos")])
     assert str(plugins.broken[0]).startswith("plugin `loose` of an unknown distribution could not be loaded")
