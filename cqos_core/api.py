@@ -14,15 +14,9 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.files.reading import Input, faults, faults_of, read, source_of
+from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.pipeline import (
-    Context,
-    SettingValue,
-    as_text,
-    context,
-    exact_places,
-    with_options,
-)
+from cqos_core.matching.pipeline import Context, context, exact_places, with_options
 from cqos_core.model.report import Edit
 from cqos_core.model.system import System
 from cqos_core.plugins import Plugins
@@ -131,9 +125,7 @@ def repair(
     """
     from cqos_core.analysis.planning.search import find_repair
 
-    packs = list(packs)
-    where = context(packs, protocol)
-    sources, again = _texts_of(inputs, importer, protocol, _by_pack(options or {}, where, packs), where)
+    sources, again, where = _texts_of(inputs, importer, protocol, options or {}, list(packs))
     return find_repair(sources, again, where, keep=keep, decide=decide, importer=importer)
 
 
@@ -153,9 +145,7 @@ def suggest(
     """
     from cqos_core.analysis.planning.suggestion import find_suggestion
 
-    packs = list(packs)
-    where = context(packs, protocol)
-    sources, again = _texts_of(inputs, importer, protocol, _by_pack(options or {}, where, packs), where)
+    sources, again, where = _texts_of(inputs, importer, protocol, options or {}, list(packs))
     return find_suggestion(sources, again, where, importer=importer)
 
 
@@ -164,11 +154,13 @@ def _texts_of(
     importer: str | None,
     protocol: str | None,
     options: Mapping[str, Mapping[str, SettingValue]],
-    where: Context,
-) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System]]:
-    """Return the texts of inputs, by name, and what reads them again with other texts."""
+    packs: Sequence[RulePack],
+) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System], Context]:
+    """Return the texts of inputs, by name, what reads them again with other texts, and what surrounds them."""
     from cqos_core.files.applying import read_texts
 
+    where = context(packs, protocol)
+    given = _by_pack(options, where, packs)
     each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
     if any(isinstance(one, System) for one in each):
         raise TypeError("a plan changes texts: give paths or bytes, no System")
@@ -183,9 +175,9 @@ def _texts_of(
 
     def again(texts: Mapping[str, bytes]) -> System:
         systems = read_texts(names, {**sources, **texts}, importer, protocol=protocol)
-        return with_options(tried_out(merge(systems), protocol), options, where)
+        return with_options(tried_out(merge(systems), protocol), given, where)
 
-    return sources, again
+    return sources, again, where
 
 
 def diff(

@@ -36,11 +36,11 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.analysis.pair_judge import stated_pairs
+from cqos_core.analysis.pair_judge import pair_system, stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.reading import read
-from cqos_core.matching.pipeline import context, pair_system, with_options
+from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion

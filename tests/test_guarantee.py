@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
+from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import offered, unfolded
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import judge_pair
-from cqos_core.matching.pipeline import context, pair_system
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from cqos_core.packs.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.checker import check_system
-from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, as_text
 from cqos_core.language.expression import (
     all_equal,
     call,
@@ -28,7 +28,7 @@ from cqos_core.language.expression import topic as of_topic
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import Function
-from cqos_core.matching.pipeline import Context, as_text, context
+from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset

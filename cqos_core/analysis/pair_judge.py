@@ -8,17 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from datetime import timedelta
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explained
-from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_end, pair_system
+from cqos_core.language.domains import SettingValue, as_text
+from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.later import later_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import PairReport
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    ProfileRef,
+    Setting,
+    System,
+)
+from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
@@ -354,3 +365,39 @@ def pack_is_there(pack_id: str, where: Context, packs: Iterable[RulePack]) -> No
     if where.find_pack(pack_id) is None:
         known = {*load_plugins().packs, *(pack.id for pack in packs)}
         raise CqosError(f"there is no rule pack `{pack_id}`; {suggestion(pack_id, known)}")
+
+
+def pair_system(
+    protocol: str,
+    offered: Mapping[str, SettingValue],
+    requested: Mapping[str, SettingValue],
+    options: Mapping[str, SettingValue],
+    topic: Mapping[str, SettingValue],
+    needs: Mapping[str, SettingValue] = MappingProxyType({}),
+) -> System:
+    """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
+    facts = dict(topic)
+    name = as_text(facts.pop("name", "topic"))
+    system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
+    system.topics[name] = StatedTopic(name, {n: Setting(as_text(v)) for n, v in facts.items()}, external=True)
+    for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
+        system.participants[role] = Participant(role)
+        system.endpoints.append(pair_end(role, stated, name, needs if role == SUBSCRIBER else {}))
+    return system
+
+
+def pair_end(
+    role: Role, stated: Mapping[str, SettingValue], topic: str, needs: Mapping[str, SettingValue] = MappingProxyType({})
+) -> Endpoint:
+    """Make one end of such a pair, whose participant has its role as id."""
+    settings = dict(stated)
+    profile = settings.pop("profile", None)
+    return Endpoint(
+        id=role,
+        role=role,
+        topic=topic,
+        participant=role,
+        settings={name: Setting(as_text(value)) for name, value in settings.items()},
+        profiles=() if profile is None else (ProfileRef(as_text(profile)),),
+        needs={name: Setting(as_text(value)) for name, value in needs.items()},
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.matching.pipeline import SettingValue, as_text
+from cqos_core.language.domains import SettingValue, as_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
+from datetime import timedelta
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.values import INFINITE, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from cqos_core.language.values import Plain
 
@@ -472,3 +473,25 @@ class Text(Domain):
     def parse(self, text: str) -> str:
         """Keep the text."""
         return text
+
+
+SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
+
+
+def as_text(value: SettingValue) -> str:
+    """Write a Python value in the spelling of the YAML form.
+
+    Raises:
+        TypeError: for a type that has no such spelling.
+    """
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, timedelta):
+        return f"{(value.days * 86_400 + value.seconds) * 10**9 + value.microseconds * 1_000}ns"
+    if isinstance(value, int):
+        return "infinite" if value == INFINITE else str(value)
+    if isinstance(value, (list, tuple)):
+        return Names().format(tuple(value))
+    raise TypeError(f"{value!r} is no setting: give text, int, bool, timedelta, INFINITE or a list of names")

@@ -6,36 +6,24 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date, timedelta
 from functools import cache, cached_property, partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.language.domains import Names
-from cqos_core.language.values import INFINITE
+from cqos_core.language.domains import as_text
 from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Place,
-    ProfileRef,
-    Role,
-    Setting,
-    System,
-)
-from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.model.system import Place, Setting, System
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from datetime import date
 
+    from cqos_core.language.domains import SettingValue
     from cqos_core.matching.hops import Hop, Topics
     from cqos_core.matching.routes import Link
     from cqos_core.model.codes import CodeInfo
@@ -136,9 +124,6 @@ def resolve_all(pipeline: Pipeline) -> Resolver:
     resolver = resolver_of(pipeline)
     resolver.run()
     return resolver
-
-
-SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
 
 
 def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> Context:
@@ -244,58 +229,3 @@ def _places(finding: Finding) -> Iterator[Place]:
         for place in (side.place, *(each.place for each in side.facts)):
             if place is not None:
                 yield place
-
-
-def as_text(value: SettingValue) -> str:
-    """Write a Python value in the spelling of the YAML form.
-
-    Raises:
-        TypeError: for a type that has no such spelling.
-    """
-    if isinstance(value, str):
-        return value
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, timedelta):
-        return f"{(value.days * 86_400 + value.seconds) * 10**9 + value.microseconds * 1_000}ns"
-    if isinstance(value, int):
-        return "infinite" if value == INFINITE else str(value)
-    if isinstance(value, (list, tuple)):
-        return Names().format(tuple(value))
-    raise TypeError(f"{value!r} is no setting: give text, int, bool, timedelta, INFINITE or a list of names")
-
-
-def pair_system(
-    protocol: str,
-    offered: Mapping[str, SettingValue],
-    requested: Mapping[str, SettingValue],
-    options: Mapping[str, SettingValue],
-    topic: Mapping[str, SettingValue],
-    needs: Mapping[str, SettingValue] = MappingProxyType({}),
-) -> System:
-    """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
-    facts = dict(topic)
-    name = as_text(facts.pop("name", "topic"))
-    system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
-    system.topics[name] = StatedTopic(name, {n: Setting(as_text(v)) for n, v in facts.items()}, external=True)
-    for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
-        system.participants[role] = Participant(role)
-        system.endpoints.append(pair_end(role, stated, name, needs if role == SUBSCRIBER else {}))
-    return system
-
-
-def pair_end(
-    role: Role, stated: Mapping[str, SettingValue], topic: str, needs: Mapping[str, SettingValue] = MappingProxyType({})
-) -> Endpoint:
-    """Make one end of such a pair, whose participant has its role as id."""
-    settings = dict(stated)
-    profile = settings.pop("profile", None)
-    return Endpoint(
-        id=role,
-        role=role,
-        topic=topic,
-        participant=role,
-        settings={name: Setting(as_text(value)) for name, value in settings.items()},
-        profiles=() if profile is None else (ProfileRef(as_text(profile)),),
-        needs={name: Setting(as_text(value)) for name, value in needs.items()},
-    )

@@ -27,7 +27,7 @@ from cqos_core.files.loading import GivenSource, included_files
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.files.reading import read
 from cqos_core.importers.source import Source, no_files
-from cqos_core.matching.pipeline import as_text
+from cqos_core.language.domains import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.report import Severity
 from cqos_core.model.system import System
@@ -42,7 +42,7 @@ from cqos_core.remote.tls import try_tls
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import SettingValue
+    from cqos_core.language.domains import SettingValue
     from cqos_core.model.report import PairReport
 
 File: TypeAlias = "str | os.PathLike[str] | bytes"

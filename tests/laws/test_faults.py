@@ -9,9 +9,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
+from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.derived_guarantees import give, over
-from cqos_core.matching.pipeline import pair_system
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
 from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.pack import PACK as MQTT

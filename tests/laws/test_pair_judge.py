@@ -11,8 +11,9 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.analysis import pair_judge
+from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.api import explain_pair
-from cqos_core.matching.pipeline import context, pair_system
+from cqos_core.matching.pipeline import context
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2

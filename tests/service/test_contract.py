@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
+from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import main
-from cqos_core.matching.pipeline import context, pair_system
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
 from cqos_core.remote.client import AsyncClient, PairQuestion, PairRefusedError
