@@ -79,6 +79,8 @@ def _ceil(dividend: int, divisor: int) -> int | None:
 
 def _over_ranges(call: Callable[..., Any], *operands: Any) -> Any:
     """Compute over all that operands may be. Every operation is monotone in each of them, so the ends decide."""
+    if {*map(type, operands)} == {int}:
+        return call(*operands)
     ranges = [as_range(each) for each in operands]
     if None in ranges:
         return None

@@ -12,12 +12,13 @@ from cqos_core.language.expression import AGGREGATES, COMPARISONS
 from cqos_core.language.policy import BROKER, ENDPOINT, TOPIC, Policy
 from cqos_core.language.values import INFINITE, Anything, Plain, Values, WrittenValue, normalise
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from cqos_core.language.expression import Node
+    from cqos_core.language.expression import Node, Term
     from cqos_core.language.values import Value
     from cqos_core.language.vocabulary import Use, Vocabulary
 
@@ -157,8 +158,21 @@ def turning_points(bound: BoundCondition, use: Use, a: Values, b: Values) -> dic
                 for goal in _goals(node.name, at, target, _beside(node, at, bound, a, b)):
                     yield from isolated(arg, goal)
 
-    compared = (node for node in bound.condition.walk() if node.name in COMPARISONS)
-    return dict.fromkeys(value for node in compared for value in isolated(node, None))
+    return dict.fromkeys(value for node in _compared(bound, use.term) for value in isolated(node, None))
+
+
+def _compared(bound: BoundCondition, term: Term) -> tuple[Node, ...]:
+    """Return the comparisons of a condition that read a term."""
+    key = (bound.condition.key, term.key)
+    found = _COMPARED.get(key)
+    if found is None:
+        compared = (node for node in bound.condition.walk() if node.name in COMPARISONS)
+        found = tuple(node for node in compared if any(part.key == term.key for part in node.walk()))
+        keep(_COMPARED, key, found)
+    return found
+
+
+_COMPARED: Final[dict[tuple[Any, ...], tuple[Node, ...]]] = {}
 
 
 def _beside(node: Node, at: int, bound: BoundCondition, a: Values, b: Values) -> Plain | None:
