@@ -471,6 +471,7 @@ PROGRAMS = (
     ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),
     ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
+    ("nvim", "neovim", "the language server is not tried in an editor"),
 )
 INCLUDES = Path("/usr/include")
 SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"

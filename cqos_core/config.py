@@ -45,7 +45,7 @@ _UNUSUAL: Final = regular_expression(
 )
 """Beginnings of lines by which our table may stand there in a spelling that `_OURS` does not find."""
 
-PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.")
+PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.", hints=("packs",))
 SHOW: Final = Key(
     "show", OneOrMore(one_of("notes", "not-checked")), "What to show beside errors and warnings, like --show."
 )
@@ -137,14 +137,14 @@ class Config:
         )
 
 
-def config_for(path: str | Path) -> Config:
-    """Return the configuration that holds for a file or folder, or an empty one.
+def config_for(path: str | Path, texts: Mapping[str, bytes] | None = None) -> Config:
+    """Return the configuration that holds for a file or folder, or an empty one; ``texts`` as in `load_config`.
 
     Raises:
         InputError: with everything that is wrong with it.
     """
     found = find_config(path)
-    return Config() if found is None else load_config(found)
+    return Config() if found is None else load_config(found, texts)
 
 
 def find_config(path: str | Path) -> Path | None:
@@ -194,20 +194,22 @@ def _shown_path(file: Path) -> Path:
     return file.relative_to(here) if file.is_relative_to(here) else file
 
 
-def load_config(path: str | Path) -> Config:
-    """Read one configuration file with everything it extends.
+def load_config(path: str | Path, texts: Mapping[str, bytes] | None = None) -> Config:
+    """Read one configuration file with everything it extends; ``texts`` has bytes that count instead of those of files, by real path.
 
     Raises:
         InputError: with everything that is wrong with any of the files.
     """
     problems: list[Problem] = []
-    config = _load(str(path), (), None, problems)
+    config = _load(str(path), (), None, problems, texts or {})
     if problems:
         raise InputError(problems)
     return config
 
 
-def _load(path: str, trail: tuple[str, ...], named_at: Place | None, problems: list[Problem]) -> Config:
+def _load(
+    path: str, trail: tuple[str, ...], named_at: Place | None, problems: list[Problem], texts: Mapping[str, bytes]
+) -> Config:
     """Read ``path``, which ``trail`` led to."""
     above = [os.path.realpath(other) for other in trail]
     if os.path.realpath(path) in above:
@@ -215,7 +217,8 @@ def _load(path: str, trail: tuple[str, ...], named_at: Place | None, problems: l
         problems.append(Problem("CQ008", f"{shown(path)} extends itself: {circle}", named_at))
         return Config()
     try:
-        data = Path(path).read_bytes()
+        open_text = texts.get(os.path.realpath(path))
+        data = Path(path).read_bytes() if open_text is None else open_text
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         problems.append(Problem("CQ007", f"cannot open {shown(path)}: {reason}", named_at or Place(path)))
@@ -227,7 +230,7 @@ def _load(path: str, trail: tuple[str, ...], named_at: Place | None, problems: l
     base = Config()
     for extended in entry.get(EXTENDS) or ():
         beside = str(Path(path).parent / extended.text)
-        base = _load(beside, (*trail, path), extended.place, problems).over(base)
+        base = _load(beside, (*trail, path), extended.place, problems, texts).over(base)
     return _config(path, data, entry).over(base)
 
 

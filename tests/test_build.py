@@ -12,7 +12,7 @@ from pathlib import Path
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
-OURS = ("cqos", "cqos-core", "cqos-dds", "cqos-mqtt", "cqos-ros2")
+OURS = ("cqos", "cqos-core", "cqos-dds", "cqos-lsp", "cqos-mqtt", "cqos-ros2")
 
 
 def run(*command, **settings):
@@ -48,10 +48,11 @@ def test_what_is_built_can_be_installed_without_network_and_used(tmp_path):
     lend(Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'), end='')")))
     pip = (sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-compile")
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PIP_", "PYTHON"))}
-    run(*pip, "--no-index", "--find-links", dist, "cqos[web,metrics,otel]", env=environment)
+    run(*pip, "--no-index", "--find-links", dist, "cqos[web,metrics,otel,lsp]", env=environment)
 
     cqos = python.with_name("cqos.exe" if os.name == "nt" else "cqos")
     assert "smart-agriculture: compatible" in run(cqos, "check", ROOT / "examples/smart_agriculture.yaml", cwd=tmp_path)
+    assert "editor" in run(cqos, "lsp", "--help", cwd=tmp_path)
     listed = run(cqos, "packs", cwd=tmp_path)
     assert all(each in listed for each in ("cqos-core 0", "cqos-ros2 0", "cqos-dds 0", "cqos-mqtt 0"))
     script = """

@@ -265,7 +265,10 @@ def test_dev_script_explains_a_broken_project_file_in_one_line(tmp_path):
 def test_cqos_brings_every_distribution_and_its_extras():
     whole = metadata(ROOT / "plugins" / "all")
     assert whole["name"] == "cqos"
-    assert {Requirement(text).name for text in whole["dependencies"]} == {metadata(project)["name"] for project in CODE}
+    brought = {Requirement(text).name for text in whole["dependencies"]}
+    apart = {needed.name for text in whole["optional-dependencies"]["lsp"] if not (needed := Requirement(text)).extras}
+    assert brought | apart == {metadata(project)["name"] for project in CODE}
+    assert apart == {"cqos-lsp"}
     passed_on = {
         (extra, metadata(project)["name"])
         for project in CODE

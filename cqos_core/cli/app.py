@@ -21,6 +21,8 @@ _COMPLETING = "_CQOS_COMPLETE"
 USAGE = 2
 INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
+_APART = {"lsp": "cqos[lsp]"}
+"""Commands of distributions that not everybody installs, each with what to install."""
 _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
@@ -64,6 +66,8 @@ class Commands(click.Group):
         from cqos_core.model.spelling import nearest
 
         known = self.list_commands(ctx)
+        if args[0] in _APART and args[0] not in known:
+            raise click.UsageError(f"`cqos {args[0]}` is not installed: pip install '{_APART[args[0]]}'", ctx)
         if args[0] not in known and not args[0].startswith("-"):
             near = nearest(args[0], known)
             meant = f" Did you mean `{near}`?" if near else f" There are {', '.join(known)}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from dataclasses import field
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
@@ -315,6 +315,17 @@ class Loaded:
         return [*self.unsearched, *dict.fromkeys(found)]
 
 
+def with_texts(texts: Mapping[str, bytes]) -> Opener:
+    """Return what opens files; ``texts`` has bytes that count instead of those of files, by real path."""
+
+    def opener(name: str, relative_to: str) -> Source:
+        path = os.path.join(os.path.dirname(relative_to), name)  # noqa: PTH118, PTH120 - as in `find_files`
+        data = None if name.endswith("/") else texts.get(os.path.realpath(path))
+        return open_file(name, relative_to) if data is None else Source(path, data)
+
+    return opener
+
+
 def folder_reader(plugins: Plugins, switches: Mapping[str, Mapping[str, str]]) -> str:
     """Return the importer that reads folders as one system, as its switch asks for; empty where none does."""
     asked = (info.name for info in plugins.importers.values() if info.folders_with in switches.get(info.name, ()))
@@ -330,6 +341,7 @@ def load_paths(
     protocol: str | Callable[[str], str | None] | None = None,
     excluded: Sequence[Patterns] = (),
     step: Callable[[int, int], None] = lambda _done, _all: None,
+    texts: Mapping[str, bytes] | None = None,
 ) -> Loaded:
     """Read every path; directories are searched. Nothing is raised: problems are collected.
 
@@ -341,14 +353,15 @@ def load_paths(
         protocol: of files that state none; or what says it of each path.
         excluded: what a search of folders passes over.
         step: called after each file with the number of read files and the number of all.
+        texts: bytes that count instead of those of files, by real path.
     """
     plugins = load_plugins()
+    read = partial(_read_file, switches=switches, opener=with_texts(texts) if texts else open_file)
     reader = folder_reader(plugins, switches or {})
     found, whole = _files([*paths], plugins, importer, excluded, folders_too=bool(reader))
     loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
     outcomes: dict[int, FileOutcome] = {}
-    waiting = dict(enumerate(found.files))
-    done = 0
+    waiting, done = dict(enumerate(found.files)), 0
     beside: frozenset[str] | None = None  # not known while there are files that say it themselves
     families: dict[str, Family] = defaultdict(Family)
     while waiting:
@@ -356,23 +369,18 @@ def load_paths(
         for position, file in waiting.items():
             try:
                 if file.path in whole:
-                    folder = Source(file.path, b"")
-                    outcomes[position] = _read_file(file, folder, reader, switches, None, (), None)
+                    outcomes[position] = read(file, Source(file.path, b""), reader)
                     continue
-                source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
+                source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
                 if source is None:
                     loaded.skipped += 1
-                elif beside is None and (family := shares_names(source, importer)):
-                    families[family].sources.append(source)
-                    later[position] = file
-                    continue
-                elif beside is None and importer is None and depends_on_others(source):
+                elif beside is None and _waits(source, importer, families):
                     later[position] = file
                     continue
                 else:
                     meant = protocol(file.path) if callable(protocol) else protocol
-                    relatives = families.get(shares_names(source, importer))
-                    outcomes[position] = _read_file(file, source, importer, switches, meant, beside or (), relatives)
+                    family = shares_names(source, importer)
+                    outcomes[position] = read(file, source, importer, meant, beside or (), families.get(family))
             except InputError as error:
                 outcomes[position] = FileOutcome(file, problems=error.problems)
             done += 1
@@ -381,6 +389,14 @@ def load_paths(
         beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
     _divide([each for _, each in sorted(outcomes.items())], loaded)
     return loaded
+
+
+def _waits(source: Source, importer: str | None, families: dict[str, Family]) -> bool:
+    """Say whether a source is read after all others; one that shares names is put into the family of its format."""
+    family = shares_names(source, importer)
+    if family:
+        families[family].sources.append(source)
+    return bool(family) or (importer is None and depends_on_others(source))
 
 
 def _files(
@@ -397,12 +413,14 @@ def _read_file(
     file: File,
     source: Source,
     importer: str | None,
+    protocol: str | None = None,
+    beside: Collection[str] = (),
+    family: Family | None = None,
+    *,
     switches: Mapping[str, Mapping[str, str]] | None,
-    protocol: str | None,
-    beside: Collection[str],
-    family: Family | None,
+    opener: Opener,
 ) -> FileOutcome:
-    opener = no_files if source.name == STDIN_NAME else open_file
+    opener = no_files if source.name == STDIN_NAME else opener
     system = read_source(source, importer, switches, opener=opener, protocol=protocol, beside=beside, family=family)
     return FileOutcome(file, system)
 
@@ -418,13 +436,17 @@ def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
             loaded.parts[each.file.path] = whole
 
 
-def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
+def _open(
+    file: File, plugins: Plugins, importer: str | None, texts: Mapping[str, bytes] | None = None
+) -> Source | None:
     """Read a file; None if it was found in a directory and no importer claims it.
 
     A YAML file in a directory may be anything; only a file that was named must be ours.
     """
+    data = texts.get(os.path.realpath(file.path)) if texts else None
+    given = None if data is None else Source(file.path, data)
     if not file.named:
-        head = read_path(file.path, HEAD)
+        head = given or read_path(file.path, HEAD)
         claimed = (
             _claims(plugins.importers[importer], head.name, head.data[:HEAD], plugins)
             if importer
@@ -432,4 +454,4 @@ def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
         )
         if not claimed:
             return None
-    return read_path(file.path)
+    return given or read_path(file.path)

@@ -1,0 +1,18 @@
+"""The language server of C-QoS. Here is only the hook; everything else is imported when the server starts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.plugins import CommandInfo, hookimpl
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@hookimpl
+def register_commands(register: Callable[[CommandInfo], None]) -> None:
+    """Register ``lsp``."""
+    register(
+        CommandInfo("lsp", "Serve editors: findings, completion and fixes while you type.", "cqos_lsp.command:lsp")
+    )

@@ -1,0 +1,102 @@
+"""Code actions: the fixes of findings as changes of the open texts, and the comment that accepts a finding where it stands."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TYPE_CHECKING
+
+from lsprotocol.types import CodeAction, CodeActionKind, Position, Range, TextEdit, WorkspaceEdit
+
+from cqos_core.files.applying import replacements_of
+from cqos_core.formatters import wording
+from cqos_core.importers.detect import claims_yaml
+from cqos_lsp.diagnostics import shown_findings, uri_of
+from cqos_lsp.positions import lines_of, where
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from lsprotocol.types import Diagnostic
+
+    from cqos_core.model.report import Finding, Remedy
+    from cqos_lsp.checking import Analysis
+    from cqos_lsp.positions import Units
+
+
+def actions(
+    analysis: Analysis,
+    path: str,
+    extent: Range,
+    given: Sequence[Diagnostic],
+    units: Units,
+    uris: Mapping[str, str],
+    *,
+    notes: bool,
+) -> list[CodeAction]:
+    """Return what fixes the findings that stand in a range, the best fix of each first.
+
+    Args:
+        analysis: of the text as it is.
+        path: of the document.
+        extent: the range.
+        given: the diagnostics of the editor; each action names that which it fixes.
+        units: how columns are counted.
+        uris: how the client calls its open documents.
+        notes: whether findings of severity note are shown.
+    """
+    found = []
+    for finding in shown_findings(analysis, notes=notes):
+        if not _touches(finding, path, extent, analysis, units):
+            continue
+        fixed = [each for each in given if each.code == finding.code and each.message.startswith(finding.message)]
+        for number, remedy in enumerate(finding.remedies):
+            edit = _edit(remedy, analysis, units, uris)
+            if edit is not None:
+                preferred = number == 0 and not remedy.weakens and not remedy.breaks and remedy.kind != "needs_code"
+                title = f"{finding.code}: {wording.fix(remedy)}"
+                found.append(CodeAction(title, CodeActionKind.QuickFix, fixed, is_preferred=preferred, edit=edit))
+        found += _acceptance(finding, fixed, analysis, units, uris)
+    return found
+
+
+def _touches(finding: Finding, path: str, extent: Range, analysis: Analysis, units: Units) -> bool:
+    place = finding.place
+    if place is None or os.path.realpath(place.source) != path:
+        return False
+    shown = units.of(place, analysis.sources)
+    return _key(shown.start) <= _key(extent.end) and _key(extent.start) <= _key(shown.end)
+
+
+def _key(position: Position) -> tuple[int, int]:
+    return position.line, position.character
+
+
+def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, str]) -> WorkspaceEdit | None:
+    """Return a fix as changes of texts; None where one of its edits cannot be applied."""
+    changes = {
+        uris.get(os.path.realpath(name)) or uri_of(name): [
+            TextEdit(units.replaced(lines_of(analysis.sources[name]), change), change.text) for change in changed
+        ]
+        for name, changed in replacements_of(analysis.sources, remedy.edits).items()
+    }
+    return WorkspaceEdit(changes=changes) if changes else None
+
+
+def _acceptance(
+    finding: Finding, fixed: list[Diagnostic], analysis: Analysis, units: Units, uris: Mapping[str, str]
+) -> Iterator[CodeAction]:
+    """Yield the comment that accepts a finding, without the reason: until a person writes one, C-QoS asks for it."""
+    found = where(finding.place, analysis.sources)
+    if found is None or not finding.endpoints or not claims_yaml(found[0], analysis.sources[found[0]]):
+        return
+    source, line, *_ = found
+    lines = lines_of(analysis.sources[source])
+    text = lines.line(line)
+    if re.search(r"(?:^|\s)#", text) or lines.text.lstrip().startswith("{"):
+        return
+    end = units.position(lines, line, len(text) + 1)
+    edit = TextEdit(Range(end, end), f"  # cqos: ignore[{finding.code}] ")
+    changes = {uris.get(os.path.realpath(source)) or uri_of(source): [edit]}
+    title = f"{finding.code}: accept it here (write the reason behind the comment)"
+    yield CodeAction(title, CodeActionKind.QuickFix, fixed, edit=WorkspaceEdit(changes=changes))

@@ -1,0 +1,33 @@
+"""``cqos lsp``: the language server on standard input and output."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+
+import click
+
+
+@click.command()
+@click.option("--stdio", is_flag=True, help="Taken for clients that pass it: the server knows no other way.")
+@click.option("--log", "log_file", metavar="FILE", help="Write what the server and its client send each other to FILE.")
+def lsp(*, stdio: bool, log_file: str | None) -> None:
+    """Serve editors by the Language Server Protocol, on standard input and output.
+
+    The editor starts this command. `docs/editors.md` has the settings of VS Code, Neovim and Helix.
+    """
+    del stdio
+    if log_file is not None:
+        logging.basicConfig(filename=log_file, level=logging.DEBUG, format="%(asctime)s %(name)s %(message)s")
+    else:
+        logging.disable(logging.CRITICAL)  # pygls would print tracebacks on standard error
+    if sys.stdin is None or sys.stdin.isatty():
+        raise click.UsageError("`cqos lsp` is started by an editor, which talks to it on standard input.")
+    from cqos_lsp.server import make_server  # pygls, which the help does not need
+
+    server = make_server()
+    # A print of any library would end up between the messages.
+    messages = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    server.start_io(sys.stdin.buffer, messages)

@@ -1,0 +1,233 @@
+"""Definitions, references and new names of profiles, topics and participants; the outline of a document."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKind, TextEdit, WorkspaceEdit
+
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
+from cqos_core.files.applying import read_texts
+from cqos_core.files.editing import is_json, scalar
+from cqos_core.files.merging import merge
+from cqos_core.model.problems import CqosError, InputError
+from cqos_core.model.system import endpoint_id
+from cqos_lsp.diagnostics import uri_of
+from cqos_lsp.names import Name, name_at, names_of
+from cqos_lsp.positions import encoded, lines_of, where
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from cqos_core.model.report import Report
+    from cqos_core.model.system import Place, System
+    from cqos_lsp.checking import Analysis
+    from cqos_lsp.positions import Units
+
+
+def definition(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
+    """Return where the thing is described whose name stands at a one-based line and column.
+
+    Of a topic without an entry of its own, that is where it is published. From the key of an endpoint, it is also where its partners stand.
+    """
+    names = names_of(analysis.sources)
+    name = name_at(names, analysis.sources, source, line, column)
+    if name is None:
+        return []
+    alike = [each for each in names if each.kind == name.kind and each.text == name.text]
+    defining = [each.place for each in alike if each.defines]
+    if not defining and name.kind == "profile" and name.text in analysis.system.profiles:
+        place = analysis.system.profiles[name.text].place  # in a file of another format
+        defining = [] if place is None else [place]
+    if not defining and name.kind in {"topic", "service", "action"}:
+        defining = [each.place for each in alike if _publishes(each)] or _partners(name, analysis)
+    return _locations(defining, analysis, units)
+
+
+def _publishes(name: Name) -> bool:
+    return any(part in {"publishes", "serves", "action_servers"} for part in name.path)
+
+
+def _partners(name: Name, analysis: Analysis) -> list[Place]:
+    """Return the publishers that match endpoints on a topic, also those in files of other formats."""
+    mine = {end.id for end in analysis.endpoints if end.endpoint.topic == name.text}
+    others = {pub for group in analysis.report.groups if mine & {*group.subscribers} for pub in group.publishers}
+    return [end.endpoint.place for end in analysis.endpoints if end.id in others and end.endpoint.place is not None]
+
+
+def references(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
+    """Return every place in the files of the system at which the name stands, and the endpoints of other files on that topic."""
+    names = names_of(analysis.sources)
+    name = name_at(names, analysis.sources, source, line, column)
+    if name is None:
+        return []
+    places = [each.place for each in names if each.kind == name.kind and each.text == name.text]
+    named = {each.place.source for each in names}
+    if name.kind == "topic":
+        others = (end.endpoint for end in analysis.endpoints if end.endpoint.topic == name.text)
+        places += [end.place for end in others if end.place is not None and end.place.source not in named]
+    return _locations(places, analysis, units)
+
+
+def _locations(places: Iterable[Place], analysis: Analysis, units: Units) -> list[Location]:
+    return [
+        Location(uri_of(place.source), units.of(place, analysis.sources))
+        for place in dict.fromkeys(places)
+        if place.source in analysis.sources
+    ]
+
+
+def renamable(analysis: Analysis, source: str, line: int, column: int, units: Units) -> Range | None:
+    """Return the range of the name at a place; None where nothing there can get another name."""
+    name = name_at(names_of(analysis.sources), analysis.sources, source, line, column)
+    if name is None or name.kind not in {"profile", "topic", "service", "action", "participant", "broker"}:
+        return None
+    known = analysis.system.profiles
+    return None if name.kind == "profile" and name.text not in known else units.of(name.place, analysis.sources)
+
+
+def rename(
+    analysis: Analysis, source: str, line: int, column: int, new: str, units: Units, uris: Mapping[str, str]
+) -> WorkspaceEdit:
+    """Return the changes after which the thing at a place has another name in all files of the system.
+
+    Raises:
+        CqosError: the new texts would be another system: a pair is gone or came, or the files cannot be read.
+    """
+    names = names_of(analysis.sources)
+    name = name_at(names, analysis.sources, source, line, column)
+    if name is None or renamable(analysis, source, line, column, units) is None:
+        raise CqosError("there is no name here that can be changed")
+    changes: dict[str, list[tuple[Place, int, str]]] = {}
+    for each in names:
+        text = _renamed(each, name, new, analysis)
+        found = where(each.place, analysis.sources)
+        if text is not None and found is not None:
+            written = lines_of(analysis.sources[found[0]]).line(found[1])[found[2] - 1 :][: found[3]]
+            in_json = is_json(lines_of(analysis.sources[found[0]]).text)
+            changes.setdefault(found[0], []).append((each.place, found[3], scalar(text, like=written, in_json=in_json)))
+    _refuse_others(analysis, {file: _with(analysis.sources[file], own) for file, own in changes.items()}, name, new)
+    return WorkspaceEdit(
+        changes={
+            uris.get(os.path.realpath(file)) or uri_of(file): [
+                TextEdit(units.of(place, analysis.sources), text) for place, _, text in own
+            ]
+            for file, own in changes.items()
+        }
+    )
+
+
+def _renamed(each: Name, name: Name, new: str, analysis: Analysis) -> str | None:
+    """Return what stands in the place of a name afterwards; None where it stays."""
+    if each.kind == name.kind and each.text == name.text:
+        return new
+    if each.kind != "participant" or name.kind not in {"topic", "participant"}:
+        return None
+    # The id of an endpoint that states none has the names of its participant and its topic in it.
+    for end in analysis.system.endpoints:
+        if (
+            end.id == each.text
+            and end.topic is not None
+            and each.text == endpoint_id(end.participant, end.role, end.topic)
+        ):
+            participant = new if name.kind == "participant" and end.participant == name.text else end.participant
+            topic = new if name.kind == "topic" and end.topic == name.text else end.topic
+            changed = endpoint_id(participant, end.role, topic)
+            return changed if changed != each.text else None
+    return None
+
+
+def _with(data: bytes, changes: Iterable[tuple[Place, int, str]]) -> bytes:
+    lines = lines_of(data)
+    text = lines.text
+    for place, width, new in sorted(changes, key=lambda each: (each[0].line or 0, each[0].column or 0), reverse=True):
+        start = (lines.start(place.line or 1) or 0) + (place.column or 1) - 1
+        text = text[:start] + new + text[start + width :]
+    return encoded(text)
+
+
+def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, new: str) -> None:
+    """Check the new texts, and refuse them where they are another system."""
+    project = analysis.project
+    sources = {**analysis.sources, **texts}
+    try:
+        systems = read_texts(analysis.files, sources, protocol=project.config.protocol)
+    except InputError as error:
+        raise CqosError(f"with the name `{new}` the files cannot be read: {error.problems[0].message}") from None
+    merged = merge(systems)
+    system = tried_out(project.config.apply_to(merged), project.config.protocol)
+    before, after = _shape(analysis.report), _shape(check_system(system, project.where))
+    if before != after:
+        what = f"`{name.text}` cannot become `{new}`"
+        raise CqosError(
+            f"{what}: pairs or findings would change, because another thing has or needs one of these names"
+        )
+
+
+def _shape(report: Report) -> tuple[object, ...]:
+    """Return what a change of names leaves as it is."""
+    pairs = Counter[tuple[str, int]]()
+    for group in report.groups:
+        pairs[str(group.verdict), len(group.codes)] += group.pairs
+    return pairs, Counter((finding.code, str(finding.severity)) for finding in report.findings), report.endpoints
+
+
+def symbols(analysis: Analysis, source: str, units: Units) -> list[DocumentSymbol]:
+    """Return the outline of a document: participants with their endpoints, profiles, topics, brokers, bridges."""
+    system, found = analysis.system, []
+    names = {
+        (each.kind, each.text): each.place for each in names_of({source: analysis.sources[source]}) if each.defines
+    }
+    for one in system.participants.values():
+        ends = [
+            _symbol(f"{end.topic or end.id}", end.role, SymbolKind.Event, end.place, source, analysis, units)
+            for end in system.endpoints
+            if end.participant == one.id
+        ]
+        place = names.get(("participant", one.id), one.place)
+        whole = _symbol(one.id, "participant", SymbolKind.Module, place, source, analysis, units)
+        inside = [each for each in ends if each is not None]
+        if whole is not None:
+            whole.children = inside
+            last = max(
+                (each.range.end for each in inside), key=lambda end: (end.line, end.character), default=whole.range.end
+            )
+            if (last.line, last.character) > (whole.range.end.line, whole.range.end.character):
+                whole.range = Range(whole.range.start, last)
+            found.append(whole)
+        else:
+            found += inside
+    for name, kind, place in _others(system):
+        symbol = _symbol(name, kind, SymbolKind.Struct, names.get((kind, name), place), source, analysis, units)  # type: ignore[arg-type]
+        if symbol is not None:
+            found.append(symbol)
+    return sorted(found, key=lambda each: (each.range.start.line, each.range.start.character))
+
+
+def _others(system: System) -> Iterator[tuple[str, str, Place | None]]:
+    for profile in system.profiles.values():
+        yield profile.name, "profile", profile.place
+    for topic in system.topics.values():
+        yield topic.name, "topic", topic.place
+    for broker in system.brokers.values():
+        yield broker.id, "broker", broker.place
+    for bridge in system.bridges.values():
+        yield bridge.id, "bridge", bridge.place
+
+
+def _symbol(
+    name: str, detail: str, kind: SymbolKind, place: Place | None, source: str, analysis: Analysis, units: Units
+) -> DocumentSymbol | None:
+    if place is None or place.source != source or place.line is None:
+        return None
+    shown = units.of(place, analysis.sources)
+    return DocumentSymbol(
+        name or "(no name)",
+        kind,
+        shown,
+        Range(Position(shown.start.line, shown.start.character), shown.end),
+        detail=detail,
+    )

@@ -1,0 +1,265 @@
+"""The server: documents come in, checks run beside, and whatever is newest wins."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+from pygls.lsp.server import LanguageServer
+from pygls.uris import to_fs_path
+
+from cqos_core.model.installed import headers
+from cqos_core.model.problems import CqosError, describe
+from cqos_lsp.checking import Checked, Checker
+from cqos_lsp.diagnostics import diagnostics_of, uri_of
+from cqos_lsp.features import register
+from cqos_lsp.positions import Units, encoded
+from cqos_lsp.projects import is_configuration, is_pack
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from cqos_lsp.checking import Analysis
+
+_PAUSE: Final = 0.15
+"""Seconds without a keystroke before a check begins."""
+_LONGEST_WAIT: Final = 10.0
+"""Seconds that a request waits for the check of the text that it is about."""
+
+
+class OutdatedError(Exception):
+    """A newer text is there, so the check of the older one ends."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the user of the editor chooses; `editors/vscode/package.json` and `docs/editors.md` describe each.
+
+    Attributes:
+        notes: whether findings of severity note are shown.
+        hints: which effective values are shown beside endpoints: ``all``, ``stated`` (not the defaults) or ``none``.
+    """
+
+    notes: bool = False
+    hints: str = "all"
+
+    @classmethod
+    def of(cls, given: object) -> Settings:
+        """Take what a client sends, under ``cqos`` or without it; what is no such setting has no effect."""
+        if isinstance(given, dict) and isinstance(given.get("cqos"), dict):
+            given = given["cqos"]
+        values = given if isinstance(given, dict) else {}
+        hints = values.get("hints")
+        return cls(values.get("notes") is True, hints if hints in {"all", "stated", "none"} else "all")
+
+
+@dataclass
+class State:
+    """What the server knows.
+
+    Attributes:
+        texts: the open documents by real path; ``uris`` has how their client calls them.
+        checked: the last result.
+        folders: of the workspace.
+        changes: counts the changes of anything that a check depends on.
+        judged: the count of changes when the check began that gave ``checked``.
+    """
+
+    texts: dict[str, bytes] = field(default_factory=dict)
+    uris: dict[str, str] = field(default_factory=dict)
+    checked: Checked = field(default_factory=Checked)
+    folders: list[str] = field(default_factory=list)
+    settings: Settings = field(default_factory=Settings)
+    units: Units = field(default_factory=Units)
+    changes: int = 0
+    judged: int = 0
+    published: set[str] = field(default_factory=set)
+    documentation: str = ""
+
+
+class CqosServer(LanguageServer):
+    """A language server whose checks run in one thread of their own, the newest text first."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "cqos", headers("cqos-lsp")["Version"], text_document_sync_kind=types.TextDocumentSyncKind.Full
+        )
+        self.state = State(documentation=_documentation())
+        self.checker = Checker()
+        self.worker = ThreadPoolExecutor(1, "check")
+        self._waiting: asyncio.Task[None] | None = None
+        self._settled = asyncio.Event()
+
+    def path(self, uri: str) -> str:
+        """Return the real path of a document."""
+        return os.path.realpath(to_fs_path(uri) or uri)
+
+    def changed(self) -> None:
+        """Check again soon; a check that runs ends at its next step."""
+        self.state.changes += 1
+        self._settled.clear()
+        if self._waiting is None or self._waiting.done():
+            self._waiting = asyncio.get_running_loop().create_task(self._catch_up())
+
+    async def _catch_up(self) -> None:
+        """Check until the result is that of the newest texts."""
+        state = self.state
+        while state.judged != state.changes:
+            aim = state.changes
+            await asyncio.sleep(_PAUSE)
+            if aim != state.changes:
+                continue
+            try:
+                state.checked = await self.beside(partial(self._check, aim, dict(state.texts), list(state.folders)))
+                self._publish()
+            except OutdatedError:
+                continue
+            except Exception as error:  # noqa: BLE001 - a fault of one check must not end the server
+                self.report(error)
+            state.judged = aim
+        self._settled.set()
+
+    def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> Checked:
+        def step(_done: int, _all: int) -> None:
+            if self.state.changes != aim:
+                raise OutdatedError
+
+        return self.checker.check(texts, folders, step)
+
+    async def beside(self, work: Callable[[], Any]) -> Any:
+        """Do work in the thread of checks, which alone uses the caches of the core."""
+        return await asyncio.get_running_loop().run_in_executor(self.worker, work)
+
+    async def settled(self, path: str) -> Analysis | None:
+        """Return the system of a document once its newest text is checked; None where that cannot be read."""
+        state = self.state
+        if state.judged != state.changes:
+            try:
+                await asyncio.wait_for(self._settled.wait(), _LONGEST_WAIT)
+            except asyncio.TimeoutError:
+                return None
+        analysis = state.checked.of(path)
+        return analysis if analysis is not None and state.checked.is_current(analysis) else None
+
+    def _publish(self) -> None:
+        state = self.state
+        found = diagnostics_of(
+            state.checked, state.texts, state.units, notes=state.settings.notes, documentation=state.documentation
+        )
+        for path in sorted({*found, *state.published, *state.texts}):
+            uri = state.uris.get(path) or uri_of(path)
+            params = types.PublishDiagnosticsParams(uri=uri, diagnostics=found.get(path, []))
+            self.text_document_publish_diagnostics(params)
+        state.published = {*found}
+
+    def report(self, error: Exception) -> None:
+        """Log a fault in one line."""
+        text = describe(error) if isinstance(error, CqosError) else f"internal error: {describe(error)}"
+        self.window_log_message(types.LogMessageParams(types.MessageType.Error, f"cqos: {text}"))
+
+    def report_server_error(self, error: Exception, source: Any) -> None:  # noqa: ARG002 - signature of pygls
+        """Log what pygls reports, rather than show it in a window; a refusal is an answer and no fault."""
+        if not isinstance(error, JsonRpcException):
+            self.report(error)
+
+
+def _documentation() -> str:
+    """Return the URL of the documentation, as the core's distribution states it; empty where it states none."""
+    urls = (text.partition(",") for text in headers("cqos-core").get_all("Project-URL") or ())
+    return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
+
+
+def make_server() -> CqosServer:
+    """Return a server with all that it offers."""
+    server = CqosServer()
+    _documents(server)
+    register(server, partial(_register, server))
+    return server
+
+
+def _register(server: CqosServer, name: str, options: Any, answer: Callable[[Any], Awaitable[Any]]) -> None:
+    """Register a handler; of a fault in it, one line is logged, and the editor goes on without the answer."""
+
+    async def handler(params: Any) -> Any:
+        try:
+            return await answer(params)
+        except JsonRpcException:
+            raise  # an answer in words
+        except Exception as error:  # noqa: BLE001 - a client has no use for a traceback
+            server.report(error)
+            return None
+
+    server.feature(name, options)(handler)
+
+
+def _documents(server: CqosServer) -> None:
+    """Register what tells the server about documents, folders and settings."""
+    state = server.state
+
+    @server.feature(types.INITIALIZED)
+    def started(_params: types.InitializedParams) -> None:
+        workspace = server.workspace
+        state.units = Units(str(getattr(workspace.position_encoding, "value", workspace.position_encoding)))
+        state.folders = [server.path(uri) for uri in workspace.folders]
+        if not state.folders and workspace.root_uri:
+            state.folders = [server.path(workspace.root_uri)]
+
+    @server.feature(types.INITIALIZE)
+    def initialize(params: types.InitializeParams) -> None:
+        state.settings = Settings.of(params.initialization_options)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    def opened(params: types.DidOpenTextDocumentParams) -> None:
+        path = server.path(params.text_document.uri)
+        state.uris[path] = params.text_document.uri
+        _take(server, path, params.text_document.text)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    def edited(params: types.DidChangeTextDocumentParams) -> None:
+        uri = params.text_document.uri
+        _take(server, server.path(uri), server.workspace.get_text_document(uri).source)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    def closed(params: types.DidCloseTextDocumentParams) -> None:
+        path = server.path(params.text_document.uri)
+        data = state.texts.pop(path, b"")
+        if is_configuration(path) or is_pack(data):
+            server.checker.projects.forget()
+        server.changed()
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    def saved(_params: types.DidSaveTextDocumentParams) -> None:
+        server.checker.forget()
+        server.changed()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    def changed(_params: types.DidChangeWatchedFilesParams) -> None:
+        server.checker.forget()
+        server.changed()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS)
+    def moved(params: types.DidChangeWorkspaceFoldersParams) -> None:
+        gone = {server.path(each.uri) for each in params.event.removed}
+        added = [server.path(each.uri) for each in params.event.added]
+        state.folders = [*(each for each in state.folders if each not in gone), *added]
+        server.changed()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_CONFIGURATION)
+    def configured(params: types.DidChangeConfigurationParams) -> None:
+        state.settings = Settings.of(params.settings)
+        server.changed()
+
+
+def _take(server: CqosServer, path: str, text: str) -> None:
+    """Take the new text of a document."""
+    data, before = encoded(text), server.state.texts.get(path, b"")
+    server.state.texts[path] = data
+    if is_configuration(path) or is_pack(data) or is_pack(before):
+        server.checker.projects.forget()
+    server.changed()

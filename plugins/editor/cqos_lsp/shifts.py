@@ -1,0 +1,48 @@
+"""Where lines of a text went while a person edited it, so that what was known of them stays in place."""
+
+from __future__ import annotations
+
+from cqos_core.model.dataclass import dataclass
+from cqos_lsp.positions import lines_of
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """Lines before an edit and after it are the same; those within are not known.
+
+    Attributes:
+        first: how many lines at the start are the same.
+        old, new: one-based lines from which on the texts are the same again, before and after the edit.
+    """
+
+    first: int
+    old: int
+    new: int
+
+    @classmethod
+    def between(cls, then: bytes, now: bytes) -> Shift:
+        """Compare two texts."""
+        if then == now:
+            return cls(0, 1, 1)
+        old, new = (lines_of(data).text.split("\n") for data in (then, now))
+        first = next((at for at, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
+        most = min(len(old), len(new)) - first
+        last = next((at for at in range(most) if old[-1 - at] != new[-1 - at]), most)
+        return cls(first, len(old) - last + 1, len(new) - last + 1)
+
+    @property
+    def unchanged(self) -> bool:
+        """Whether the texts are the same."""
+        return self.first == 0 and self.old == self.new == 1
+
+    def after(self, line: int) -> int | None:
+        """Return where a line of the old text is in the new one; None where it was edited."""
+        if line <= self.first:
+            return line
+        return line - self.old + self.new if line >= self.old else None
+
+    def before(self, line: int) -> int | None:
+        """Return where a line of the new text was in the old one; None where it was edited."""
+        if line <= self.first:
+            return line
+        return line - self.new + self.old if line >= self.new else None
