@@ -2,11 +2,12 @@
 
 import { createBeside } from './beside/beside';
 import { diagramOf } from './drawing/diagram';
+import { watchFresh } from './drawing/fresh';
 import { dress } from './findings/export';
 import { createMarkers } from './findings/markers';
 import { createMatrix } from './findings/matrix';
 import { createProblems } from './findings/problems';
-import { findingsOf, viewOf, type View } from './findings/view';
+import { viewOf, type View } from './findings/view';
 import { counted } from './findings/words';
 import { Severity, Verdict, type Report } from './gen/cqos/v1/report_pb';
 import type { Page } from './page';
@@ -44,6 +45,20 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
   const matrix = createMatrix(page);
   const beside = createBeside(page);
 
+  function show({ phase, checked }: LiveState): void {
+    if (phase === 'current' && checked) {
+      view = viewOf(checked, workspace.document().name, fresh());
+      markers.show(view);
+      problems.show(view);
+      matrix.show(view);
+      beside.show(view);
+      panel.update();
+      tellVerdict(workspace, view);
+    }
+  }
+  // What was too early to report is not so once a person turns to something else.
+  const fresh = watchFresh(diagram, () => show(live.state));
+
   const enterToken = (): void => {
     services.gate.open();
     live.changed();
@@ -55,15 +70,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
       problems.refused(state);
       beside.show(view);
     }
-    if (state.phase === 'current' && state.checked) {
-      view = viewOf(state.checked, workspace.document().name);
-      markers.show(view);
-      problems.show(view);
-      matrix.show(view);
-      beside.show(view);
-      panel.update();
-      tellVerdict(workspace, view);
-    }
+    show(state);
   });
   // Findings that came before their pack have names from files: they get their labels.
   catalogue.onLoaded(() => {
@@ -157,7 +164,7 @@ function verdictWords(report: Report): readonly [words: string, kind: StatusKind
 }
 
 function tellVerdict(workspace: Workspace, view: View): void {
-  const open = findingsOf(view).filter((each) => each.accepted === undefined);
+  const open = view.findings.filter((each) => each.accepted === undefined);
   const count = (severity: Severity): number => open.filter((each) => each.severity === severity).length;
   const [errors, warnings] = [count(Severity.ERROR), count(Severity.WARNING)];
   const [verdict, kind] = verdictWords(view.checked.report);

@@ -157,6 +157,22 @@ def test_what_is_no_model_is_not_written():
     assert (found.text, found.expressed, found.notes) == ("", 0, ("one BPMN document is needed, not none",))
 
 
+def test_the_form_of_fame_has_the_topic_as_name_with_message_and_payload():
+    text = (EXAMPLES / "smart_agriculture.bpmn").read_text(encoding="utf-8")
+    text = text.replace('id="Drone_ThrowReq" name="', 'id="Drone_ThrowReq" qos:type="std_msgs/msg/String" name="Ask: ')
+    found = convert(system_of(text), "fame")
+    (event,) = etree.fromstring(found.text.encode()).xpath("//*[@id='Drone_ThrowReq']")
+    signals = {each.get("id"): each.get("name") for each in event.getroottree().iter("{*}signal")}
+    (definition,) = event.iter("{*}signalEventDefinition")
+    assert event.get("name") == signals[definition.get("signalRef")]
+    policies = {name: value for each in event.iter("{http://qos}policy") for name, value in each.attrib.items()}
+    assert policies["reliability"] == "0"
+    assert {"history", "depth", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"} < policies.keys()
+    assert [each.get("type") or each.text for each in event.iter("{http://ros}message")] == ["std_msgs/msg/String"]
+    (verdict, groups), (expected, before) = judgement(system_of(found.text)), judgement(system_of(text))
+    assert (verdict, [each[1:] for each in groups]) == (expected, [each[1:] for each in before])
+
+
 VALUES = st.sampled_from(
     [
         "0",

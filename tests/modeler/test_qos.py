@@ -1,11 +1,13 @@
 """QoS on the page, in a real browser with the real service: verdicts while a person edits, findings, fixes, other documents."""
 
 import importlib.util
+import json
 import os
 import re
 
 import pytest
 
+from tests.command import run
 from tests.modeler.conftest import NAME, ROOT, Running
 from tests.modeler.drawings import BOUNDARY, CATCH, END, START, THROW, Event, Pool, drawing, many, written
 
@@ -143,6 +145,12 @@ def test_a_fix_is_saved_where_it_was_applied_only(paper, file):
     changed = [new for old, new in zip(before.splitlines(), after, strict=True) if old != new]
     assert len(changed) == 3
     assert all("qos:reliability" in line or "qos:liveliness" in line for line in changed)
+    # The command says of the file what the page says of the drawing.
+    done = run(["check", file, "--format", "json", "--no-config"], file.parent)
+    report = json.loads(done.out)
+    assert (done.code, report["verdict"]) == (1, "incompatible")
+    assert [each["code"] for each in report["findings"] if each["severity"] == "error"] == errors(paper) == ["ROS104"]
+    assert "Incompatible: 1 of 2 pairs" in paper.page.locator(".status").text_content()
 
 
 def test_deleted_pasted_and_renamed_events_are_checked(checks):
@@ -281,6 +289,31 @@ def test_an_answer_takes_no_field_from_a_person_who_types(opens):
     assert deadline.locator("select").input_value() == "s"
 
 
+def test_a_person_who_draws_is_warned_once_the_event_is_left(opens):
+    shown = opens()
+    panel(shown).get_by_role("button", name="Add a subscriber").click()
+    shown.page.keyboard.type("weather")
+    shown.press("Enter")
+    shown.page.wait_for_selector(".qos-badge-unmatched")
+    panel(shown).get_by_text("No event or document shares this topic yet.").wait_for()
+    assert (problems(shown), panel(shown).locator(".card").count()) == ([], 0)
+    shown.page.locator(".canvas").click(position={"x": 500, "y": 430})
+    shown.page.locator(".problem .code").wait_for()
+    assert problems(shown) == ["CQ401"]
+    shown.page.locator(".problem-line").click()
+    panel(shown).locator(".card", has_text="CQ401").wait_for()
+
+
+def test_words_about_a_setting_have_its_source(paper):
+    paper.choose(THROW_REQUEST)
+    panel(paper).locator('[data-policy="reliability"] .field-label').hover()
+    tip = paper.page.locator(".tip")
+    tip.wait_for()
+    assert "Source: " in tip.inner_text()
+    paper.choose("Drone_TakeOff")
+    assert tip.count() == 0
+
+
 PACK = ROOT / "examples" / "opcua" / "opcua_pack.yaml"
 
 
@@ -360,12 +393,29 @@ def test_requirements_and_exceptions_are_entered_and_kept(checks, file):
     assert len(problems(shown)) == 1
 
 
+def test_rules_of_the_team_are_entered_and_kept(checks, file):
+    shown = checks(pair())
+    panel(shown).locator("summary", has_text="Rules of the team").click()
+    rules = panel(shown).locator(".fold", has_text="Rules of the team")
+    rules.get_by_role("button", name="Add…").click()
+    stated = {"name": "only-best-effort", "because": "we agreed", "policy": "reliability", "exactly": "best_effort"}
+    for label, value in stated.items():
+        rules.get_by_label(re.compile(f"^{label}")).fill(value)
+    rules.get_by_role("button", name="Add", exact=True).click()
+    shown.page.locator(".problem", has_text="only-best-effort").first.wait_for()
+    shown.saved(NAME)
+    assert "<qos:check " in file.read_text()
+    rules.get_by_role("button", name="Remove only-best-effort").click()
+    shown.page.locator(".problem", has_text="only-best-effort").first.wait_for(state="detached")
+
+
 def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
     shown = checks(drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),))))
     shown.page.get_by_role("tab", name="Other documents").click()
     files = shown.page.locator('.tab-content input[type="file"]')
     files.set_input_files(written(tmp_path, "fleet.yaml", FLEET))
     becomes(shown, incompatible=("Out",))
+    assert f"Checked together with {NAME}, as one system." in shown.page.locator(".tab-content:visible").inner_text()
     shown.choose("Out")
     assert "fleet.yaml" in panel(shown).locator(".partners").inner_text()
     elsewhere = panel(shown).locator(".fix", has_text="Edit fleet.yaml to apply it")

@@ -1,76 +1,31 @@
-"""The states of the page that the docs show. `CQOS_SCREENSHOTS=1` writes them there: pixels depend on the fonts of a machine."""
+"""The states of the page that the docs show can be reached; `python -m tests.modeler.screens` takes the pictures."""
 
-import os
+import re
 
 import pytest
 
-from tests.modeler.conftest import NAME, ROOT
-from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
+from tests.modeler.conftest import ROOT
+from tests.modeler.screens import IMAGES, IN_DOCS, SIZES, picture, reach
 
-PAPER = (ROOT / "examples" / NAME).read_text(encoding="utf-8")
-LARGE = {"width": 1280, "height": 720}
-ZOOMED = {"width": 640, "height": 360}
-FLEET = """cqos: 1
-protocol: ros2
-participants:
-  logger: {subscribes: {temperature: {reliability: reliable}, temprature: {}}}
-"""
-SEVERAL = drawing(
-    Pool("Sensor", (Event("Temperature", THROW, "temperature", {"reliability": "best_effort"}),)),
-    Pool(
-        "Station",
-        (
-            Event("Fast", CATCH, "temperature", {"reliability": "best_effort"}),
-            Event("Safe", CATCH, "temperature", {"reliability": "reliable"}),
-            Event("Guess", CATCH, "temperature", {"reliability": "reliabel"}),
-            Event("Typo", CATCH, "temprature"),
-        ),
-    ),
-)
+ALONE = {name: state for name, state in IN_DOCS.items() if state.is_team}
 
 
-def matrix(shown, _folder):
-    shown.choose("Temperature")
-    shown.page.get_by_role("tab", name="Topic matrix").click()
-    shown.page.locator(".topic").first.wait_for()
+@pytest.mark.parametrize("name", sorted(IN_DOCS.keys() - ALONE.keys()))
+def test_a_state_of_the_docs_is_reached(opens, tmp_path, name):
+    state = IN_DOCS[name]
+    shown = opens(state.text, viewport=SIZES[state.size], color_scheme=state.theme)
+    reach(shown, state, tmp_path)
+    assert len(shown.page.screenshot()) > 10_000
+    if name == "away":
+        shown.complaints.clear()
 
 
-def problems(shown, _folder):
-    shown.choose("Typo")
-    shown.page.locator(".problem-line").first.wait_for()
-    shown.page.locator(".panel .card").first.wait_for()
+@pytest.mark.parametrize("name", sorted(ALONE))
+def test_a_state_of_a_team_is_reached(browser, tmp_path, name):
+    assert picture(browser, ALONE[name], tmp_path, tmp_path).stat().st_size > 10_000
 
 
-def beside(shown, tmp_path):
-    file = tmp_path / "fleet.yaml"
-    file.write_text(FLEET, encoding="utf-8")
-    shown.page.get_by_role("tab", name="Other documents").click()
-    shown.page.locator('.tab-content input[type="file"]').set_input_files(file)
-    shown.page.locator(".document", has_text="logger").wait_for()
-    shown.choose("Temperature")
-
-
-def mqtt(shown, _folder):
-    shown.page.locator(".panel .field").get_by_label("Protocol", exact=True).select_option("mqtt")
-    shown.page.locator(".panel .convert", has_text="does not know").wait_for()
-
-
-STATES = {
-    "matrix": (SEVERAL, matrix, LARGE, "light"),
-    "problems-dark": (SEVERAL, problems, LARGE, "dark"),
-    "beside": (SEVERAL, beside, LARGE, "light"),
-    "protocol": (PAPER, mqtt, LARGE, "light"),
-    "zoomed-dark": (SEVERAL, problems, ZOOMED, "dark"),
-}
-
-
-@pytest.mark.parametrize("state", STATES)
-def test_the_screens_of_the_docs(opens, tmp_path, state):
-    text, reach, viewport, theme = STATES[state]
-    shown = opens(text, viewport=viewport, color_scheme=theme, device_scale_factor=LARGE["width"] // viewport["width"])
-    shown.page.wait_for_selector(".qos-badge")
-    reach(shown, tmp_path)
-    folder = ROOT / "docs" / "img" if os.environ.get("CQOS_SCREENSHOTS") else tmp_path
-    file = folder / f"modeler-{state}.png"
-    shown.page.screenshot(path=file)
-    assert file.stat().st_size > 10_000
+def test_the_docs_show_each_picture():
+    shown = re.findall(r"img/(modeler[\w-]*)\.png", (ROOT / "docs" / "modeler.md").read_text(encoding="utf-8"))
+    assert sorted(shown) == sorted(state.picture for state in IN_DOCS.values())
+    assert {each.stem for each in IMAGES.glob("modeler*.png")} == set(shown)

@@ -220,7 +220,7 @@ def test_the_reason_why_an_event_has_no_partner_is_found(opens):
     person.sees("unmatched", 2)
     person.choose("In")
     person.panel.locator(".card", has_text="did you mean /weather?").wait_for()
-    person.fill("Topic", "weather")
+    person.click(person.panel.get_by_role("button", name="Use the topic “weather”"))
     person.sees("compatible", 2)
     assert person.count <= 2
 

@@ -68,6 +68,20 @@ export function renameSignal(diagram: Diagram, event: Shape, signal: ModdleEleme
   return diagram.updatePart(event, signal, { name });
 }
 
+/** Steps that give an event the topic of this name, which another signal may have already. */
+export function topicSteps(diagram: Diagram, event: Shape, definition: ModdleElement, name: string): Step[] {
+  const known = signalsOf(diagram).find((each) => text(each, 'name').trim() === name);
+  const steps = known ? [chooseSignal(diagram, event, definition, known)] : createSignal(diagram, event, definition, name);
+  return [...steps, ...labelSteps(diagram, event, definition, name)];
+}
+
+/** Steps that let the name of an event follow its topic, unless it is a name of its own. */
+export function labelSteps(diagram: Diagram, event: Shape, definition: ModdleElement, topic: string): Step[] {
+  const own = text(event.businessObject, 'name');
+  const signal = signalOf(definition);
+  return own === '' || (signal !== undefined && own === text(signal, 'name')) ? [diagram.update(event, { name: topic })] : [];
+}
+
 /** The process around a part of a model, or the process of a pool. */
 export function processOf(owner: ModdleElement): ModdleElement | undefined {
   if (is(owner, 'bpmn:Participant')) {

@@ -1,11 +1,13 @@
 /** The partners of a selected event, also those in other pools and documents. */
 
-import { protocolSteps } from '../drawing/events';
+import { text } from '../drawing/diagram';
+import { protocolSteps, signalDefinitions, signalOf, topicSteps } from '../drawing/events';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
 import { memberLink } from './cards';
 import { stateSign } from './markers';
+import { similarTopics } from './similar';
 import { STATE_WORDS, fullName, partnersOf, stateOfVerdict, type ElementView, type EndpointView, type View } from './view';
 
 interface OtherProtocol {
@@ -37,6 +39,23 @@ function otherProtocolHint(page: Page, view: View, { own, other }: OtherProtocol
   return make('div', { class: 'question' }, words, ...(other.here ? [use(mine), use(theirs)] : []));
 }
 
+/** Offer a topic whose name nearly agrees. */
+function similarHint(page: Page, { element }: ElementView, { endpoint }: EndpointView, name: string): HTMLElement {
+  const { diagram } = page;
+  const shape = diagram.registry.get(element);
+  const definition = shape && signalDefinitions(shape.businessObject).find((each) => {
+    const signal = signalOf(each);
+    return signal !== undefined && text(signal, 'name').trim() === endpoint.topicWritten;
+  });
+  const use = (): void => {
+    if (shape && definition) {
+      diagram.edit(topicSteps(diagram, shape, definition, name));
+    }
+  };
+  const words = make('p', {}, `No event or document has the topic “${endpoint.topicWritten}”. Is it misspelt?`);
+  return make('div', { class: 'question' }, words, definition ? button(`Use the topic “${name}”`, use) : null);
+}
+
 /** The most partners at once. */
 const SHOWN = 20;
 
@@ -49,7 +68,11 @@ export function partnerList(page: Page, view: View, element: ElementView): HTMLE
     if (foreign) {
       return otherProtocolHint(page, view, foreign);
     }
-    return make('p', { class: 'hint' }, external ? 'The partner is outside of this system.' : 'No event or document shares this topic yet.');
+    if (external) {
+      return make('p', { class: 'hint' }, 'The partner is outside of this system.');
+    }
+    const similar = element.endpoints.flatMap((own) => similarTopics(view, own).slice(0, 1).map((name) => similarHint(page, element, own, name)));
+    return similar.length > 0 ? make('div', {}, ...similar) : make('p', { class: 'hint' }, 'No event or document shares this topic yet.');
   }
   const list = make('ul', { class: 'partners' });
   for (const partner of partners.slice(0, SHOWN)) {

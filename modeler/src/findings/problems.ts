@@ -7,7 +7,7 @@ import { nextId } from '../layout/tip';
 import type { Page } from '../page';
 import type { LiveState } from '../service/live';
 import { details, summary } from './cards';
-import { findingsOf, type View } from './view';
+import type { View } from './view';
 import { SEVERITIES, counted, severitySign, severityWord } from './words';
 
 export interface Problems {
@@ -48,7 +48,8 @@ export function createProblems(page: Page): Problems {
   function draw(view: View): void {
     const focused = list.contains(document.activeElement) ? focusKey(document.activeElement) : undefined;
     const chosen = SEVERITIES.filter((severity) => shown.has(severity)).flatMap((severity) => live(view, severity));
-    filters.replaceChildren(...SEVERITIES.map((severity) => filter(view, severity)));
+    const isEmpty = view.endpoints.size === 0 && view.findings.length === 0;
+    filters.replaceChildren(...(isEmpty ? [] : SEVERITIES.map((severity) => filter(view, severity))));
     list.replaceChildren(...chosen.slice(0, limit).map((finding) => row(page, view, finding, open)));
     const accepted = view.checked.report.findings.filter((each) => each.accepted !== undefined).length;
     note.textContent = chosen.length === 0 ? emptyWords(view) : accepted > 0 ? `${accepted} accepted` : '';
@@ -96,12 +97,12 @@ function emptyWords(view: View): string {
   if (view.endpoints.size === 0) {
     return 'Nothing to check yet. Events with a signal publish and subscribe: add one that throws a signal, and one that catches it.';
   }
-  const hidden = findingsOf(view).some((finding) => finding.accepted === undefined);
+  const hidden = view.findings.some((finding) => finding.accepted === undefined);
   return hidden ? 'All findings are hidden by the filter.' : 'No findings.';
 }
 
 function live(view: View, severity: Severity): Finding[] {
-  return findingsOf(view).filter((each) => each.severity === severity && each.accepted === undefined);
+  return view.findings.filter((each) => each.severity === severity && each.accepted === undefined);
 }
 
 /** What stays the same of a finding over edits of other things. */

@@ -5,6 +5,7 @@ import { DescribedEndpointSchema, DescribedParticipantSchema } from '../gen/cqos
 import { FindingSchema, GroupSchema, RemedySchema, ReportSchema, Role, Severity, Verdict } from '../gen/cqos/v1/report_pb';
 import type { Checked } from '../service/live';
 import { marksOf } from './markers';
+import { similarTopics } from './similar';
 import { topicsOf } from './topics';
 import { fullName, partnersOf, viewOf } from './view';
 import { factText, remedyNotes } from './words';
@@ -85,6 +86,61 @@ describe('the view of a report', () => {
     const marks = marksOf(view);
     expect(marks.get('a')?.words).toBe('no partner');
     expect(marks.get('Pool_1')).toEqual({ state: 'warning', words: '1 warning', more: 'no name', inside: true });
+  });
+});
+
+describe('findings while a person draws', () => {
+  const lonely = { code: 'X', severity: Severity.WARNING, sides: [{ role: 'subscriber', members: ['b'] }] };
+  const nothing = { code: 'CQ404', severity: Severity.WARNING };
+  const codes = (ends: Parameters<typeof checked>[0], groups: Parameters<typeof checked>[1], findings: Parameters<typeof checked>[2], fresh: string[] = []): string[] =>
+    viewOf(checked(ends, groups, findings), NAME, new Set(fresh)).findings.map((each) => each.code);
+  const [a, b] = [endpoint('a', PUBLISHER), endpoint('b', SUBSCRIBER)];
+
+  it('leave out that nothing was compared, which the status line says', () => {
+    expect(codes([b], [], [nothing, lonely])).toEqual(['X']);
+    expect(codes([a, b], [pair(Verdict.COMPATIBLE)], [nothing])).toEqual(['CQ404']);
+  });
+
+  it('leave out what concerns only an event that is being drawn and has no partner', () => {
+    expect(codes([b], [], [lonely], ['b'])).toEqual([]);
+    expect(codes([b], [], [lonely], ['another'])).toEqual(['X']);
+    expect(codes([a, b], [pair(Verdict.COMPATIBLE)], [lonely], ['b'])).toEqual(['X']);
+    const both = { ...lonely, sides: [...lonely.sides, { role: 'publisher', members: ['a'] }] };
+    expect(codes([a, b], [], [both], ['b'])).toEqual(['X']);
+    const elsewhere = endpoint('b', SUBSCRIBER, { place: { source: 'fleet.yaml', element: 'b' } });
+    expect(codes([elsewhere], [], [lonely], ['b'])).toEqual(['X']);
+  });
+
+  it('leave out remarks about an element without a topic that is being drawn, by its place', () => {
+    const unnamed = { code: 'Y', severity: Severity.WARNING, sides: [{ role: 'system', place: { source: NAME, element: 'c' } }] };
+    expect(codes([b], [], [unnamed], ['c'])).toEqual([]);
+    expect(codes([b], [], [unnamed])).toEqual(['Y']);
+  });
+
+  it('never leave out an error', () => {
+    expect(codes([b], [], [{ ...lonely, severity: Severity.ERROR }], ['b'])).toEqual(['X']);
+    expect(codes([], [], [{ code: 'Z', severity: Severity.ERROR }])).toEqual(['Z']);
+    expect(codes([], [], [{ code: 'Z', severity: Severity.WARNING }])).toEqual([]);
+  });
+});
+
+describe('a topic that nearly agrees', () => {
+  const named = (id: string, role: Role, topicWritten: string, protocol = 'p') => ({ ...endpoint(id, role), topicWritten, protocol });
+  const similar = (own: string, ...others: ReturnType<typeof named>[]): string[] => {
+    const view = viewOf(checked([named('a', PUBLISHER, own), ...others], []), NAME);
+    const found = view.endpoints.get('a');
+    return found ? similarTopics(view, found) : [];
+  };
+
+  it('is that of the other role and the same protocol, the nearest first', () => {
+    expect(similar('wether', named('b', SUBSCRIBER, 'Weather'), named('c', SUBSCRIBER, 'weathers'))).toEqual(['Weather', 'weathers']);
+    expect(similar('wether', named('b', PUBLISHER, 'weather'), named('c', SUBSCRIBER, 'weather', 'q'))).toEqual([]);
+  });
+
+  it('differs by two letters at most, and is no short name', () => {
+    expect(similar('temperature', named('b', SUBSCRIBER, 'temprture'), named('c', SUBSCRIBER, 'temprtre'))).toEqual(['temprture']);
+    expect(similar('wind', named('b', SUBSCRIBER, 'wund'))).toEqual([]);
+    expect(similar('weather', named('b', SUBSCRIBER, 'weather'))).toEqual([]);
   });
 });
 

@@ -1,8 +1,9 @@
 /** What a report means for the elements of a drawing. */
 
 import type { DescribedEndpoint } from '../gen/cqos/v1/check_pb';
-import { Role, Severity, Verdict, type Finding, type Group } from '../gen/cqos/v1/report_pb';
+import { Role, Severity, Verdict, type Finding, type Group, type Place } from '../gen/cqos/v1/report_pb';
 import type { Checked } from '../service/live';
+import { withoutEarly } from './early';
 
 /** How an event stands, worst first. `error` concerns the event itself, not a pair; `unmatched` has no partner. */
 export const STATES = ['incompatible', 'error', 'unknown', 'unmatched', 'compatible'] as const;
@@ -59,6 +60,8 @@ export interface View {
   readonly checked: Checked;
   /** The name of the diagram among the documents. */
   readonly name: string;
+  /** The findings to show: those that are too early while a person draws are left out. */
+  readonly findings: readonly Finding[];
   readonly endpoints: ReadonlyMap<string, EndpointView>;
   /** Elements of the drawing that are endpoints, by id. */
   readonly elements: ReadonlyMap<string, ElementView>;
@@ -66,10 +69,18 @@ export interface View {
   readonly participants: ReadonlyMap<string, ParticipantView>;
 }
 
-/** Return what an answer means for the diagram of this name. */
-export function viewOf(checked: Checked, name: string): View {
+/** Return what an answer means for the diagram of this name; `fresh` has the ids of elements that are being drawn. */
+export function viewOf(checked: Checked, name: string, fresh: ReadonlySet<string> = new Set()): View {
   const groups = byMember(checked.report.groups, (group) => [...group.publishers, ...group.subscribers]);
-  const findings = byMember(checked.report.findings, (finding) => finding.sides.flatMap((side) => side.members));
+  const isFreshAt = (place: Place | undefined): boolean => place?.source === name && fresh.has(place.element ?? '');
+  const shown = withoutEarly(checked.report, {
+    hasEndpoints: checked.endpoints.size > 0,
+    isFresh: ({ members, place }, finding) =>
+      members.length === 0
+        ? isFreshAt(place ?? finding.place)
+        : members.every((id) => !groups.has(id) && isFreshAt(checked.endpoints.get(id)?.place)),
+  });
+  const findings = byMember(shown, (finding) => finding.sides.flatMap((side) => side.members));
   const endpoints = new Map<string, EndpointView>();
   const byElement = new Map<string, EndpointView[]>();
   for (const endpoint of checked.endpoints.values()) {
@@ -83,7 +94,7 @@ export function viewOf(checked: Checked, name: string): View {
     }
   }
   const elements = new Map([...byElement].map(([element, views]) => [element, together(element, views)]));
-  return { checked, name, endpoints, elements, participants: participantsOf(checked, name, findings) };
+  return { checked, name, findings: shown, endpoints, elements, participants: participantsOf(checked, name, findings) };
 }
 
 function participantsOf(
@@ -133,17 +144,6 @@ function stateOf(groups: readonly Group[], findings: readonly Finding[]): State 
     return 'unmatched';
   }
   return worst === Verdict.COMPATIBLE ? 'compatible' : 'unknown';
-}
-
-/**
- * The findings to show. A drawing in which nothing publishes or subscribes has just begun: that nothing was compared is no
- * problem of it.
- */
-export function findingsOf(view: View): readonly Finding[] {
-  const { findings } = view.checked.report;
-  const isAbout = ({ place, sides }: Finding): boolean =>
-    place?.element !== undefined || sides.some((each) => each.place !== undefined || each.members.length > 0);
-  return view.endpoints.size > 0 ? findings : findings.filter((each) => each.severity === Severity.ERROR || isAbout(each));
 }
 
 /** The state that a verdict of a pair has as words and as icon. */

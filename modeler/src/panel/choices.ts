@@ -39,11 +39,13 @@ export function protocolSection(page: Page, owner: Owner, kind: DrawnOwnerKind, 
       diagram.edit([diagram.updatePart(owner.shape, owner.part, { [name]: select.value || undefined })]);
     }
   });
+  const element = labelled('Protocol', select, hint, doc);
   return {
-    element: labelled('Protocol', select, hint, doc),
+    element,
     fields: [],
     update() {
       const stated = name ? text(owner.part, name) : '';
+      element.classList.toggle('stated', stated !== '');
       const around = protocolOf(page.diagram, catalogue.form, owner.part);
       const outer = around && around.by !== owner.part ? around : undefined;
       const id = outer?.id ?? (stated === '' ? inForce() : '');
@@ -75,11 +77,13 @@ export function presetSection(page: Page, shape: Shape, pack: Pack): Section | u
   select.addEventListener('change', () => {
     page.diagram.edit([page.diagram.update(shape, { [name]: select.value || undefined })]);
   });
+  const element = labelled('Preset', select, hint, wordFor(form, DrawnOwnerKind.EVENT, DrawnMeaning.PRESET)?.doc);
   return {
-    element: labelled('Preset', select, hint, wordFor(form, DrawnOwnerKind.EVENT, DrawnMeaning.PRESET)?.doc),
+    element,
     fields: [],
     update() {
       const stated = text(shape.businessObject, name);
+      element.classList.toggle('stated', stated !== '');
       const preset = pack.presets.find((each) => each.name === stated || each.aliases.includes(stated));
       other.hidden = stated === '' || preset !== undefined;
       other.value = other.hidden ? '?' : stated;

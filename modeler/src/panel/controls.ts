@@ -93,12 +93,9 @@ function list({ policy }: Setting, values: readonly string[], words: readonly st
   const unset = make('option', { value: '' });
   const option = (value: string): HTMLOptionElement =>
     make('option', { value, title: valueDoc(policy, value) || undefined }, valueLabel(policy, value));
-  element.append(unset);
-  if (policy.ordered && values.length > 2) {
-    element.append(make('optgroup', { label: 'Weakest to strongest' }, ...values.map(option)));
-  } else {
-    element.append(...values.map(option));
-  }
+  const isOrdered = policy.ordered && values.length > 2;
+  element.append(make('optgroup', { label: 'Not stated' }, unset));
+  element.append(make('optgroup', { label: isOrdered ? 'Weakest to strongest' : 'Values' }, ...values.map(option)));
   if (words.length > 0) {
     element.append(make('optgroup', { label: 'Other' }, ...words.map(option)));
   }
@@ -110,7 +107,7 @@ function list({ policy }: Setting, values: readonly string[], words: readonly st
     labelled: true,
     focus: () => element.focus(),
     show(text, fallback) {
-      unset.textContent = fallback === '' ? 'Not set' : `${valueLabel(policy, fallback)} (default)`;
+      unset.textContent = fallback === '' ? 'Not set' : valueLabel(policy, fallback);
       const known = text === undefined || values.includes(text) || words.includes(text);
       extra.value = known ? '?' : text;
       extra.textContent = known ? '' : text;
@@ -150,6 +147,12 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
       }
     }
   }
+  const plainUnit = spelling.bareUnit ?? 's';
+  number.addEventListener('input', () => {
+    if (isWord()) {
+      unit.value = plainUnit; // the word was that of the value in force
+    }
+  });
   number.addEventListener('change', send);
   unit.addEventListener('change', () => {
     number.disabled = isWord();
@@ -172,12 +175,10 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
       number.removeAttribute('aria-invalid');
       number.disabled = text !== undefined && words.includes(text);
       number.value = stated?.number ?? (text !== undefined && !words.includes(text) ? text : '');
-      number.placeholder = text === undefined ? (inForce?.number ?? valueLabel(policy, fallback)) : '';
-      if (text !== undefined && words.includes(text)) {
-        unit.value = text;
-      } else {
-        unit.value = stated?.unit ?? (text === undefined ? inForce?.unit : undefined) ?? spelling.bareUnit ?? 's';
-      }
+      const shown = text ?? fallback;
+      const isKnown = words.includes(shown);
+      number.placeholder = text === undefined && !isKnown ? (inForce?.number ?? valueLabel(policy, fallback)) : '';
+      unit.value = isKnown ? shown : (stated?.unit ?? (text === undefined ? inForce?.unit : undefined) ?? plainUnit);
     },
   };
 }

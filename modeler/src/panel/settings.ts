@@ -38,8 +38,9 @@ export interface Subject {
 export function settingsSection(page: Page, subject: Subject, settings: readonly Setting[]): Section {
   const fields = settings.map((setting) => ({ setting, field: fieldOf(page, subject, setting) }));
   const element = make('div', { class: 'settings' });
-  const plain = fields.filter(({ setting }) => !setting.policy.advanced);
-  const advanced = fields.filter(({ setting }) => setting.policy.advanced);
+  const isFolded = fields.some(({ setting }) => !setting.policy.advanced);
+  const plain = fields.filter(({ setting }) => !isFolded || !setting.policy.advanced);
+  const advanced = fields.filter(({ setting }) => isFolded && setting.policy.advanced);
   element.append(...headed(subject.pack, plain));
   let fold: { element: HTMLElement; count(stated: number): void } | undefined;
   if (advanced.length > 0) {
@@ -62,17 +63,17 @@ export function settingsSection(page: Page, subject: Subject, settings: readonly
 
 function headed(pack: Pack, fields: readonly { setting: Setting; field: Field }[]): HTMLElement[] {
   const names = [...new Set([...pack.groups, ...fields.map(({ setting }) => setting.policy.group)])];
-  const groups = names.map((name) => [name, fields.filter(({ setting }) => setting.policy.group === name)] as const);
-  return groups
-    .filter(([, members]) => members.length > 0)
-    .map(([name, members]) =>
-      make(
-        'div',
-        { class: 'group', role: 'group', 'aria-label': name || 'Settings' },
-        name === '' ? null : make('h3', {}, name),
-        ...members.map(({ field }) => field.element),
-      ),
-    );
+  const groups = names
+    .map((name) => [name, fields.filter(({ setting }) => setting.policy.group === name)] as const)
+    .filter(([, members]) => members.length > 0);
+  return groups.map(([name, members]) =>
+    make(
+      'div',
+      { class: 'group', role: 'group', 'aria-label': name || 'Settings' },
+      name === '' || groups.length === 1 ? null : make('h3', {}, name),
+      ...members.map(({ field }) => field.element),
+    ),
+  );
 }
 
 function fieldOf(page: Page, subject: Subject, setting: Setting): Field {

@@ -2,7 +2,7 @@
 
 import type { ModdleElement } from '../moddle';
 import { text, type Shape, type Step } from '../drawing/diagram';
-import { chooseSignal, createSignal, renameSignal, signalOf, signalsOf, usesOf } from '../drawing/events';
+import { labelSteps, renameSignal, signalOf, signalsOf, topicSteps, usesOf } from '../drawing/events';
 import { button, make } from '../layout/dom';
 import { nextId } from '../layout/tip';
 import type { Page } from '../page';
@@ -18,36 +18,35 @@ export function topicSection(page: Page, shape: Shape, definition: ModdleElement
   const question = make('div', { class: 'question', role: 'group', hidden: true });
   const name = (): string => text(signalOf(definition) ?? definition, signalOf(definition) ? 'name' : '$none');
 
-  /** The event keeps a name of its own; one that was the topic's follows it. */
-  function edit(steps: readonly Step[], topic: string): void {
-    const own = text(shape.businessObject, 'name');
-    const follows = own === '' || own === name();
+  function edit(steps: readonly Step[]): void {
     question.hidden = true;
-    diagram.edit(follows ? [...steps, diagram.update(shape, { name: topic })] : steps);
+    diagram.edit(steps);
+  }
+
+  function rename(signal: ModdleElement, wanted: string): Step[] {
+    return [renameSignal(diagram, shape, signal, wanted), ...labelSteps(diagram, shape, definition, wanted)];
   }
 
   function ask(signal: ModdleElement, wanted: string, uses: number): void {
     const others = uses === 2 ? 'the other event' : `the ${uses - 1} other events`;
-    const rename = button('Rename it everywhere', () => edit([renameSignal(diagram, shape, signal, wanted)], wanted));
-    const separate = button('New topic for this event', () => edit(createSignal(diagram, shape, definition, wanted), wanted));
-    question.replaceChildren(make('p', {}, `“${text(signal, 'name')}” is also the topic of ${others}.`), rename, separate);
+    const everywhere = button('Rename it everywhere', () => edit(rename(signal, wanted)));
+    const separate = button('New topic for this event', () => edit(topicSteps(diagram, shape, definition, wanted)));
+    question.replaceChildren(make('p', {}, `“${text(signal, 'name')}” is also the topic of ${others}.`), everywhere, separate);
     question.hidden = false;
-    rename.focus();
+    everywhere.focus();
   }
 
   input.addEventListener('change', () => {
     const wanted = input.value.trim();
     const signal = signalOf(definition);
-    const other = signalsOf(diagram).find((each) => text(each, 'name').trim() === wanted);
+    const isKnown = signalsOf(diagram).some((each) => text(each, 'name').trim() === wanted);
     if (wanted === '' || wanted === name()) {
       input.value = name();
       question.hidden = true;
-    } else if (other) {
-      edit([chooseSignal(diagram, shape, definition, other)], wanted);
-    } else if (!signal) {
-      edit(createSignal(diagram, shape, definition, wanted), wanted);
+    } else if (isKnown || !signal) {
+      edit(topicSteps(diagram, shape, definition, wanted));
     } else if (usesOf(diagram, signal) < 2) {
-      edit([renameSignal(diagram, shape, signal, wanted)], wanted);
+      edit(rename(signal, wanted));
     } else {
       ask(signal, wanted, usesOf(diagram, signal));
     }
