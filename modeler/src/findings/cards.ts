@@ -2,13 +2,13 @@
 
 import { text } from '../drawing/diagram';
 import { fixSteps, documentsOf } from '../drawing/fixes';
-import { Severity, type Finding, type Place, type Remedy, type Side } from '../gen/cqos/v1/report_pb';
+import { OriginKind, Severity, type Finding, type Place, type Remedy, type Side } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
 import { acceptForm } from './accept';
 import { fullName, type View } from './view';
-import { factText, messageOf, remedyNotes, remedyText, severitySign, severityWord } from './words';
+import { factText, messageOf, originWords, remedyNotes, remedyText, severitySign, severityWord } from './words';
 
 /** The finding in one line: severity, message, code. `short` says only what it is about. */
 export function summary(page: Page, view: View, finding: Finding, short = false): HTMLElement[] {
@@ -81,7 +81,8 @@ function sideElement(page: Page, view: View, finding: Finding, side: Side): HTML
     const words = make('span', { class: 'fact-value' }, value);
     element.append(make('p', { class: 'fact' }, make('span', { class: 'fact-label' }, label), words));
     if (fact.origin !== 'explicit') {
-      element.append(make('p', { class: 'fact-origin' }, fact.origin));
+      const origin = pack && fact.originKind !== OriginKind.EXPLICIT ? originWords(fact, pack) : fact.origin;
+      element.append(make('p', { class: 'fact-origin' }, origin));
     }
   }
   for (const id of side.members.slice(0, 5)) {

@@ -1,7 +1,7 @@
 /** Words about findings: their messages with names of people, their severity, their fixes. */
 
 import type { Pack, Policy } from '../gen/cqos/v1/catalogue_pb';
-import { RemedyKind, Severity, type Fact, type Finding, type Remedy } from '../gen/cqos/v1/report_pb';
+import { OriginKind, RemedyKind, Severity, type Fact, type Finding, type Remedy } from '../gen/cqos/v1/report_pb';
 import { valueLabel } from '../drawing/values';
 import { make } from '../layout/dom';
 import type { SignName } from '../layout/signs';
@@ -58,6 +58,22 @@ export function factText(pack: Pack | undefined, fact: Pick<Fact, 'policy' | 'va
   const plain = name.replaceAll('_', ' ');
   const value = bound === undefined ? fact.value : `${bound.replace('_', ' ')} ${fact.value}`;
   return { label: policy?.label || plain.charAt(0).toUpperCase() + plain.slice(1), value: policy ? valueLabel(policy, fact.value) : value };
+}
+
+/** Where a value comes from, in words. */
+export function originWords(fact: Fact, pack: Pack): string {
+  switch (fact.originKind) {
+    case OriginKind.DEFAULT:
+      return `default of ${pack.title}`;
+    case OriginKind.PRESET:
+      return fact.originName === pack.basePreset ? `default of ${pack.title}` : `from preset ${fact.originName}`;
+    case OriginKind.PROFILE:
+      return `from profile ${fact.originName}`;
+    case OriginKind.EXPLICIT:
+      return `${fact.value}, stated in the form of another tool`;
+    default:
+      return fact.origin;
+  }
 }
 
 /** What a fix does, for its button. */

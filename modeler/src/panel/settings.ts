@@ -6,7 +6,7 @@ import type { Setting } from '../drawing/form';
 import type { Store } from '../drawing/stores';
 import { canonical, spellingOf } from '../drawing/values';
 import { fullName, type EndpointView } from '../findings/view';
-import { factText, messageOf } from '../findings/words';
+import { factText, messageOf, originWords } from '../findings/words';
 import { make } from '../layout/dom';
 import type { Page } from '../page';
 import { createField, type Field, type Shown } from './fields';
@@ -111,22 +111,6 @@ function shown(
 
 function isStated(fact: Fact): boolean {
   return fact.originKind === OriginKind.EXPLICIT && (fact.place?.path ?? '').startsWith('@');
-}
-
-/** Where a value comes from, in words. */
-function originWords(fact: Fact, pack: Pack): string {
-  switch (fact.originKind) {
-    case OriginKind.DEFAULT:
-      return `default of ${pack.title}`;
-    case OriginKind.PRESET:
-      return fact.originName === pack.basePreset ? `default of ${pack.title}` : `from preset ${fact.originName}`;
-    case OriginKind.PROFILE:
-      return `from profile ${fact.originName}`;
-    case OriginKind.EXPLICIT:
-      return `${fact.value}, stated in the form of another tool`;
-    default:
-      return fact.origin;
-  }
 }
 
 /** The worst finding about a value: what the other side has, or its message. */
