@@ -289,6 +289,17 @@ def test_an_answer_takes_no_field_from_a_person_who_types(opens):
     assert deadline.locator("select").input_value() == "s"
 
 
+def test_an_answer_leaves_the_focus_where_a_person_is_about_to_type(opens):
+    shown = opens()
+    shown.page.locator(".list-note", has_text="Nothing to check yet").wait_for()
+    panel(shown).get_by_role("button", name="Add a subscriber").click()
+    panel(shown).locator('[data-policy="reliability"]').wait_for()
+    shown.page.keyboard.type("weather")
+    shown.press("Enter")
+    shown.page.wait_for_function("() => document.querySelector('.panel h2').textContent === 'weather'")
+    assert shown.page.locator(".tip").count() == 0
+
+
 def test_a_person_who_draws_is_warned_once_the_event_is_left(opens):
     shown = opens()
     panel(shown).get_by_role("button", name="Add a subscriber").click()

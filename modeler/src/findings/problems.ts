@@ -97,8 +97,11 @@ function emptyWords(view: View): string {
   if (view.endpoints.size === 0) {
     return 'Nothing to check yet. Events with a signal publish and subscribe: add one that throws a signal, and one that catches it.';
   }
-  const hidden = view.findings.some((finding) => finding.accepted === undefined);
-  return hidden ? 'All findings are hidden by the filter.' : 'No findings.';
+  const hidden = view.findings.filter((finding) => finding.accepted === undefined);
+  if (hidden.length === 0) {
+    return 'No findings.';
+  }
+  return hidden.every((each) => each.severity === Severity.NOTE) ? 'No errors and no warnings. Notes are hidden.' : 'All findings are hidden by the filter.';
 }
 
 function live(view: View, severity: Severity): Finding[] {

@@ -132,15 +132,28 @@ describe('a topic that nearly agrees', () => {
     return found ? similarTopics(view, found) : [];
   };
 
-  it('is that of the other role and the same protocol, the nearest first', () => {
-    expect(similar('wether', named('b', SUBSCRIBER, 'Weather'), named('c', SUBSCRIBER, 'weathers'))).toEqual(['Weather', 'weathers']);
+  it('is that of the other role and the same protocol', () => {
+    expect(similar('wether', named('b', SUBSCRIBER, 'Weather'), named('c', SUBSCRIBER, 'wind'))).toEqual(['Weather']);
     expect(similar('wether', named('b', PUBLISHER, 'weather'), named('c', SUBSCRIBER, 'weather', 'q'))).toEqual([]);
   });
 
-  it('differs by two letters at most, and is no short name', () => {
-    expect(similar('temperature', named('b', SUBSCRIBER, 'temprture'), named('c', SUBSCRIBER, 'temprtre'))).toEqual(['temprture']);
+  it.each([
+    ['temprature', true],
+    ['temperatures', true],
+    ['temperatore', true],
+    ['tempreature', true],
+    ['TEMPERATURE', true],
+    ['temperature', false],
+    ['temprtre', false],
+    ['temperature2', false],
+    ['humidity', false],
+  ])('differs by one slip of the fingers: %s', (other, isSlip) => {
+    expect(similar('temperature', named('b', SUBSCRIBER, other))).toEqual(isSlip ? [other] : []);
+  });
+
+  it('is no short name, and no other word', () => {
     expect(similar('wind', named('b', SUBSCRIBER, 'wund'))).toEqual([]);
-    expect(similar('weather', named('b', SUBSCRIBER, 'weather'))).toEqual([]);
+    expect(similar('Resp weather data', named('b', SUBSCRIBER, 'Req weather data'))).toEqual([]);
   });
 });
 

@@ -30,8 +30,18 @@ export function describe(element: HTMLElement, lines: readonly string[]): void {
     (element.closest('.frame') ?? document.body).append(shown);
     place(shown, element.getBoundingClientRect());
   };
-  element.addEventListener('pointerenter', show);
-  element.addEventListener('pointerleave', hideTip);
+  // A pointer that rests where the page puts the element asks nothing.
+  let isInside = false;
+  element.addEventListener('pointermove', () => {
+    if (!isInside) {
+      isInside = true;
+      show();
+    }
+  });
+  element.addEventListener('pointerleave', () => {
+    isInside = false;
+    hideTip();
+  });
   element.addEventListener('focusin', (event) => {
     if ((event.target as HTMLElement).matches(':focus-visible')) {
       show();

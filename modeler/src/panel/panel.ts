@@ -57,8 +57,12 @@ export function createPanel(page: Page): Panel {
       withheld = false;
       drawn = key;
       bound = shape.businessObject;
+      const focused = owner === shape.id ? focusedField(region) : undefined;
       owner = shape.id;
       draw(shape, pack);
+      if (focused !== undefined) {
+        region.querySelector<HTMLElement>(focused)?.focus();
+      }
     }
     const title = region.querySelector('h2');
     if (title) {
@@ -86,6 +90,14 @@ export function createPanel(page: Page): Panel {
       }
     },
   };
+}
+
+/** A selector of the field in which the focus is, where a new panel of the same element has it, too. */
+function focusedField(region: HTMLElement): string | undefined {
+  const field = region.contains(document.activeElement) ? document.activeElement?.closest<HTMLElement>('[data-policy], [data-focus]') : undefined;
+  const { policy, focus } = field?.dataset ?? {};
+  const place = policy === undefined ? focus && `[data-focus="${CSS.escape(focus)}"]` : `[data-policy="${CSS.escape(policy)}"]`;
+  return place ? `${place} :is(input, select)` : undefined;
 }
 
 function packFor(page: Page, shape: Shape): Pack | undefined {
