@@ -96,12 +96,12 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
   setTheme(theme());
   bindCanvasKeys(modeler);
   const commands: Command[] = [
-    ...fileCommands(modeler, diagram, desk, dressExport),
+    ...fileCommands(modeler, diagram, desk, dressExport, (name) => frame.regions.tell(`Exported ${name}`, 'ok')),
     ...viewCommands(modeler),
     { id: 'add', label: 'Add an element', keys: 'Mod+Enter', run: () => chooseKind(modeler) },
     { id: 'panel', label: 'Show or hide the properties', run: () => frame.toggle('panel') },
     { id: 'bottom', label: 'Show or hide problems and matrix', run: () => frame.toggle('bottom') },
-    { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.status(`Theme: ${turnTheme()}`, 'info') },
+    { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.tell(`Theme: ${turnTheme()}`, 'info') },
     { id: 'help', label: 'Keyboard help', keys: '?', run: () => showHelp(commands) },
   ];
   bindKeys(commands);
@@ -121,10 +121,11 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
   return shown;
 }
 
-function fileCommands(modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void): Command[] {
+function fileCommands(modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void, exported: (name: string) => void): Command[] {
   const exportSvg = (): void => {
     const name = diagram.source.name.replace(/(\.bpmn)?(\.[^.]*)?$/, '.svg');
     download(name, svgText(modeler, dressExport), 'image/svg+xml');
+    exported(name);
   };
   return [
     { id: 'new', label: 'New diagram', run: () => void desk.newDiagram() },

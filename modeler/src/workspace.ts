@@ -27,6 +27,8 @@ export interface Regions {
   readonly beside: HTMLElement;
   /** Show one line at the lower edge of the page. Screen readers read it. */
   status(text: string, kind: StatusKind): void;
+  /** Show a line in its place for some seconds, or until the next one. */
+  tell(text: string, kind: StatusKind): void;
   /** Show a notice above the canvas in place of the earlier one of this name; null removes it. */
   notice(name: string, notice: Notice | null): void;
   /** Show a number at a bottom tab, or none. */

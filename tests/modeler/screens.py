@@ -1,7 +1,7 @@
 """The states of the page that people look at, and pictures of them.
 
 `python -m tests.modeler.screens FOLDER [STATE…]` takes each state at both sizes in both themes, to look at before a release.
-`python -m tests.modeler.screens --docs` renews the pictures in docs/img.
+`python -m tests.modeler.screens --docs [STATE…]` renews pictures in docs/img.
 """
 
 from __future__ import annotations
@@ -106,6 +106,7 @@ def _beside(shown: Shown, folder: Path) -> None:
 def _protocol(shown: Shown, _folder: Path) -> None:
     shown.page.locator(".panel .field").get_by_label("Protocol", exact=True).select_option("mqtt")
     shown.page.locator(".panel .convert", has_text="does not know").wait_for()
+    shown.page.locator(".qos-badge-error").first.wait_for()
 
 
 def _mqtt(shown: Shown, folder: Path) -> None:
@@ -245,9 +246,9 @@ def take(browser: Browser, name: str, folder: Path, work: Path) -> None:
     """Take the pictures of one state into a folder."""
     with reached(browser, STATES[name], work) as shown:
         for size, viewport in SIZES.items():
-            shown.page.set_viewport_size(viewport)  # type: ignore[arg-type]
+            shown.page.set_viewport_size(viewport)
             for theme in THEMES:
-                shown.page.emulate_media(color_scheme=theme)  # type: ignore[arg-type]
+                shown.page.emulate_media(color_scheme=theme)
                 shown.page.wait_for_timeout(200)
                 shown.page.screenshot(path=folder / f"{name}-{size}-{theme}.png", full_page=size == "zoomed")
 
@@ -259,7 +260,7 @@ def picture(browser: Browser, state: State, folder: Path, work: Path) -> Path:
     options = {"viewport": viewport, "color_scheme": state.theme, "device_scale_factor": scale}
     file = folder / f"{state.picture}.png"
     with reached(browser, state, work, **options) as shown:
-        shown.page.screenshot(path=file)
+        shown.page.screenshot(path=file, full_page=state.size == "zoomed")
     return file
 
 
@@ -272,8 +273,8 @@ def main(arguments: list[str]) -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as work:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
         if arguments[0] == "--docs":
-            for state in IN_DOCS.values():
-                picture(browser, state, IMAGES, Path(work))
+            for name in arguments[1:] or IN_DOCS:
+                picture(browser, STATES[name], IMAGES, Path(work))
         else:
             folder = Path(arguments[0])
             folder.mkdir(parents=True, exist_ok=True)

@@ -151,6 +151,8 @@ def test_a_fix_is_saved_where_it_was_applied_only(paper, file):
     report = json.loads(done.out)
     assert (done.code, report["verdict"]) == (1, "incompatible")
     assert [each["code"] for each in report["findings"] if each["severity"] == "error"] == errors(paper) == ["ROS104"]
+    # The status line tells of the save for some seconds only.
+    paper.page.locator(".status", has_text="Incompatible: 1 of 2 pairs").wait_for()
 
 
 def test_deleted_pasted_and_renamed_events_are_checked(checks):

@@ -121,7 +121,7 @@ export class Desk {
   private async drawPools(): Promise<void> {
     const { diagram, regions } = this.desktop;
     if (await this.show({ ...diagram.source, unsaved: await diagram.pooled() })) {
-      regions.status('Each process has a pool. Save to keep that.', 'info');
+      regions.tell('Each process has a pool. Save to keep that.', 'info');
       this.edited();
     }
   }
@@ -129,7 +129,7 @@ export class Desk {
   private failed(what: string, error: unknown): void {
     const why = error instanceof Error ? error.message : String(error);
     this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${why}` });
-    this.desktop.regions.status(what, 'error');
+    this.desktop.regions.tell(what, 'error');
   }
 
   async mayLeave(): Promise<boolean> {
@@ -163,7 +163,7 @@ export class Desk {
     if (await this.show(drawn)) {
       await this.forgetUnsaved();
       await remember(drawn.name, drawn.handle, drawn.bytes);
-      this.desktop.regions.status(`Opened ${drawn.name}`, 'ok');
+      this.desktop.regions.tell(`Opened ${drawn.name}`, 'ok');
     }
   }
 
@@ -172,7 +172,7 @@ export class Desk {
       const content = await place.read();
       if (await this.show(fromPlace(place, content))) {
         await this.forgetUnsaved();
-        this.desktop.regions.status(content === null ? `${place.name} is new` : `Opened ${place.name}`, 'ok');
+        this.desktop.regions.tell(content === null ? `${place.name} is new` : `Opened ${place.name}`, 'ok');
       }
     }
   }
@@ -207,7 +207,7 @@ export class Desk {
       await this.forgetUnsaved();
     }
     this.desktop.regions.notice('disk', null);
-    this.desktop.regions.status(`Saved ${name}`, 'ok');
+    this.desktop.regions.tell(`Saved ${name}`, 'ok');
     this.desktop.shown();
     await remember(name, handle, bytes);
   }
@@ -312,7 +312,7 @@ export class Desk {
     const place = named ?? (unsaved.handle === null ? null : handlePlace(unsaved.handle, unsaved.place ?? ''));
     const { name, original, handle, tag, text } = unsaved;
     if (await this.show({ name, bytes: original, place, handle, tag, unsaved: text })) {
-      this.desktop.regions.status(`Recovered ${name}`, 'ok');
+      this.desktop.regions.tell(`Recovered ${name}`, 'ok');
       if (unsaved.tab !== this.tab) {
         await this.keep();
         await recovery.forget(unsaved.tab);

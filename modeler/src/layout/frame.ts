@@ -9,6 +9,9 @@ const TABS: readonly { readonly id: Tab; readonly label: string }[] = [
   { id: 'beside', label: 'Other documents' },
 ];
 
+/** Milliseconds for a line that is told. */
+const TOLD = 6000;
+
 /** The elements that the shell itself fills. */
 export interface Frame {
   readonly regions: Regions;
@@ -30,6 +33,12 @@ export function createFrame(root: HTMLElement): Frame {
   const work = make('main', { class: 'work' }, notices, canvas, panel, tabs.element);
   root.append(header, work, status);
   const shown = new Map<string, HTMLElement>();
+  let told: ReturnType<typeof setTimeout> | undefined;
+  let lasting = (): void => line('', 'info');
+  function line(text: string, kind: StatusKind): void {
+    status.textContent = text;
+    status.dataset['kind'] = kind;
+  }
   return {
     header,
     canvas,
@@ -47,8 +56,14 @@ export function createFrame(root: HTMLElement): Frame {
         tabs.show(tab);
       },
       status(text: string, kind: StatusKind): void {
-        status.textContent = text;
-        status.dataset['kind'] = kind;
+        clearTimeout(told);
+        lasting = () => line(text, kind);
+        lasting();
+      },
+      tell(text: string, kind: StatusKind): void {
+        clearTimeout(told);
+        line(text, kind);
+        told = setTimeout(() => lasting(), TOLD);
       },
       notice(name: string, notice: Notice | null): void {
         shown.get(name)?.remove();
