@@ -206,7 +206,7 @@ class FormatterInfo:
 
 @dataclass(frozen=True, slots=True)
 class CommandInfo:
-    """A subcommand of ``cqos``; ``command`` names a `click.Command`."""
+    """A subcommand of ``cqos``; ``command`` names a `click.Command`. A name of two words is in the group of the first word."""
 
     name: str
     summary: str
@@ -271,6 +271,7 @@ KINDS: Final = {
     )
 }
 _NAME: Final = regular_expression(r"[a-z][a-z0-9_-]*")
+_COMMAND: Final = regular_expression(r"[a-z][a-z0-9_-]*(?: [a-z][a-z0-9_-]*)?")
 _OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
@@ -486,7 +487,8 @@ def _refuse_malformed(kind: _Kind, info: Any) -> None:
     if not isinstance(info, kind.descriptor):
         raise CqosError(f"its `{kind.hook}` registers {info!r}, which is no {kind.descriptor.__name__}")
     name, what = info.name, f"its {kind.noun} `{info.name}`"
-    if not (isinstance(name, str) and _NAME.fullmatch(name)):
+    pattern = _COMMAND if kind.name == "commands" else _NAME
+    if not (isinstance(name, str) and pattern.fullmatch(name)):
         raise CqosError(f"{what} needs a name of lower-case letters, digits, `-` and `_`")
     if not isinstance(info.summary, str):
         raise CqosError(f"{what} needs a summary")

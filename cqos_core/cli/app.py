@@ -29,16 +29,21 @@ _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 class Commands(click.Group):
     """The commands that plugins register, ours among them; help lists them without importing any."""
 
+    under = ""
+    """The first word of the names of these commands, and a space; empty for those without."""
+
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
-        """Name them, ours first."""
-        return list(load_plugins().commands)
+        """Name them, ours first; a group of commands by its word."""
+        names = (name.removeprefix(self.under) for name in load_plugins().commands if name.startswith(self.under))
+        return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
         plugins = load_plugins()
+        cmd_name = self.under + cmd_name
         info = plugins.commands.get(cmd_name)
         if info is None:
-            return None
+            return _group_of(cmd_name)
         try:
             command = info.load()
             if not isinstance(command, click.Command):
@@ -79,13 +84,23 @@ class Commands(click.Group):
         plugins = load_plugins()
         for title, shipped in (("Commands", True), ("Commands of plugins", False)):
             rows = [
-                (info.name, info.summary)
+                (info.name.removeprefix(self.under), info.summary)
                 for info in plugins.commands.values()
-                if plugins.shipped("commands", info.name) is shipped
+                if info.name.startswith(self.under) and plugins.shipped("commands", info.name) is shipped
             ]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
+
+
+def _group_of(word: str) -> Commands | None:
+    """Return the commands whose names begin with a word, if there are any."""
+    summaries = [info.summary for name, info in load_plugins().commands.items() if name.startswith(f"{word} ")]
+    if not summaries:
+        return None
+    found = Commands(word, help="\n\n".join(summaries))
+    found.under = f"{word} "
+    return found
 
 
 @click.group(

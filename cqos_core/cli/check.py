@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
-_NOT_CHECKED = "not-checked"
+_NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
 _SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
@@ -103,10 +103,10 @@ class Wishes:
 )
 @click.option(
     "--show",
-    type=click.Choice([*_SHOW, _NOT_CHECKED]),
+    type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
     multiple=True,
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. Can be "
-    "repeated. `json`, `jsonl` and `sarif` always hold everything.",
+    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. "
+    "`subscribers` says of each one whether it gets nothing or loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
 )
 @click.option(
     "--select",
@@ -377,6 +377,7 @@ class _Check:
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
             not_checked=_NOT_CHECKED in shown,
+            losses=_LOSSES in shown,
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,

@@ -27,7 +27,8 @@ _SAME, _DIFFERENT = 0, 1
     "in one of the two; 3 internal error."
 )
 @click.argument("a", metavar="A")
-@click.argument("b", metavar="B")
+@click.argument("b", metavar="B", required=False)
+@click.option("--against", metavar="DESIGN", help="Compare with this; it is A then, and what is named is B.")
 @click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
 @click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
 @form_option
@@ -46,7 +47,8 @@ def diff(
     ctx: click.Context,
     *,
     a: str,
-    b: str,
+    b: str | None,
+    against: str | None,
     topics: tuple[str, ...],
     ignored: tuple[str, ...],
     form: str,
@@ -63,27 +65,32 @@ def diff(
     \b
     Examples:
       cqos diff design.yaml snapshot.txt
+      cqos diff mosquitto.log --against design.yaml
       cqos diff old.yaml new.yaml --format json
       cqos diff .git#ref=main design.yaml
       cqos diff design.yaml bag/ --ignore '/rosout' --fail-on values
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    if a == b == STDIN:
+    named = [each for each in (against, a, b) if each is not None]
+    if len(named) != 2:  # noqa: PLR2004 - A and B
+        raise click.UsageError("name two systems, or one and the other with --against.", ctx)
+    path_a, path_b = named
+    if path_a == path_b == STDIN:
         raise click.UsageError("only one of the two can be standard input.", ctx)
-    reader = prepare(reading, (a, b))
+    reader = prepare(reading, (path_a, path_b))
     with Progress("reading"):
-        loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((a, b), (b, a))]
-        if not all([usable(each, color, path) for each, path in zip(loaded, (a, b), strict=True)]):  # noqa: C419 - say all
+        loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((path_a, path_b), (path_b, path_a))]
+        if not all([usable(each, color, path) for each, path in zip(loaded, (path_a, path_b), strict=True)]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)
-    empty = [path for path, system in ((a, one), (b, other)) if not system.endpoints]
+    empty = [path for path, system in ((path_a, one), (path_b, other)) if not system.endpoints]
     for path in empty:
         say(f"{path}: there is no endpoint in it, so nothing was compared", severity="error", choice=color)
     sources = {**one.sources, **other.sources}
     if form == "json":
-        emit(diff_as_json(found, a, b, sources))
+        emit(diff_as_json(found, path_a, path_b, sources))
     elif not empty:
-        emit(diff_as_text(found, a, b, sources, width(), color=colored(color, sys.stdout)))
+        emit(diff_as_text(found, path_a, path_b, sources, width(), color=colored(color, sys.stdout)))
     ctx.exit(UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
 
 

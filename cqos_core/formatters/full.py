@@ -91,6 +91,10 @@ class _Shown:
 def _end(report: Report, style: Style) -> Iterator[str]:
     """Yield what no check can see, and the verdict, or the total of several systems."""
     paint = terminal.paint(color=style.color)
+    if style.losses:
+        from cqos_core.formatters.changes import losses
+
+        yield from losses(report)
     if report.not_checked:
         listed = "; ".join(report.not_checked)
         count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"

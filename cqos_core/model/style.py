@@ -30,6 +30,7 @@ class Style:
     Attributes:
         show: findings up to this severity are printed in full by the text formats (``warning``: notes are counted only).
         not_checked: list in the text formats what no check of the protocols can see, rather than count it.
+        losses: list in the text formats which subscribers get nothing, or lose some of their publishers.
         color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
         width: columns of the terminal, for the text formats.
         sources: source name to its bytes, for excerpts and exact columns.
@@ -47,6 +48,7 @@ class Style:
     sources: Mapping[str, bytes] = field(default_factory=dict)
     tool_version: str = ""
     not_checked: bool = False
+    losses: bool = False
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing

@@ -19,8 +19,8 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
 
 @hookimpl
 def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """Register ``cqos snapshot``."""
-    register(CommandInfo("snapshot", "Write what runs as a system file.", "cqos_dds.snapshot.command:snapshot"))
+    """Register ``cqos snapshot dds``."""
+    register(CommandInfo("snapshot dds", "Write what runs in a DDS domain.", "cqos_dds.snapshot.command:dds"))
 
 
 @hookimpl

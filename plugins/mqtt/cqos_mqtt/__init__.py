@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,6 +15,12 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
     """Register ``mqtt``."""
     summary = "MQTT 3.1.1 and 5.0: publication, broker and subscription judged together"
     register(RulePackInfo("mqtt", summary, "cqos_mqtt.pack:PACK"))
+
+
+@hookimpl
+def register_commands(register: Callable[[CommandInfo], None]) -> None:
+    """Register ``cqos snapshot mqtt``."""
+    register(CommandInfo("snapshot mqtt", "Write what a broker of MQTT knows.", "cqos_mqtt.snapshot.command:mqtt"))
 
 
 @hookimpl
@@ -47,5 +53,6 @@ _READ = (
     ("wot", "W3C WoT Thing Descriptions with MQTT forms", (".jsonld", ".json", ".td")),
     ("node_red", "Flows of Node-RED (flows.json)", (".json",)),
     ("mosquitto", "Configurations of Mosquitto (mosquitto.conf)", (".conf",)),
+    ("mosquitto_log", "Logs of Mosquitto, with `log_type all` or `subscribe`", (".log",)),
     ("mqtt_client", "Parameters of mqtt_client, the bridge between ROS 2 and MQTT", (".yaml", ".yml")),
 )

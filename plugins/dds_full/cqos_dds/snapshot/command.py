@@ -1,4 +1,4 @@
-"""``cqos snapshot``: systems of what runs."""
+"""``cqos snapshot dds``: a system of what runs in a domain."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import click
@@ -15,6 +16,8 @@ from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
+from cqos_core.formatters.changes import watched
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import CqosError, describe
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
@@ -25,18 +28,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
+    from cqos_core.model.system import System
+    from cqos_dds.snapshot.discovery import Discovery
     from cqos_dds.snapshot.seen import Seen
 
 _EMPTY: Final = 2
 _HIGHEST_DOMAIN: Final = 232
 
 
-@click.group()
-def snapshot() -> None:
-    """Write what runs as a system file, to check it or to compare it with its design."""
-
-
-@snapshot.command(
+@click.command(
     epilog="Exit codes: 0 written; 2 wrong usage, no participant in the domain, or Cyclone DDS is missing or cannot join; 3 internal "
     "error."
 )
@@ -51,11 +51,12 @@ def snapshot() -> None:
     metavar="S",
     help="How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.",
 )
+@click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C.")
 @click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
 @color_option
 @debug_option
 @click.pass_context
-def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, color: str) -> None:
+def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output: str | None, color: str) -> None:
     """Write who is in a DDS domain: participants, topics, types and QoS, as discovery tells them.
 
     Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI. It writes no topic, and reads only
@@ -67,6 +68,11 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, 
       cqos snapshot dds --domain 7 --output running.yaml
       cqos diff design.yaml running.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if watch:
+        if output is not None:
+            raise click.UsageError("--watch prints changes, so there is nothing to write with --output.", ctx)
+        _watch(domain, seconds)
+        return
     check_targets("--output", [] if output is None else [output], ())
     seen, looked = _look(domain, seconds, color)
     found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
@@ -88,8 +94,26 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, 
         write_file(output, text)
 
 
-def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
-    """Look for some time, or until interrupted; return the participants at the end, and how long it took."""
+def _watch(domain: int, seconds: float) -> None:
+    """Print what is in a domain, then what changes, until interrupted."""
+    discovery, with_ros = _joined(domain), ros.PROTOCOL in load_plugins().packs
+
+    def look() -> System:
+        system = system_of(discovery.seen(), with_ros=with_ros)
+        system.partial = True
+        return system
+
+    with _interruptible() as interrupted:
+        for text in watched(look, context(), partial(interrupted.wait, seconds)):
+            emit(text)
+
+
+def _joined(domain: int) -> Discovery:
+    """Join a domain.
+
+    Raises:
+        CqosError: Cyclone DDS is not installed.
+    """
     try:
         from cqos_dds.snapshot.discovery import Discovery
     except ImportError as error:
@@ -97,9 +121,14 @@ def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
             f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)}): "
             "pip install 'cqos-dds[snapshot]' (Python 3.10 to 3.13)"
         ) from None
+    return Discovery(domain)
+
+
+def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
+    """Look for some time, or until interrupted; return the participants at the end, and how long it took."""
     began = time.monotonic()
     with _interruptible() as interrupted:
-        discovery = Discovery(domain)
+        discovery = _joined(domain)
         say(f"looking into domain {domain} for {seconds:g} s; Ctrl-C ends it early", severity="note", choice=color)
         interrupted.wait(seconds)
         return discovery.seen(), time.monotonic() - began

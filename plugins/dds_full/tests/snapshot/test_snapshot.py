@@ -381,3 +381,17 @@ def test_no_vendor_that_the_pack_does_not_know():
     domain = PACK.policy("implementation", "option")
     for name in discovery.VENDORS.values():
         assert domain.word(name) in domain.words or domain.domain.parse(name), name
+
+
+def test_watching_prints_new_endpoints(domain: int, start: Start):
+    command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", "0.5", "--watch"]
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as watching:
+        assert watching.stdout is not None
+        assert watching.stdout.readline().count(":") == 2
+        assert watching.stdout.readline() == "nothing is there yet\n"
+        start("sensor", (PUBLISHER, "reading", "Reading", {}))
+        lines = [watching.stdout.readline(), watching.stdout.readline()]
+        watching.send_signal(signal.SIGINT)
+    assert lines[0].count(":") == 2
+    assert lines[1].startswith("+ sensor publishes reading (")
+    assert watching.returncode == 0

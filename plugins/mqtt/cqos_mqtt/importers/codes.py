@@ -126,6 +126,22 @@ CODES: Final = (
         help="check the configuration where that folder is, or send its files along",
     ),
     CodeInfo(
+        "MQTT945",
+        "log-without-publications",
+        "note",
+        "The log of a broker has no line of a publication.",
+        "Who publishes is not known then, so subscriptions have no partner in this file.",
+        help="set `log_type all` or `log_type debug`, or name the design beside the log",
+    ),
+    CodeInfo(
+        "MQTT946",
+        "refused-by-access-control",
+        "warning",
+        "The log of a broker says that it refused a publication or a subscription.",
+        "No subscriber gets a refused publication, and a refused subscription gets nothing; neither is an endpoint of the system.",
+        help="check the access control of the broker for this client and topic",
+    ),
+    CodeInfo(
         "MQTT960",
         "bridged-topic-incomplete",
         "warning",

@@ -30,6 +30,11 @@ _DIRECTIVE: Final = regular_expression(
     re.MULTILINE,
 )
 _CONNECTION: Final = regular_expression(r"^[ \t]*connection \S", re.MULTILINE)
+_LOGGED: Final = regular_expression(
+    r"^[^\n]*?(?:mosquitto version \S+ (?:starting|running)$|New client connected from \S+ as .* \(p\d, c[01], k\d+|"
+    r"Received (?:SUBSCRIBE from .|PUBLISH from .* \(d\d, q\d, r\d, m\d+, '))",
+    re.MULTILINE,
+)
 _TOPIC: Final = regular_expression(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
 
 
@@ -81,3 +86,8 @@ def claims_mqtt_client(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether these are parameters of mqtt_client."""
     text = head_text(head)
     return _PARAMETERS.search(text) is not None and _BRIDGED.search(text) is not None
+
+
+def claims_mosquitto_log(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether this is a log of Mosquitto."""
+    return _LOGGED.search(head_text(head)) is not None
