@@ -54,7 +54,7 @@ WINDOWS = os.name == "nt"
 # For newer Pythons, OR-tools has no wheel beside the protobuf of constraints.txt.
 SOLVER = ("repair",) if sys.version_info < (3, 13) else ()
 # What `test` and `lint` need beyond `demo` and `run`.
-EXTRAS = ("test", "lint", "web", "metrics", "otel", "bulk", "spark", *SOLVER)
+EXTRAS = ("test", "lint", "web", "metrics", "otel", "source", "bulk", "spark", *SOLVER)
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 

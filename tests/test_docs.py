@@ -45,6 +45,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/repair.md",
     "docs/ros2-launch.md",
     "docs/ros2-workspace.md",
+    "docs/learn.md",
     "docs/dds.md",
     "docs/dds-xml.md",
     "docs/convert-and-diff.md",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.model.system import EVERY_OTHER, Place, Setting
 from cqos_core.packs import normalise
 from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
 from cqos_ros2.nodes import form
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from cqos_core.importers.forms import Entry
-    from cqos_core.model.system import ImportNote, Place, Settings
+    from cqos_core.model.system import ImportNote, Settings
     from cqos_ros2.nodes.library import Library
     from cqos_ros2.nodes.reading import NodeFile, Written
 
@@ -299,6 +299,11 @@ class _Scope:
                 result.gaps.append(
                     Unknown(f"whether it {VERBS[written.direction]} `{shown[:80]}`: {held.cause}", held.place)
                 )
+            elif held and (perhaps := written.entry.get(form.PERHAPS)):
+                made = scope.made(written, own_node=own_node)
+                known = made.name if isinstance(made.name, str) else written.name
+                cause = f"whether it {VERBS[written.direction]} `{known[:80]}`: {perhaps}"
+                result.gaps.append(Unknown(cause, made.place))
             elif held:
                 result.endpoints.append(scope.made(written, own_node=own_node))
 
@@ -328,6 +333,10 @@ class _Scope:
         parameter, given = self._named_by(written.name)
         type_name = self.text(entry.get(form.TYPE) or "", written.place)
         preset, settings, decided = self.qos(entry.get(form.QOS) or [])
+        place = entry.place if entry.place.line else written.place
+        if self.file.sources:
+            place = source_place(self.file, entry) or place
+            settings = {policy: replace(each, place=place) for policy, each in settings.items()}
         overridable, optional = entry.get(form.OVERRIDABLE), entry.get(form.OPTIONAL)
         return Filled(
             written.direction,
@@ -335,7 +344,7 @@ class _Scope:
             type_name if isinstance(type_name, str) else "",
             preset,
             settings,
-            entry.place if entry.place.line else written.place,
+            place,
             given,
             parameter,
             tuple(overridable or ()),
@@ -377,6 +386,8 @@ class _Scope:
                 cause = text.cause if isinstance(text, Unknown) else ""
                 known = text if isinstance(text, str) else ""
                 settings[policy] = Setting(known, setting.place, cause, derived=not cause)
+            for policy, member in (entry.get(form.UNREAD_POLICIES) or {}).items():
+                settings[policy] = Setting("", entry.place, member.value)
             if decided is not None:
                 settings = {policy: replace(each, place=decided) for policy, each in settings.items()}
             return preset, settings, decided
@@ -399,6 +410,12 @@ class _Scope:
         base = own.get(form.PROFILE) or ""
         preset, settings = self._profile(own) if base in self.file.profiles and base != name else (base, {})
         return preset, {**settings, **{policy: replace(each, derived=True) for policy, each in own.settings.items()}}
+
+
+def source_place(file: NodeFile, entry: Entry) -> Place | None:
+    """Return the line of the source that an entry of a learned node file names; None where it names none."""
+    path, _, line = (entry.get(form.AT) or "").rpartition(":")
+    return Place(f"{file.sources}/{path}", int(line)) if path and line.isdigit() else None
 
 
 def inner_text(filling: Filling, scope: _Scope, written: str) -> str | Unknown:

@@ -119,12 +119,19 @@ _NUMBER: Final = Scalar(str(VERSION), {"const": VERSION}, _version)
 # Endpoints
 
 WHEN: Final = Key("when", _CONDITION, "Values of parameters, and `distro`, with which this holds; without it, always.")
-AT: Final = Key("at", TEXT, "The file of the source that says so, relative to the repository.")
+AT: Final = Key(
+    "at", TEXT, "The file of the source that says so, relative to the repository or package, and its line: FILE:LINE."
+)
 PROFILE: Final = Key(
     "profile", TEXT, "A profile of this file or a preset of ROS 2; policies beside it win over its own."
 )
 UNKNOWN: Final = Key("unknown", TEXT, "Why it is not known.")
-QOS_FORM: Final = Form("node_qos", "a quality of service", (PROFILE, WHEN, UNKNOWN), short=PROFILE.name, others=SETTING)
+UNREAD_POLICIES: Final = Key(
+    "unread", MapOf(TEXT, "a map from policies to causes"), "Policies that are not known, each with its cause."
+)
+QOS_FORM: Final = Form(
+    "node_qos", "a quality of service", (PROFILE, WHEN, UNKNOWN, UNREAD_POLICIES), short=PROFILE.name, others=SETTING
+)
 QOS: Final = Key(
     "qos",
     OneOrMore(QOS_FORM),
@@ -145,8 +152,14 @@ OPTIONAL: Final = Key("optional", FLAG, "A missing partner is normal: people, to
 OWN_NODE: Final = Key(
     "own_node", FLAG, "It belongs to a hidden node of the process, with the namespace and remaps of the process."
 )
+PERHAPS: Final = Key(
+    "perhaps", TEXT, "Why it is not known whether the node creates it; then the endpoint does not count."
+)
+CONFIRMED: Final = Key("confirmed", FLAG, "A person confirmed it: `cqos learn` leaves it as it is.")
 ENDPOINT: Final = Form(
-    "node_endpoint", "an endpoint of a node", (TYPE, QOS, WHEN, FOR_EACH, OVERRIDABLE, OPTIONAL, UNKNOWN, AT)
+    "node_endpoint",
+    "an endpoint of a node",
+    (TYPE, QOS, WHEN, FOR_EACH, OVERRIDABLE, OPTIONAL, UNKNOWN, PERHAPS, CONFIRMED, AT),
 )
 _ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from names to endpoints", empty=True)
 DIRECTIONS: Final = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -30,16 +30,19 @@ class Library:
         workspace: whose node files come first; None: without a workspace.
         sources: the node files that were read, by name.
         problems: what is wrong with node files of the workspace.
+        unread: why the sources of a package of the workspace were not read, by its name.
     """
 
     workspace: Workspace | None = None
     sources: dict[str, bytes] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    unread: dict[str, str] = field(default_factory=dict)
+    _learned: dict[str, list[NodeFile]] = field(default_factory=dict)
     _read: dict[str, list[NodeFile]] = field(default_factory=dict)
 
     def node(self, package: str, executable: str) -> tuple[NodeFile, Entry] | None:
         """Return what is known of a node by its executable or class; None where nothing is."""
-        for file in self._files(package):
+        for file in (*self._files(package), *self._sources(package, executable)):
             found = file.nodes.get(executable)
             if found is None:
                 found = next((each for each in file.nodes.values() if each.get(form.PLUGIN) == executable), None)
@@ -49,7 +52,8 @@ class Library:
 
     def fragment(self, name: str) -> tuple[NodeFile, Entry] | None:
         """Return a fragment by its name; a class is looked up in the file of its first part."""
-        for file in self._files(name.partition("::")[0]):
+        package = name.partition("::")[0]
+        for file in (*self._files(package), *self._sources(package, name)):
             if name in file.fragments:
                 return file, file.fragments[name]
         return None
@@ -79,6 +83,36 @@ class Library:
             return []
         return self._one(Source(f"<cqos>/{path.name}", path.read_bytes()))
 
+    def _sources(self, package: str, name: str) -> list[NodeFile]:
+        """Return what the sources of a package of the workspace say, where no node file has a node or fragment."""
+        if any(_has(file, name) for file in self._files(package)) or self.workspace is None:
+            return []
+        if package not in self._learned:
+            self._learned[package] = self._learn(package, self.workspace)
+        return self._learned[package]
+
+    def _learn(self, package: str, workspace: Workspace) -> list[NodeFile]:
+        from cqos_ros2.learn.learning import learn
+        from cqos_ros2.learn.packages import NoParserError
+
+        if package not in workspace.packages:
+            return []
+        try:
+            learned = learn(package, workspace)
+        except NoParserError:
+            self.unread[package] = "its sources in C++ were not read: pip install 'cqos[source]'"
+            return []
+        if learned.empty:
+            self.unread[package] = "its sources were read, and no node was found in them"
+            return []
+        read = read_node_file(Source(f"<learned>/{package}{ENDING}", learned.text.encode()))
+        folder = workspace.packages[package]
+        for path in learned.files:
+            data = workspace.read(path, None)
+            if isinstance(data, bytes):
+                self.sources[path] = data
+        return [replace(read, sources=folder)]
+
     def _one(self, source: Source) -> list[NodeFile]:
         try:
             found = read_node_file(source)
@@ -87,3 +121,11 @@ class Library:
             return []
         self.sources[source.name] = source.data
         return [found]
+
+
+def _has(file: NodeFile, name: str) -> bool:
+    return (
+        name in file.nodes
+        or name in file.fragments
+        or any(each.get(form.PLUGIN) == name for each in file.nodes.values())
+    )

@@ -45,6 +45,7 @@ class NodeFile:
         profiles: the alternatives of each profile, by its name.
         nodes: facts by executable.
         fragments: facts by name of a fragment or class of a plugin.
+        sources: the folder with the sources that it was learned from; empty: its own lines are the places of what it states.
     """
 
     name: str
@@ -53,6 +54,7 @@ class NodeFile:
     profiles: dict[str, Entry] = field(default_factory=dict)
     nodes: dict[str, Entry] = field(default_factory=dict)
     fragments: dict[str, Entry] = field(default_factory=dict)
+    sources: str = ""
 
 
 def read_node_file(source: Source) -> NodeFile:

@@ -173,7 +173,8 @@ def _place(each: Filled, named: Named, placed: Placed) -> Place:
     """Return what decides the name of an endpoint: a remap, a parameter, else the line that starts the node."""
     if named.rule is not None:
         return named.rule.place
-    return each.named_at or each.decided_at or placed.place
+    learned = placed.file is not None and placed.file.sources and each.place.source.startswith(placed.file.sources)
+    return each.named_at or each.decided_at or (each.place if learned else placed.place)
 
 
 def _options(placed: Placed) -> Settings:

@@ -146,7 +146,9 @@ class Placing:
         if found is not None and name is not None:
             placed.file, placed.facts = found
         else:
-            placed.cause = f"no node file for `{package}` `{executable}`" if found is None else "it has no name"
+            unread = self._library.unread.get(package, "")
+            missing = f"no node file for `{package}` `{executable}`{f', and {unread}' if unread else ''}"
+            placed.cause = missing if found is None else "it has no name"
         self.nodes.append(placed)
 
     def _process(self, instance: Instance, number: int) -> Process:

@@ -1,0 +1,476 @@
+"""Follows calls: of functions and methods of the program, and of libraries as the tables have them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.creating import Given, apply, library_of, parameter
+from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, lineage, local, member
+from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
+from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
+from cqos_ros2.learn.program import Attribute, Call, Name, fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.qualities import maker, preset, setter
+from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Template, Word, each_case, same
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Expression, Function
+
+_NUMBERS: Final = frozenset(
+    (
+        "int",
+        "float",
+        "double",
+        "bool",
+        "size_t",
+        "unsigned",
+        "long",
+        "char",
+        "uint8_t",
+        "int32_t",
+        "int64_t",
+        "uint32_t",
+        "uint16_t",
+        "auto",
+    )
+)
+_TEXTS: Final = frozenset(("string", "std::string"))
+_LISTS: Final = frozenset(("vector", "array", "list", "set", "initializer_list"))
+_POINTERS: Final = frozenset(("shared_ptr", "unique_ptr", "weak_ptr", "optional"))
+_CHANGING: Final = (str, int, float, Template, Qos, list, Either)
+_READING: Final = frozenset(
+    (
+        *("find", "size", "length", "count", "begin", "end", "compare", "substr", "split", "strip", "lstrip", "rstrip"),
+        *("startswith", "lower", "upper", "replace", "keys", "values", "items", "join", "get", "back", "front", "data"),
+    )
+)
+"""Methods that leave a text or list as it is."""
+_LONGEST_LIST: Final = 100
+_OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
+_NOT_FOLLOWED: Final = Unknown("a call that is not followed")
+
+
+def call(expression: Call, walk: Walk) -> Any:
+    """Return what a call returns."""
+    function = expression.function
+    receiver: Any = MISSING
+    if isinstance(function, Attribute):
+        receiver = evaluate(function.of, walk)
+    keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
+    arguments = [evaluate(each, walk) for each in expression.arguments]
+    types = expression.types
+    if isinstance(function, Name):
+        name = function.text
+        if "<" in name:
+            types, name = split_types(name), name[: name.find("<")] + name[name.rfind(">") + 1 :]
+        name = walk.frame.types.get(name, name)
+        found = _named(name, Given(expression, arguments, keywords, types), walk)
+    elif isinstance(function, Attribute):
+        found = _method(receiver, function, Given(expression, arguments, keywords, types), walk)
+    else:
+        value = evaluate(function, walk)
+        found = (
+            invoke(value.function, value.this, arguments, keywords, walk, value=value)
+            if isinstance(value, Code)
+            else MISSING
+        )
+    if found is not MISSING:
+        return found
+    _library(expression, arguments, keywords, walk)
+    return _NOT_FOLLOWED
+
+
+def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> None:
+    """Note callbacks that a library is handed, and values that it may change."""
+    function = expression.function
+    name = function.text if isinstance(function, Name) else function.name if isinstance(function, Attribute) else ""
+    later = name in walk.table.lists["at_run_time"]
+    for each in (*arguments, *keywords.values()):
+        if isinstance(each, Code):
+            if later:
+                walk.executed.add(id(each.function))
+                walk.at_run_time.add(each.function.last)
+            else:
+                walk.callbacks.append(each)
+    if walk.program.language != "cpp" or walk.table.is_harmless(name):
+        return
+    known = [*walk.program.find_functions(name), *walk.program.functions.get(name, [])]
+    for index, (written, value) in enumerate(zip(expression.arguments, arguments, strict=True)):
+        if known and not any(each.by_reference for one in known for each in one.parameters[index : index + 1]):
+            continue
+        if (
+            isinstance(written, (Name, Attribute))
+            and isinstance(value, _CHANGING)
+            and not (isinstance(written, Name) and written.text.isupper())
+        ):
+            assign(written, Unknown(f"`{name[:60]}` may change it", expression.place), walk)
+
+
+def _named(name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a call by name."""
+    value = local(name, walk)
+    if isinstance(value, Code):
+        return invoke(
+            value.function, value.this, given.arguments, given.keywords, walk, value=value, written=given.call.arguments
+        )
+    this = walk.frame.this
+    if name == "super":
+        from cqos_ros2.learn.objects import base
+
+        return base(given, walk)
+    if this is not None and walk.program.language == "cpp":
+        found = _own_method(this, name, given, walk)
+        if found is MISSING and not given.arguments and walk.table.is_same(last_part(name)):
+            return this
+        if found is not MISSING:
+            return found
+    made = maker(name, given.arguments, given.keywords, walk)
+    if made is not None:
+        return made
+    cls = walk.program.find_class(name)
+    if cls is not None and walk.table.node_class(name) is None and not _has_row(cls.name, walk):
+        from cqos_ros2.learn.objects import construct
+
+        return construct(cls, given, walk)
+    functions = arity(walk.program.find_functions(name), given)
+    if len(functions) == 1 and not functions[0].owner:
+        return invoke(
+            functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
+        )
+    if len(functions) == 1 and functions[0].static:
+        return invoke(
+            functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
+        )
+    return _of_library(name, given, walk)
+
+
+def _has_row(name: str, walk: Walk) -> bool:
+    return any(row.call == name for row in walk.table.calls.get(last_part(name), ()))
+
+
+def _of_library(name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a call of a library, as the tables have it."""
+    known = walk.table.node_class(name)
+    if known is not None:
+        from cqos_ros2.learn.objects import plain_node
+
+        return plain_node(known[0], given, walk)
+    found: Any = MISSING
+    rows = walk.table.rows("calls", name, (), method=False)
+    for row in rows:
+        found = apply(row, given, None, walk)
+    if rows:
+        _callbacks(given, walk)
+        return found
+    for row in walk.table.rows("parameters", name, (), method=False):
+        return parameter(row, given, None, walk)
+    alias = walk.program.aliases.get(last_part(name))
+    if alias is not None and last_part(without_arguments(alias)) != last_part(name):
+        again = Call(Name(alias), given.call.arguments, given.call.keywords, tuple(given.types), given.call.place)
+        return call(again, walk)
+    return _value(name, given, walk)
+
+
+def _value(name: str, given: Given, walk: Walk) -> Any:
+    """Return a value of a plain type, or an object of a library; the mark for none where it is a function that is not known."""
+    last, arguments = last_part(name), given.arguments
+    if walk.program.language == "cpp":
+        if name in _TEXTS or last == "string":
+            return arguments[0] if len(arguments) == 1 else "" if not arguments else Unknown("a text of several values")
+        if last in _LISTS:
+            whole = arguments[0] if len(arguments) == 1 and isinstance(arguments[0], list) else list(arguments)
+            return whole if given.call.types == ("{",) or not arguments else Unknown("a list that is not known")
+        if name in _NUMBERS:
+            return arguments[0] if len(arguments) == 1 else Unknown("it has no value before it is used")
+        pointed = inner_type(given.call.function.text if isinstance(given.call.function, Name) else name)
+        if last in _POINTERS or pointed != (
+            given.call.function.text if isinstance(given.call.function, Name) else name
+        ):
+            return arguments[0] if len(arguments) == 1 else None
+    if last == "with_default_policies":
+        return Word(name)
+    if walk.table.is_same(name) and len(arguments) >= 1:
+        return arguments[0]
+    if name.isidentifier() and name[0].islower() and "::" not in name:
+        return MISSING
+    if not last[:1].isupper():
+        return MISSING
+    _callbacks(given, walk)
+    made = Instance(None, library=name)
+    node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)
+    if node is not None:
+        made.members["#node"] = node
+    return made
+
+
+def _callbacks(given: Given, walk: Walk) -> None:
+    walk.callbacks += [each for each in (*given.arguments, *given.keywords.values()) if isinstance(each, Code)]
+
+
+# Methods
+
+
+def _own_method(this: Instance, name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a method called by its bare name in C++; the mark for none where it is none."""
+    if "::" in name:
+        owner = name.rpartition("::")[0]
+        cls = next((each for each in lineage(this.cls, walk) if fits(each.name, owner)), None)
+        if cls is None:
+            base = next((each for each in library_of(this, walk) if fits(each, owner)), None)
+            return MISSING if base is None else _on_library(this, last_part(name), given, walk)
+        functions = arity(method_of(cls, last_part(name), walk), given)
+    else:
+        value = member(this, name, walk) if this.cls is not None else None
+        if isinstance(value, Code):
+            return invoke(
+                value.function,
+                value.this,
+                given.arguments,
+                given.keywords,
+                walk,
+                value=value,
+                written=given.call.arguments,
+            )
+        functions = arity(method_of(this.cls, name, walk), given)
+        if name in _OF_NODE and not functions and this.node is not None:
+            return Template(_OF_NODE[name])
+        if is_missing(value) and (not functions or _is_library(functions[0], name, this, walk)):
+            return _on_library(this, name, given, walk)
+    return (
+        invoke(
+            functions[0], this, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
+        )
+        if len(functions) == 1
+        else MISSING
+    )
+
+
+def _is_library(function: Function, name: str, receiver: Instance, walk: Walk) -> bool:
+    """Whether a method is of a class that the tables have, though its source is there."""
+    known = any(fits(each, function.owner) for each in walk.table.nodes)
+    return known and bool(walk.table.rows("calls", name, library_of(receiver, walk), method=True))
+
+
+def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a method that a library class has; the mark for none where the tables do not have it."""
+    classes = library_of(receiver, walk) if isinstance(receiver, Instance) else []
+    is_node = isinstance(receiver, Instance) and receiver.node is not None
+    rows = [] if isinstance(receiver, (Qos, str, Template)) else walk.table.rows("calls", name, classes, method=True)
+    rows = [
+        row
+        for row in rows
+        if is_node
+        or "node" in row.on
+        or not isinstance(receiver, Instance)
+        or not receiver.library
+        or any(fits(on, each) for on in row.on for each in classes)
+    ]
+    if rows and not is_node and isinstance(receiver, Instance) and receiver.cls is not None and not classes:
+        rows = []
+    found: Any = MISSING
+    for row in rows[:1] if not is_node and len(rows) > 1 else rows:
+        found = apply(row, given, receiver, walk)
+    if rows:
+        if len(rows) > 1 and not is_node:
+            _unsure(walk)
+        _callbacks(given, walk)
+        return found
+    for row in (
+        walk.table.rows("parameters", name, classes, method=True)
+        if not isinstance(receiver, (Qos, str, Template, Word))
+        else ()
+    ):
+        return parameter(row, given, receiver, walk)
+    return MISSING
+
+
+def _unsure(walk: Walk) -> None:
+    """Make the quality of service of the last endpoint unknown: the class decides at which position it stands."""
+    from dataclasses import replace
+
+    node = walk.current
+    if node is not None and node.made and not isinstance(node.made[-1].qos, Qos):
+        node.made[-1] = replace(node.made[-1], qos=Unknown("the class that it is called on is not known"))
+
+
+def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
+    """Return the result of a method."""
+    name = function.name
+    if isinstance(receiver, Word):
+        value = preset(receiver.name, walk)
+        if value is None and walk.program.language == "python":
+            return _named(f"{receiver.name}.{name}", given, walk)
+        receiver = value or receiver
+    if isinstance(receiver, Qos) or (
+        isinstance(receiver, Either) and any(isinstance(each, Qos) for _, each in receiver.cases)
+    ):
+        return _on_qos(receiver, function, given, walk)
+    found = _on_object(receiver, name, given, walk)
+    if found is MISSING:
+        found = _on_library(receiver, name, given, walk)
+    if found is not MISSING:
+        return found
+    if isinstance(receiver, Code) and name == "operator()":
+        return invoke(
+            receiver.function,
+            receiver.this,
+            given.arguments,
+            given.keywords,
+            walk,
+            value=receiver,
+            written=given.call.arguments,
+        )
+    if walk.table.is_same(name):
+        return receiver
+    if name in _OF_NODE and isinstance(receiver, Instance) and receiver.node is not None:
+        return Template(_OF_NODE[name])
+    return _on_plain(receiver, function, given, walk)
+
+
+def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a method that the program has; the mark for none where it has none."""
+    if isinstance(receiver, Instance) and receiver.cls is not None:
+        functions = arity(method_of(receiver.cls, name, walk), given)
+        if len(functions) == 1 and not _is_library(functions[0], name, receiver, walk):
+            return invoke(
+                functions[0],
+                receiver,
+                given.arguments,
+                given.keywords,
+                walk,
+                types=given.types,
+                written=given.call.arguments,
+            )
+        value = member(receiver, name, walk)
+        if isinstance(value, Code):
+            return invoke(
+                value.function,
+                value.this,
+                given.arguments,
+                given.keywords,
+                walk,
+                value=value,
+                written=given.call.arguments,
+            )
+    return MISSING
+
+
+def _on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
+    """Return the result of a method of a text or list; the mark for none where it is not followed."""
+    name = function.name
+    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
+        new = [*receiver, *given.arguments]
+        assign(function.of, new if len(new) <= _LONGEST_LIST else Unknown("a long list"), walk)
+        return None
+    if name == "format" and isinstance(receiver, str):
+        return _formatted(receiver, given)
+    if name == "empty" and isinstance(receiver, (str, list)):
+        return not receiver
+    if name == "empty" and isinstance(receiver, Template):
+        return _empty(receiver)
+    if isinstance(receiver, (str, Template, list, dict)) and name not in _READING:
+        assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
+    return MISSING
+
+
+def _empty(receiver: Template) -> Any:
+    from cqos_ros2.learn.values import Condition, Test
+
+    return Condition((Test(receiver.parameter, ("",)),)) if receiver.parameter else Unknown("whether a text is empty")
+
+
+def _formatted(text: str, given: Given) -> Any:
+    from cqos_ros2.learn.values import joined
+
+    pieces = text.split("{}")
+    if len(pieces) != len(given.arguments) + 1 or given.keywords or "{" in "".join(pieces):
+        return Unknown("a formatted text")
+    parts: list[Any] = [pieces[0]]
+    for value, piece in zip(given.arguments, pieces[1:], strict=True):
+        parts += [value, piece]
+    return joined(parts)
+
+
+def _on_qos(receiver: Qos | Either, function: Attribute, given: Given, walk: Walk) -> Any:
+    """Return a quality of service after a method; what holds it is changed too, as in C++."""
+    if function.name in walk.table.passes or walk.table.is_same(function.name):
+        return receiver
+    refused = Unknown(f"`{function.name[:60]}` of a quality of service is not followed", given.call.place)
+
+    def after(value: Any) -> Any:
+        found = setter(value, function.name, given.arguments, walk) if isinstance(value, Qos) else None
+        return refused if found is None else found
+
+    found = each_case(receiver, after)
+    root: Expression = function.of
+    while isinstance(root, Call) and isinstance(root.function, Attribute):
+        root = root.function.of
+    if isinstance(root, (Name, Attribute)):
+        assign(root, found, walk)
+    return found
+
+
+# Functions and objects of the program
+
+
+def invoke(
+    function: Function,
+    this: Instance | None,
+    arguments: Sequence[Any],
+    keywords: Mapping[str, Any],
+    walk: Walk,
+    *,
+    types: Sequence[str] = (),
+    value: Code | None = None,
+    written: Sequence[Expression] = (),
+) -> Any:
+    """Walk a function; return what it returns. Deep and repeated calls are not followed.
+
+    Args:
+        function: what is called.
+        this: on which object.
+        arguments: values by position.
+        keywords: values by name.
+        walk: where the walk is.
+        types: template arguments.
+        value: the lambda that it is, with the names around it.
+        written: the arguments as written, for what the function changes by reference.
+    """
+    from cqos_ros2.learn.walking import run
+
+    walk.executed.add(id(function))
+    if len(walk.frames) > DEEPEST_CALL or any(each.function is function for each in walk.frames):
+        return Unknown(f"`{function.last}` calls itself, or calls are too deep", function.place)
+    bound = {
+        name: walk.frame.types.get(given, given) if walk.frames else given
+        for name, given in zip(function.templates, types, strict=False)
+    }
+    outer = value.names if value is not None else None
+    frame = Frame(
+        function,
+        this,
+        types={**(this.types if this is not None else {}), **bound},
+        outer=outer,
+        conditions=len(walk.conditions),
+    )
+    walk.frames.append(frame)
+    try:
+        bind(function, arguments, keywords, frame, walk)
+        finished = run(function.body, walk)
+    finally:
+        walk.frames.pop()
+    hand_back(function, frame, written, walk)
+    if not frame.returned:
+        return None
+    values = frame.returned if not finished or len(frame.returned) > 1 else [*frame.returned, None]
+    return values[0] if all(same(each, values[0]) for each in values) else _several(values, function)
+
+
+def _several(values: list[Any], function: Function) -> Any:
+    plain = [each for each in values if each is not None]
+    if len(plain) == 1 and isinstance(plain[0], Instance):
+        return plain[0]
+    return Unknown(f"`{function.last}` returns one of several values", function.place)

@@ -1,0 +1,179 @@
+"""``cqos learn``: node files from sources."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from cqos_core.cli.parameters import debug_option
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.streams import emit, say, write_file
+from cqos_core.importers.reading import did_you_mean
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.remarks import plural
+
+if TYPE_CHECKING:
+    from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.learn.learning import Learned
+
+_MOST_GAPS: Final = 20
+
+
+@click.command(
+    epilog="Exit codes: 0 written, or the same as the sources; 1 --check found a difference; 2 wrong usage, no package, or "
+    "the extra `source` is not installed; 3 internal error."
+)
+@click.argument("path")
+@click.option("--package", "packages", metavar="NAME", multiple=True, help="Only this package. Can be repeated.")
+@click.option("--output", metavar="DIR", help="Write the node files there; without it, each into its package.")
+@click.option("--check", is_flag=True, help="Write nothing; compare the node files that there are with the sources.")
+@click.option("--calls", metavar="FILE", multiple=True, help="A table of further calls to follow. Can be repeated.")
+@debug_option
+@click.pass_context
+def learn(
+    ctx: click.Context, *, path: str, packages: tuple[str, ...], output: str | None, check: bool, calls: tuple[str, ...]
+) -> None:
+    """Write node files from the sources of ROS 2 packages.
+
+    PATH is a package or a folder with packages. C-QoS reads C++ and Python as text and executes nothing. What the sources
+    do not decide stands in the node file as not known, with its cause.
+
+    \b
+    Examples:
+      cqos learn src/my_robot
+      cqos learn ~/ws/src --package my_driver --output nodes
+      cqos learn src/my_robot --check
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    workspace, chosen = _packages(path, packages)
+    differing = 0
+    for name in chosen:
+        kept = _there(name, workspace, output)
+        learned = _learned(name, workspace, calls, kept[1])
+        if check:
+            differing += _check(learned, *kept)
+        else:
+            _write(learned, output, kept)
+    if differing:
+        ctx.exit(1)
+
+
+def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]:
+    """Return the workspace and the packages that a path names.
+
+    Raises:
+        InputError: there is no such folder or package.
+    """
+    from cqos_ros2.launch.workspace import find_packages, root_of
+
+    if not os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises where a path is too long
+        raise InputError(
+            [Problem("CQ001", f"there is no folder `{path[:120]}`", None, "name a package or a folder with packages")]
+        )
+    inner = find_packages(path)
+    workspace = inner
+    if len(inner.packages) == 1 and os.path.realpath(path) in inner.packages.values():
+        workspace = find_packages(root_of(os.path.join(path, "package.xml")))  # noqa: PTH118
+        workspace = workspace if set(inner.packages) <= set(workspace.packages) else inner
+    if not inner.packages:
+        raise InputError(
+            [
+                Problem(
+                    "CQ001", f"there is no package in `{path[:120]}`", None, "a package is a folder with a package.xml"
+                )
+            ]
+        )
+    for name in wanted:
+        if name not in inner.packages:
+            message = f"there is no package `{name[:80]}`{did_you_mean(name, inner.packages)}"
+            raise InputError(
+                [Problem("CQ001", message, None, f"{plural(len(inner.packages), 'package')} in `{path[:120]}`")]
+            )
+    return workspace, sorted(wanted or inner.packages)
+
+
+def _learned(name: str, workspace: Workspace, calls: tuple[str, ...], kept: dict[str, Any] | None) -> Learned:
+    from cqos_ros2.learn.learning import learn as learn_package
+    from cqos_ros2.learn.packages import NoParserError
+
+    try:
+        with Progress(f"learning {name}"):
+            return learn_package(name, workspace, calls, kept)
+    except NoParserError:
+        message = f"`{name}` has sources in C++, and their parser is not installed"
+        raise InputError([Problem("CQ045", message, None, "pip install 'cqos[source]'")]) from None
+
+
+def _there(name: str, workspace: Workspace, output: str | None) -> tuple[str, dict[str, Any] | None]:
+    """Return the path of the node file of a package, and its content where it is there and can be read."""
+    import yaml
+
+    from cqos_ros2.launch.values import Unknown
+
+    folder = output if output is not None else workspace.packages[name]
+    path = os.path.join(folder, f"{name}.node.yaml")  # noqa: PTH118
+    if output is None:
+        found = workspace.files_of(name).get(f"{name}.node.yaml", [])
+        path = min(found) if found else path
+    inside = os.path.relpath(path)
+    path = path if inside.startswith(os.pardir) else inside
+    if not os.path.isfile(path):  # noqa: PTH113
+        return path, None
+    from pathlib import Path
+
+    from cqos_core.importers.source import Source
+    from cqos_ros2.nodes.reading import read_node_file
+
+    data = workspace.read(path, None) if output is None else Path(path).read_bytes()
+    if isinstance(data, Unknown):
+        raise InputError([Problem("CQ001", f"{path}: {data.cause}", None, "name another folder with --output")])
+    read_node_file(Source(path, data))
+    document = yaml.safe_load(data)
+    return path, document if isinstance(document, dict) else None
+
+
+def _check(learned: Learned, path: str, kept: dict[str, Any] | None) -> int:
+    """Print what differs between a node file and the sources; return whether anything does."""
+    from cqos_ros2.learn.comparing import differences
+
+    if kept is None:
+        if learned.empty:
+            return 0
+        emit(f"{path}: there is no such node file; `cqos learn` writes it\n")
+        return 1
+    found = differences(kept, learned.document)
+    if not found:
+        emit(f"{path}: as the sources say\n")
+        return 0
+    emit(f"{path}: {plural(len(found), 'difference')} from the sources\n" + "".join(f"  {each}\n" for each in found))
+    return 1
+
+
+def _write(learned: Learned, output: str | None, kept: tuple[str, dict[str, Any] | None]) -> None:
+    """Write a node file, and say what is in it and what is not known."""
+    path, before = kept
+    if learned.empty:
+        emit(f"{learned.package}: no nodes\n")
+    elif before is not None and (before.get("from") or {}).get("by") != "learn":
+        say(
+            f"{path} was not written by `cqos learn`, so it is left as it is; --output names another folder",
+            severity="warning",
+        )
+    else:
+        if output is not None:
+            os.makedirs(output, exist_ok=True)  # noqa: PTH103
+        write_file(path, learned.text)
+        emit(f"{path}: {_counted(learned)}\n")
+    for what, cause, at in learned.gaps[:_MOST_GAPS]:
+        say(f"{learned.package}: {what} is not known: {cause} ({at})", severity="note")
+    if len(learned.gaps) > _MOST_GAPS:
+        say(f"{learned.package}: {len(learned.gaps) - _MOST_GAPS} more like these", severity="note")
+
+
+def _counted(learned: Learned) -> str:
+    from cqos_ros2.learn.learning import counts
+
+    found = counts(learned.document)
+    text = f"{plural(found.nodes, 'node')}, {plural(found.endpoints, 'endpoint')}"
+    return f"{text}; {found.names} with their names, {found.qualities} with their quality of service"

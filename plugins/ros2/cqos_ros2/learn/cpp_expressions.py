@@ -1,0 +1,396 @@
+"""Reads expressions of C++, from the syntax tree of tree-sitter."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.system import Place
+from cqos_ros2.learn.program import (
+    Attribute,
+    Call,
+    Closure,
+    Conditional,
+    Element,
+    Function,
+    Items,
+    Literal,
+    Name,
+    NotFollowed,
+    Operation,
+    Reference,
+    Variable,
+    last_part,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tree_sitter import Node
+
+    from cqos_ros2.learn.program import Expression, Statement
+
+DEEPEST: Final = 120
+"""How deep syntax may be nested; deeper parts are not followed."""
+_MAKERS: Final = frozenset(("make_shared", "make_unique", "allocate_shared"))
+_CASTS: Final = frozenset(
+    (
+        "static_cast",
+        "dynamic_cast",
+        "const_cast",
+        "dynamic_pointer_cast",
+        "static_pointer_cast",
+        "move",
+        "forward",
+        "ref",
+        "cref",
+    )
+)
+_NAMES: Final = frozenset(
+    (
+        "identifier",
+        "qualified_identifier",
+        "field_identifier",
+        "type_identifier",
+        "namespace_identifier",
+        "template_function",
+        "template_type",
+        "template_method",
+        "primitive_type",
+        "operator_name",
+        "destructor_name",
+        "dependent_name",
+    )
+)
+_ESCAPES: Final = {"n": "\n", "t": "\t", "r": "\r", "0": "\0"}
+_OPERATORS: Final = {"&&": "and", "||": "or", "!": "not"}
+_SECONDS: Final = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
+
+
+@dataclass(slots=True)
+class CppFile:
+    """One file that is read.
+
+    Attributes:
+        path: as shown.
+        macros: values of `#define` of this file and of the headers of its package.
+        body: reads the statements of a block; the reader of statements provides it.
+    """
+
+    path: str
+    body: Callable[[Node, CppFile], tuple[Statement, ...]]
+    macros: dict[str, Expression] = field(default_factory=dict)
+    depth: int = 0
+
+    def place(self, node: Node) -> Place:
+        """Return where a part of the file stands."""
+        return Place(self.path, node.start_point[0] + 1, node.start_point[1] + 1)
+
+
+def text_of(node: Node | None) -> str:
+    """Return the source of a part on one line, without comments of its own."""
+    if node is None or node.text is None:
+        return ""
+    return " ".join(node.text.decode("utf-8", "replace").split())
+
+
+def expression(node: Node | None, file: CppFile) -> Expression:
+    """Return an expression; what is not followed says so."""
+    if node is None or file.depth > DEEPEST:
+        return NotFollowed(text_of(node)[:60])
+    file.depth += 1
+    try:
+        reader = _READERS.get(node.type)
+        if reader is not None:
+            return reader(node, file)
+        if node.type in _NAMES:
+            return _name(node, file)
+        return NotFollowed(text_of(node)[:60], tuple(expression(each, file) for each in node.named_children))
+    finally:
+        file.depth -= 1
+
+
+def arguments_of(node: Node | None, file: CppFile) -> tuple[Expression, ...]:
+    """Return the arguments in a list of them."""
+    if node is None:
+        return ()
+    return tuple(expression(each, file) for each in node.named_children if each.type != "comment")
+
+
+def _name(node: Node, file: CppFile) -> Expression:
+    text = plain_name(node)
+    if text in file.macros:
+        return file.macros[text]
+    return Name(text)
+
+
+def plain_name(node: Node) -> str:
+    """Return a name without the template arguments of its last part."""
+    if node.type in {"template_function", "template_method", "template_type"}:
+        return text_of(node.child_by_field_name("name"))
+    if node.type in {"qualified_identifier", "dependent_name"}:
+        inner = node.child_by_field_name("name")
+        scope = node.child_by_field_name("scope")
+        return f"{text_of(scope)}::{plain_name(inner)}" if inner is not None and scope is not None else text_of(node)
+    return text_of(node)
+
+
+def template_arguments(node: Node | None) -> tuple[str, ...]:
+    """Return the template arguments of the last part of a name."""
+    while node is not None and node.type in {"qualified_identifier", "field_expression", "dependent_name"}:
+        node = node.child_by_field_name("name") or node.child_by_field_name("field")
+    if node is None or node.type not in {"template_function", "template_method", "template_type"}:
+        return ()
+    arguments = node.child_by_field_name("arguments")
+    return () if arguments is None else tuple(text_of(each) for each in arguments.named_children)
+
+
+def string_text(node: Node) -> str:
+    """Return the value of a text literal."""
+    if node.type == "concatenated_string":
+        return "".join(string_text(each) for each in node.named_children if each.type != "comment")
+    if node.type == "raw_string_literal":
+        return next(
+            (
+                each.text.decode("utf-8", "replace")
+                for each in node.named_children
+                if each.type == "raw_string_content" and each.text
+            ),
+            "",
+        )
+    raw = (node.text or b"").decode("utf-8", "replace")
+    inner = raw[raw.find('"') + 1 : raw.rfind('"')]
+    return re.sub(r"\\(.)", lambda found: _ESCAPES.get(found[1], found[1]), inner)
+
+
+def _string(node: Node, file: CppFile) -> Expression:
+    if any(each.type == "identifier" for each in node.named_children):  # a macro among the texts
+        return Operation("+", tuple(expression(each, file) for each in node.named_children))
+    return Literal(string_text(node))
+
+
+def number(text: str) -> int | float | None:
+    """Return the value of a number of C++."""
+    plain = text.replace("'", "").rstrip("uUlLzZ")
+    try:
+        return int(plain, 8) if re.fullmatch(r"0[0-7]+", plain) else int(plain, 0)
+    except ValueError:
+        pass
+    try:
+        return float(plain.rstrip("fF"))
+    except ValueError:
+        return None
+
+
+def _number(node: Node, file: CppFile) -> Expression:
+    del file
+    value = number(text_of(node))
+    return NotFollowed(text_of(node)) if value is None else Literal(value)
+
+
+def _suffixed(node: Node, file: CppFile) -> Expression:
+    inner, suffix = node.named_children[0], text_of(node.named_children[-1])
+    if inner.type in {"string_literal", "raw_string_literal"}:
+        return Literal(string_text(inner))
+    value = number(text_of(inner))
+    if value is None or suffix not in _SECONDS:
+        return NotFollowed(text_of(node))
+    return Call(Name("std::chrono::nanoseconds"), (Literal(round(value * _SECONDS[suffix])),), (), (), file.place(node))
+
+
+def _call(node: Node, file: CppFile) -> Expression:
+    function = node.child_by_field_name("function")
+    arguments = arguments_of(node.child_by_field_name("arguments"), file)
+    if function is None:
+        return NotFollowed(text_of(node)[:60], arguments)
+    types = template_arguments(function)
+    place = file.place(node)
+    if function.type == "field_expression":
+        of = expression(function.child_by_field_name("argument"), file)
+        name = function.child_by_field_name("field")
+        last = plain_name(name) if name is not None else ""
+        if last == "emplace_back" and types:
+            return Call(Name(types[0]), arguments, (), (), place)
+        return Call(Attribute(of, last), arguments, (), types, place)
+    if function.type == "primitive_type":
+        return arguments[0] if len(arguments) == 1 else NotFollowed(text_of(node)[:60], arguments)
+    if function.type not in _NAMES:
+        return Call(expression(function, file), arguments, (), types, place)
+    name_text = plain_name(function)
+    last = last_part(name_text)
+    if last in _MAKERS and types:
+        made = arguments[1:] if last == "allocate_shared" else arguments
+        return Call(Name(types[0]), made, (), (), place)
+    if last == "make_shared" and "::" in name_text:
+        return Call(Name(name_text.rpartition("::")[0]), arguments, (), (), place)
+    if last in _CASTS and len(arguments) == 1:
+        return arguments[0]
+    if last == "bind" and arguments:
+        return _bound(arguments)
+    return Call(Name(name_text), arguments, (), types, place)
+
+
+def _bound(arguments: tuple[Expression, ...]) -> Expression:
+    first = arguments[0]
+    if isinstance(first, (Reference, Closure)):
+        return first
+    return Reference(first.text) if isinstance(first, Name) else NotFollowed("bind", arguments)
+
+
+def _new(node: Node, file: CppFile) -> Expression:
+    made = text_of(node.child_by_field_name("type"))
+    return Call(Name(made), arguments_of(node.child_by_field_name("arguments"), file), (), (), file.place(node))
+
+
+def _compound(node: Node, file: CppFile) -> Expression:
+    made = text_of(node.child_by_field_name("type"))
+    return Call(Name(made), arguments_of(node.child_by_field_name("value"), file), (), (), file.place(node))
+
+
+def _field(node: Node, file: CppFile) -> Expression:
+    field_node = node.child_by_field_name("field")
+    of = expression(node.child_by_field_name("argument"), file)
+    return Attribute(of, plain_name(field_node)) if field_node is not None else NotFollowed(text_of(node)[:60])
+
+
+def _pointer(node: Node, file: CppFile) -> Expression:
+    inner = node.child_by_field_name("argument")
+    address = node.children[0].type == "&"
+    if address and inner is not None and inner.type == "qualified_identifier":
+        return Reference(plain_name(inner))
+    return expression(inner, file)
+
+
+def _binary(node: Node, file: CppFile) -> Expression:
+    sign = text_of(node.child_by_field_name("operator"))
+    sides = (expression(node.child_by_field_name("left"), file), expression(node.child_by_field_name("right"), file))
+    return Operation(_OPERATORS.get(sign, sign), sides)
+
+
+def _unary(node: Node, file: CppFile) -> Expression:
+    sign = text_of(node.child_by_field_name("operator"))
+    inner = expression(node.child_by_field_name("argument"), file)
+    if sign == "-" and isinstance(inner, Literal) and isinstance(inner.value, (int, float)):
+        return Literal(-inner.value)
+    return Operation(_OPERATORS.get(sign, sign), (inner,))
+
+
+def _conditional(node: Node, file: CppFile) -> Expression:
+    return Conditional(
+        expression(node.child_by_field_name("condition"), file),
+        expression(node.child_by_field_name("consequence"), file),
+        expression(node.child_by_field_name("alternative"), file),
+    )
+
+
+def _inner(node: Node, file: CppFile) -> Expression:
+    inner = [each for each in node.named_children if each.type != "comment"]
+    return expression(inner[-1], file) if inner else NotFollowed(text_of(node)[:60])
+
+
+def _cast(node: Node, file: CppFile) -> Expression:
+    return expression(node.child_by_field_name("value"), file)
+
+
+def _element(node: Node, file: CppFile) -> Expression:
+    indices = node.child_by_field_name("indices")
+    key = next((each for each in indices.named_children), None) if indices is not None else None
+    return Element(expression(node.child_by_field_name("argument"), file), expression(key, file))
+
+
+def _lambda(node: Node, file: CppFile) -> Expression:
+    declarator = node.child_by_field_name("declarator")
+    listed = declarator.child_by_field_name("parameters") if declarator is not None else None
+    body = node.child_by_field_name("body")
+    statements = file.body(body, file) if body is not None else ()
+    place = file.place(node)
+    return Closure(Function("lambda", parameters_of(listed, file), statements, place))
+
+
+def parameters_of(node: Node | None, file: CppFile) -> tuple[Variable, ...]:
+    """Return the parameters of a function."""
+    found = []
+    for each in node.named_children if node is not None else ():
+        if each.type not in {
+            "parameter_declaration",
+            "optional_parameter_declaration",
+            "variadic_parameter_declaration",
+        }:
+            continue
+        type_text = text_of(each.child_by_field_name("type"))
+        declarator = each.child_by_field_name("declarator")
+        whole = text_of(each)
+        constant = whole.startswith("const ") or " const &" in whole or " const&" in whole
+        name = declared_name(declarator)
+        default = each.child_by_field_name("default_value")
+        by_reference = declarator is not None and "reference" in declarator.type and not constant and "&&" not in whole
+        kind = "*" if each.type == "variadic_parameter_declaration" else ""
+        found.append(
+            Variable(name, type_text, None if default is None else expression(default, file), by_reference, kind)
+        )
+    return tuple(found)
+
+
+def declared_name(node: Node | None) -> str:
+    """Return the name that a declarator declares; empty where it has none."""
+    while node is not None and node.type not in _NAMES:
+        inner = node.child_by_field_name("declarator")
+        if inner is None:
+            inner = next(
+                (each for each in node.named_children if each.type in _NAMES or "declarator" in each.type), None
+            )
+        node = inner
+    return "" if node is None else plain_name(node)
+
+
+def _flag(node: Node, file: CppFile) -> Expression:
+    del file
+    return Literal(node.type == "true")
+
+
+def _items(node: Node, file: CppFile) -> Expression:
+    return Items(arguments_of(node, file))
+
+
+def _null(node: Node, file: CppFile) -> Expression:
+    del node, file
+    return Literal(None)
+
+
+def _this(node: Node, file: CppFile) -> Expression:
+    del node, file
+    return Name("this")
+
+
+def _assigned(node: Node, file: CppFile) -> Expression:
+    return expression(node.child_by_field_name("right"), file)
+
+
+_READERS: Final[dict[str, Callable[[Any, CppFile], Expression]]] = {
+    "string_literal": _string,
+    "raw_string_literal": _string,
+    "concatenated_string": _string,
+    "number_literal": _number,
+    "user_defined_literal": _suffixed,
+    "true": _flag,
+    "false": _flag,
+    "null": _null,
+    "nullptr": _null,
+    "this": _this,
+    "call_expression": _call,
+    "new_expression": _new,
+    "compound_literal_expression": _compound,
+    "field_expression": _field,
+    "pointer_expression": _pointer,
+    "binary_expression": _binary,
+    "unary_expression": _unary,
+    "conditional_expression": _conditional,
+    "parenthesized_expression": _inner,
+    "condition_clause": _inner,
+    "cast_expression": _cast,
+    "subscript_expression": _element,
+    "lambda_expression": _lambda,
+    "initializer_list": _items,
+    "assignment_expression": _assigned,
+}

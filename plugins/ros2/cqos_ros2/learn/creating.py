@@ -1,0 +1,270 @@
+"""Calls of the tables: what makes an endpoint, declares a parameter or uses a part of a library, on which node."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.evaluating import assign, lineage
+from cqos_ros2.learn.frames import MOST_ENDPOINTS, TooMuchError
+from cqos_ros2.learn.program import without_arguments
+from cqos_ros2.learn.qualities import as_qos
+from cqos_ros2.learn.values import MISSING, Either, Instance, Made, NodeRecord, Qos, Template, Word
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Call
+    from cqos_ros2.learn.table import Position, Row
+
+_TYPE: Final = re.compile(r"([A-Za-z]\w*)(?:::|\.|/)(msg|srv|action)(?:::|\.|/)(?:\w+\.)?([A-Za-z]\w*)")
+_DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
+_SIMPLE: Final = (str, int, float, bool, list)
+
+
+class Given:
+    """The arguments of a call, with their values."""
+
+    def __init__(self, call: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], types: Sequence[str]) -> None:
+        """Keep what is given."""
+        self.call, self.arguments, self.keywords, self.types = call, arguments, keywords, types
+
+    def at(self, position: Position | None) -> Any:
+        """Return the value of an argument; the mark for none where the call leaves it out."""
+        if position is None:
+            return MISSING
+        if position.keyword and position.keyword in self.keywords:
+            return self.keywords[position.keyword]
+        if position.index is not None and position.index < len(self.arguments):
+            return self.arguments[position.index]
+        return MISSING
+
+    def expression(self, position: Position | None) -> Any:
+        """Return an argument as written; None where the call leaves it out."""
+        if position is None or position.index is None or position.index >= len(self.call.arguments):
+            return None
+        return self.call.arguments[position.index]
+
+
+def node_for(row: Row, given: Given, receiver: Any, walk: Walk) -> NodeRecord | None:
+    """Return the node that a call belongs to: what it is called on or given, else the one that the walk is in."""
+    asked = receiver if row.on else given.at(row.position("node"))
+    if isinstance(asked, Instance):
+        found = asked.node or asked.members.get("#node")
+        if isinstance(found, NodeRecord):
+            return found
+    return walk.current
+
+
+def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
+    """Record what a row says that a call makes; return what the call returns."""
+    place = given.call.place
+    walk.made_at.add((place.source, place.line or 0))
+    node = node_for(row, given, receiver, walk)
+    made = Instance(None, library=row.call)
+    if node is None:
+        walk.homeless.append(place)
+        return made
+    made.members["#node"] = node
+    if "uses" in row.values:
+        node.uses.setdefault(row.text("uses"), place)
+        if "unread" in row.values:
+            node.gaps[row.text("uses"), row.text("unread")] = place
+    if "makes" not in row.values:
+        return made
+    name = row.values.get("topic_is", MISSING)
+    if name is MISSING:
+        name = topic(given.at(row.position("topic")))
+    if "unknown_topic" in row.values and not isinstance(name, Unknown):
+        name = Unknown(row.text("unknown_topic"), place)
+    qos = quality(row, given, walk)
+    overridable = _overridable(row, given, node)
+    record(node, walk, Made(row.text("makes"), name, type_of(row, given, walk), qos, place, overridable=overridable))
+    for beside, type_name in row.values.get("beside", {}).items():
+        record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place))
+    return made
+
+
+def _overridable(row: Row, given: Given, node: NodeRecord) -> tuple[str, ...]:
+    """Return the policies that `qos_overrides` may set: those of the row, or of the options that the call is given."""
+    option = "qos_overriding_options"
+    stated = [each.members[option] for each in given.arguments if isinstance(each, Instance) and option in each.members]
+    stated += [given.keywords[option]] if option in given.keywords else []
+    for each in stated:
+        if isinstance(each, Word) and each.name.endswith("with_default_policies"):
+            return _DEFAULT_POLICIES
+        node.gaps["which policies `qos_overrides` may set", "its options are not followed"] = given.call.place
+    return tuple(row.values.get("overridable", ()))
+
+
+def record(node: NodeRecord, walk: Walk, made: Made) -> None:
+    """Add an endpoint to a node, under the conditions that hold.
+
+    Raises:
+        TooMuchError: the node has too many.
+    """
+    if len(node.made) >= MOST_ENDPOINTS:
+        raise TooMuchError
+    each = tuple(each.each for each in walk.conditions if each.each is not None)
+    used = tuple(pair for pair in each if isinstance(made.name, Template) and f"${{{pair[0]}}}" in made.name.text)
+    perhaps = walk.perhaps() or ("it is made for each of several values" if len(used) < len(each) else "")
+    branch = 0 if each else walk.branch()
+    node.made.append(replace(made, tests=walk.tests(), perhaps=perhaps, for_each=used, branch=branch))
+
+
+def topic(value: Any) -> Any:
+    """Return the name of a topic, or why it is not known."""
+    if isinstance(value, (str, Template, Unknown, Either)):
+        return value
+    if value is MISSING:
+        return Unknown("the call does not name it")
+    return Unknown(
+        f"it is `{value.name[:60]}`, whose value is not known"
+        if isinstance(value, Word)
+        else "its name is not a text that is known"
+    )
+
+
+def _beside(name: Any, last: str) -> Any:
+    if isinstance(name, str):
+        return f"{name.rpartition('/')[0]}/{last}" if "/" in name else last
+    return Unknown("it stands beside a topic that is not known", None)
+
+
+def quality(row: Row, given: Given, walk: Walk) -> Any:
+    """Return the quality of service of an endpoint, or why it is not known."""
+    if row.values.get("makes", "").startswith("action"):
+        return Qos("")
+    stated = given.at(row.position("qos"))
+    if stated is not MISSING and stated is not None:
+        found = as_qos(stated, walk)
+        if isinstance(found, Either):
+            cases = tuple((tests, as_qos(each, walk)) for tests, each in found.cases)
+            return (
+                Either(cases)
+                if all(isinstance(each, Qos) for _, each in cases)
+                else Unknown("one of several qualities of service")
+            )
+        known = isinstance(found, (Qos, Unknown))
+        return found if known else Unknown("its quality of service is not known", given.call.place)
+    if "unknown_qos" in row.values:
+        return Unknown(row.text("unknown_qos"), given.call.place)
+    if "qos_is" in row.values:
+        return Qos("default", tuple(row.values["qos_is"].items()))
+    default = row.text("default_qos")
+    return Qos(default) if default else Unknown("the call states no quality of service", given.call.place)
+
+
+def type_of(row: Row, given: Given, walk: Walk) -> Any:
+    """Return the type of an endpoint as ROS 2 writes it, or why it is not known."""
+    position = row.position("type")
+    if position is None:
+        return Unknown("the call does not say it")
+    if position.template is not None:
+        if position.template >= len(given.types):
+            return Unknown("its template argument is left out")
+        return type_name(given.types[position.template], walk)
+    if position.keyword and position.text == position.keyword and "/" in position.text:
+        return position.text
+    value = given.at(position)
+    if isinstance(value, Word):
+        return type_name(value.name, walk)
+    return (
+        type_name(value, walk)
+        if isinstance(value, str)
+        else value
+        if isinstance(value, Unknown)
+        else Unknown("its type is not known")
+    )
+
+
+def type_name(written: str, walk: Walk) -> Any:
+    """Return a type as ROS 2 writes it: ``sensor_msgs/msg/LaserScan``."""
+    text = written.strip()
+    for _ in range(4):
+        text = walk.frame.types.get(text, text)
+        plain = without_arguments(text).strip(":")
+        found = _TYPE.fullmatch(plain)
+        if found is not None:
+            return f"{found[1]}/{found[2]}/{found[3]}"
+        alias = walk.program.aliases.get(plain) or walk.program.aliases.get(plain.rpartition("::")[2])
+        if alias is None:
+            break
+        text = alias
+    return Unknown(f"`{written[:60]}` is not a known type")
+
+
+# Parameters
+
+
+def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
+    """Follow a call that declares or reads a parameter; return its value."""
+    node = node_for(row, given, receiver, walk)
+    if "several" in row.values:
+        return _several(given.at(row.position("several")), given.at(row.position("prefix")), node)
+    name = given.at(row.position("name"))
+    if isinstance(name, Template):
+        name = name.text
+    if not isinstance(name, str) or not name or node is None:
+        value: Any = Unknown("the name of a parameter is not known")
+    else:
+        default = given.at(row.position("default"))
+        declare(node, name, default)
+        value = Template(f"${{{name}}}")
+    into = given.expression(row.position("into"))
+    if into is not None:
+        assign(into, value, walk)
+        return Unknown("whether a parameter is set")
+    return value
+
+
+def declare(node: NodeRecord, name: str, default: Any) -> None:
+    """Note a parameter and its default, which is not known where two calls state different ones."""
+    if isinstance(default, (Word, Instance)):
+        default = (
+            Unknown("its default is not known") if not isinstance(default, Word) or not _is_type(default) else MISSING
+        )
+    if default is None:
+        default = MISSING
+    known = node.parameters.get(name, MISSING)
+    if default is MISSING or known is MISSING:
+        node.parameters[name] = known if default is MISSING else default
+    elif type(known) is not type(default) or known != default:
+        node.parameters[name] = Unknown("its default differs from place to place")
+
+
+def _is_type(word: Word) -> bool:
+    return "PARAMETER_" in word.name or "Parameter.Type" in word.name
+
+
+def _several(rows: Any, prefix: Any, node: NodeRecord | None) -> Any:
+    if node is None or not isinstance(rows, list) or prefix not in {"", MISSING, None}:
+        return Unknown("parameters that are not known")
+    for row in rows:
+        if isinstance(row, list) and row and isinstance(row[0], str):
+            declare(node, row[0], row[1] if len(row) > 1 else MISSING)
+    return Unknown("several parameters")
+
+
+def default_of(value: Any) -> Any:
+    """Return a default that a node file can write; the mark for none where it cannot."""
+    if isinstance(value, _SIMPLE) and not (
+        isinstance(value, list) and not all(isinstance(each, (str, int, float, bool)) for each in value)
+    ):
+        return value
+    return MISSING
+
+
+def library_of(instance: Instance, walk: Walk) -> list[str]:
+    """Return the library classes that an object is of."""
+    found = [instance.library] if instance.library else []
+    for cls in lineage(instance.cls, walk):
+        found += [
+            without_arguments(base)
+            for base in cls.bases
+            if walk.program.find_class(base) is None or walk.table.node_class(without_arguments(base))
+        ]
+    return found

@@ -1,0 +1,424 @@
+"""From the programs of a package to the nodes that its executables and components make, each walk with its own limits."""
+
+from __future__ import annotations
+
+import posixpath
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.system import Place
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.calling import invoke
+from cqos_ros2.learn.creating import Given
+from cqos_ros2.learn.evaluating import lineage
+from cqos_ros2.learn.frames import Condition, Frame, TooMuchError, Walk
+from cqos_ros2.learn.functions import method_of
+from cqos_ros2.learn.objects import construct
+from cqos_ros2.learn.program import (
+    Assign,
+    Attribute,
+    Call,
+    Closure,
+    Do,
+    Function,
+    If,
+    Loop,
+    Name,
+    Reference,
+    Return,
+    fits,
+    inner_type,
+    last_part,
+    without_arguments,
+)
+from cqos_ros2.learn.values import Instance, NodeRecord, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from cqos_ros2.learn.packages import Package
+    from cqos_ros2.learn.program import Class, Expression, Program, Statement
+    from cqos_ros2.learn.table import Table
+
+_MOST_CALLBACKS: Final = 300
+_NOWHERE: Final = Function("", (), (), Place(""))
+
+
+@dataclass(slots=True)
+class Explored:
+    """What a package makes.
+
+    Attributes:
+        nodes: those of each executable or component, the first one first.
+        plugins: the class as a component, by executable or class.
+        fragments: what classes make that pluginlib loads.
+        gaps: what is not known, its cause, where.
+    """
+
+    nodes: dict[str, list[NodeRecord]] = field(default_factory=dict)
+    plugins: dict[str, str] = field(default_factory=dict)
+    fragments: dict[str, NodeRecord] = field(default_factory=dict)
+    gaps: list[tuple[str, str, Place]] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Exploration:
+    package: Package
+    program: Program
+    table: Table
+    result: Explored
+    made_at: set[tuple[str, int]] = field(default_factory=set)
+    executed: set[int] = field(default_factory=set)
+    at_run_time: set[str] = field(default_factory=set)
+
+    def walk(self, key: str, start: Callable[[Walk], None]) -> Walk:
+        """Walk one program or component from its start, then its life cycle, then its callbacks."""
+        walk = Walk(self.program, self.table, at_run_time=self.at_run_time)
+        walk.frames.append(Frame(_NOWHERE, None))
+        try:
+            start(walk)
+            _life_cycle(walk)
+            _callbacks(walk)
+        except (TooMuchError, RecursionError):
+            cause = "it takes more steps than C-QoS follows"
+            for node in walk.nodes:
+                node.gaps["all that comes later", cause] = node.place
+            if not walk.nodes:
+                self.result.gaps.append((f"the program {key}", cause, Place(self.package.folder)))
+        self.made_at |= walk.made_at
+        self.executed |= walk.executed
+        for place in walk.homeless:
+            self.result.gaps.append((f"what line {place.line} creates", "its node is not known", place))
+        return walk
+
+
+def explore(package: Package, tables: dict[str, Table]) -> Explored:
+    """Return what the executables, components and plugins of a package make."""
+    result = Explored()
+    for language, program in package.programs.items():
+        found = _Exploration(package, program, tables[language], result)
+        found.at_run_time = _at_run_time(program, tables[language])
+        if language == "cpp":
+            _programs(found)
+            _components(found)
+            _plugins(found)
+        else:
+            _scripts(found)
+        _not_reached(found)
+    result.gaps += [("what a file creates", cause, place) for cause, place in package.gaps]
+    return result
+
+
+def _at_run_time(program: Program, table: Table) -> set[str]:
+    """Return the functions that change parameters while a node runs: what they set is no value of its start."""
+    found: set[str] = set()
+    for functions in program.functions.values():
+        for function in functions:
+            for each in calls_in(function.body):
+                name = (
+                    each.function.name
+                    if isinstance(each.function, Attribute)
+                    else each.function.text
+                    if isinstance(each.function, Name)
+                    else ""
+                )
+                if last_part(name) in table.lists["at_run_time"]:
+                    found |= {
+                        last_part(given.name) for given in each.arguments if isinstance(given, (Reference, Attribute))
+                    }
+    return found
+
+
+# C++
+
+
+def _programs(found: _Exploration) -> None:
+    """Walk `main` of each executable."""
+    mains = [each for each in found.program.functions.get("main", []) if each.place.source in found.package.own]
+    for name, sources in found.package.executables.sources.items():
+        paths = {posixpath.normpath(posixpath.join(found.package.folder, each)) for each in sources}
+        own = [each for each in mains if each.place.source in paths]
+        if not own:
+            own = [each for each in mains if posixpath.splitext(posixpath.basename(each.place.source))[0] == name]
+        own = own or (mains if len(mains) == 1 else [])
+        if len(own) == 1:
+            walk = found.walk(name, lambda walk, main=own[0]: _main(main, walk))  # type: ignore[misc]
+            if walk.nodes:
+                found.result.nodes[name] = walk.nodes
+
+
+def _main(main: Function, walk: Walk) -> None:
+    invoke(
+        main, None, [Unknown(f"`{each.name}` of the command line", main.place) for each in main.parameters], {}, walk
+    )
+
+
+def _components(found: _Exploration) -> None:
+    """Walk the classes that are registered as components."""
+    by_class = {plugin: name for name, plugin in found.package.executables.components.items()}
+    registered = dict(found.program.registered)
+    for plugin in by_class:
+        registered.setdefault(plugin, Place(found.package.folder))
+    for written, place in registered.items():
+        cls = found.program.find_class(written)
+        if cls is None:
+            found.result.gaps.append((f"the component {written}", "its class is not in what was read", place))
+            continue
+        name = cls.name.strip(":")
+        for key, nodes in found.result.nodes.items():
+            if len(nodes) == 1 and fits(nodes[0].cls, name):
+                found.result.plugins.setdefault(key, name)
+        executable = next((key for plugin, key in by_class.items() if fits(plugin, name)), "")
+        if executable:
+            found.result.plugins[executable] = name
+        elif name in found.result.plugins.values():
+            continue
+        walk = found.walk(name, lambda walk, cls=cls: _object(cls, walk))  # type: ignore[misc]
+        if walk.nodes:
+            found.result.nodes[executable or name] = walk.nodes
+
+
+def _object(cls: Class, walk: Walk) -> None:
+    constructors = [
+        each for each in walk.program.functions.get(last_part(cls.name), []) if fits(cls.name, each.owner or "?")
+    ]
+    counts = sorted(len(each.parameters) for each in constructors)
+    count = 1 if not counts or 1 in counts else counts[0]
+    made = Call(Name(cls.name), (), (), (), cls.place)
+    construct(cls, Given(made, [Unknown("what a component is given")] * count, {}, ()), walk)
+
+
+def _plugins(found: _Exploration) -> None:
+    """Walk the classes that pluginlib loads: each is a fragment, whose names begin with that of the plugin."""
+    for written, place in found.program.plugins.items():
+        cls = found.program.find_class(written)
+        if cls is None:
+            found.result.gaps.append((f"the plugin {written}", "its class is not in what was read", place))
+            continue
+        record = NodeRecord(cls.name, "", "", place)
+
+        def start(walk: Walk, cls: Class = cls, record: NodeRecord = record) -> None:
+            walk.current = record
+            made = Call(Name(cls.name), (), (), (), cls.place)
+            instance = construct(cls, Given(made, [], {}, ()), walk)
+            record.gaps.clear()
+            walk.current = record
+            if not isinstance(instance, Instance):
+                return
+            for name in walk.table.lists["plugin"]:
+                for method in method_of(cls, name, walk)[:1]:
+                    if id(method) not in walk.executed:
+                        invoke(
+                            method,
+                            instance,
+                            [_plugin_argument(each.name, each.type, record, walk) for each in method.parameters],
+                            {},
+                            walk,
+                        )
+
+        found.walk(written, start)
+        if record.made or record.gaps:
+            found.result.fragments[cls.name.strip(":")] = record
+
+
+def _plugin_argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
+    known = walk.table.node_class(without_arguments(inner_type(without_arguments(type_name))))
+    if known is not None:
+        return Instance(None, library=known[0], node=record)
+    if "string" in type_name and "name" in name:
+        return Template("${plugin}")
+    return Unknown("what a plugin is given")
+
+
+# Python
+
+
+def _scripts(found: _Exploration) -> None:
+    """Walk the functions that console scripts name, and the files that are installed as programs."""
+    executables = found.package.executables
+    for name, (module, function) in executables.scripts.items():
+        own = [
+            each
+            for each in found.program.functions.get(function, [])
+            if not each.owner and fits(each.name, f"{module}.{function}") and each.name.endswith(f"{module}.{function}")
+        ]
+        if len(own) != 1:
+            found.result.gaps.append(
+                (f"the program {name}", f"`{module}:{function}` is not one function", Place(found.package.folder))
+            )
+            continue
+        walk = found.walk(name, lambda walk, main=own[0]: _main(main, walk))  # type: ignore[misc]
+        if walk.nodes:
+            found.result.nodes[name] = walk.nodes
+    for name, path in executables.files.items():
+        script = found.program.scripts.get(posixpath.normpath(posixpath.join(found.package.folder, path)))
+        if script is None:
+            continue
+
+        def start(walk: Walk, script: Function = script) -> None:
+            walk.frame.names["__name__"] = "__main__"
+            from cqos_ros2.learn.walking import run
+
+            walk.frames.append(Frame(script, None, names={"__name__": "__main__"}))
+            run(script.body, walk)
+            walk.frames.pop()
+
+        walk = found.walk(name, start)
+        if walk.nodes:
+            found.result.nodes[name] = walk.nodes
+
+
+# After the start
+
+
+def _life_cycle(walk: Walk) -> None:
+    """Walk what the life cycle of a node calls."""
+    walk.starting = False
+    walk.current = walk.nodes[0] if len(walk.nodes) == 1 else None
+    for instance in [*walk.instances]:
+        if instance.node is None or not instance.node.lifecycle:
+            continue
+        walk.current = instance.node
+        for name in walk.table.lists["lifecycle"]:
+            for method in method_of(instance.cls, name, walk)[:1]:
+                if id(method) not in walk.executed:
+                    arguments = [Unknown("the state before") for _ in method.parameters]
+                    invoke(method, instance, arguments, {}, walk)
+
+
+def _callbacks(walk: Walk) -> None:
+    """Walk what is called later: what it makes may never be made."""
+    done = 0
+    while walk.callbacks and done < _MOST_CALLBACKS:
+        each = walk.callbacks.pop(0)
+        if id(each.function) in walk.executed:
+            continue
+        done += 1
+        walk.current = (
+            each.this.node
+            if each.this is not None and each.this.node is not None
+            else walk.nodes[0]
+            if len(walk.nodes) == 1
+            else None
+        )
+        walk.conditions.append(Condition(perhaps=f"it is made in a callback in line {each.function.place.line}"))
+        try:
+            invoke(
+                each.function,
+                each.this,
+                [Unknown("what a callback is given") for _ in each.function.parameters],
+                {},
+                walk,
+                value=each,
+            )
+        finally:
+            walk.conditions.pop()
+
+
+# What no walk came to
+
+
+def _not_reached(found: _Exploration) -> None:
+    """Note the creating calls that no walk came to, with the nodes that may make them."""
+    names = {row.call for rows in found.table.calls.values() for row in rows if "makes" in row.values}
+    last = {last_part(each) for each in names}
+    for functions in found.program.functions.values():
+        for function in functions:
+            if function.place.source not in found.package.own and id(function) not in found.executed:
+                continue
+            for each in calls_in(function.body, function.initializers):
+                name = (
+                    last_part(each.function.text)
+                    if isinstance(each.function, Name)
+                    else each.function.name
+                    if isinstance(each.function, Attribute)
+                    else ""
+                )
+                place = each.place
+                if (
+                    without_arguments(name) not in last
+                    or (place.source, place.line or 0) in found.made_at
+                    or _forwards(each, function)
+                ):
+                    continue
+                _blame(found, function, place)
+
+
+def _forwards(call: Call, function: Function) -> bool:
+    """Whether a call only hands on the type parameter of its function: a wrapper."""
+    return any(each in function.templates for each in call.types)
+
+
+def _blame(found: _Exploration, function: Function, place: Place) -> None:
+    what = f"what line {place.line} of {posixpath.basename(place.source)} creates"
+    cause = f"C-QoS found nothing that calls `{function.last}`"
+    if id(function) in found.executed:
+        cause = "what it is called on, or a condition before it, is not followed"
+    nodes = [*(node for nodes in found.result.nodes.values() for node in nodes), *found.result.fragments.values()]
+    owners = [node for node in nodes if function.owner and _is_of(found, node.cls, function.owner)]
+    owners = owners or _of_file(found, place.source)
+    for node in owners:
+        node.gaps[what, cause] = place
+    if not owners:
+        found.result.gaps.append((what, cause, place))
+
+
+def _of_file(found: _Exploration, path: str) -> list[NodeRecord]:
+    """Return the nodes of the programs that a file belongs to; of all where it belongs to none."""
+    folder, executables = found.package.folder, found.package.executables
+    programs = [
+        name
+        for name, sources in executables.sources.items()
+        if path in {posixpath.join(folder, each) for each in sources}
+    ]
+    programs += [
+        name
+        for name, (module, _) in executables.scripts.items()
+        if path == posixpath.join(folder, f"{module.replace('.', '/')}.py")
+    ]
+    programs += [name for name, each in executables.files.items() if path == posixpath.join(folder, each)]
+    return [node for name, nodes in found.result.nodes.items() if name in programs or not programs for node in nodes]
+
+
+def _is_of(found: _Exploration, cls: str, owner: str) -> bool:
+    walk = Walk(found.program, found.table)
+    return any(each.name == owner for each in lineage(found.program.find_class(cls), walk))
+
+
+def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
+    """Yield every call in statements."""
+    waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
+    pending: list[Statement] = [*statements]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, Assign):
+            waiting.append(each.value)
+        elif isinstance(each, Do):
+            waiting.append(each.expression)
+        elif isinstance(each, If):
+            waiting.append(each.condition)
+            pending += [*each.then, *each.otherwise]
+        elif isinstance(each, Loop):
+            pending += each.body
+        elif isinstance(each, Return) and each.value is not None:
+            waiting.append(each.value)
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Call):
+            yield part
+            waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
+        elif isinstance(part, Closure):
+            yield from calls_in(part.function.body)
+        else:
+            waiting += _parts(part)
+
+
+def _parts(expression: Expression) -> list[Any]:
+    found: list[Any] = []
+    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
+        value = getattr(expression, name, None)
+        if isinstance(value, tuple):
+            found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
+        elif value is not None:
+            found.append(value)
+    return found

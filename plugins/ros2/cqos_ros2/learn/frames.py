@@ -1,0 +1,159 @@
+"""Where a walk is: names of the function, conditions that hold, limits; and snapshots of all values, for branches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.values import Instance
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Place
+    from cqos_ros2.learn.program import Function, Program
+    from cqos_ros2.learn.table import Table
+    from cqos_ros2.learn.values import Code, NodeRecord, Tests
+
+MOST_STEPS: Final = 40_000
+"""How many expressions and statements are walked for one program or component."""
+DEEPEST_CALL: Final = 10
+MOST_ENDPOINTS: Final = 2_000
+MOST_ELEMENTS: Final = 50
+"""How many elements of a list are followed one by one."""
+ABSENT: Final = object()
+
+
+class TooMuchError(Exception):
+    """The walk takes more steps than it may."""
+
+
+@dataclass(slots=True)
+class Frame:
+    """The names of one call.
+
+    Attributes:
+        this: the object whose method it is.
+        types: what type parameters stand for.
+        outer: names around a lambda.
+        returned: what it returned on each way.
+        conditions: how many conditions hold around it.
+    """
+
+    function: Function
+    this: Instance | None
+    names: dict[str, Any] = field(default_factory=dict)
+    types: dict[str, str] = field(default_factory=dict)
+    outer: dict[str, Any] | None = None
+    returned: list[Any] = field(default_factory=list)
+    conditions: int = 0
+
+
+@dataclass(slots=True)
+class Condition:
+    """What is decided where the walk is.
+
+    Attributes:
+        tests: of parameters.
+        perhaps: why it is not known whether the walk comes here; empty where it is.
+        branch: 1 where the decision holds, -1 where it does not; 0 where it is none of two.
+        each: a variable with the parameter that lists its values.
+    """
+
+    tests: Tests = ()
+    perhaps: str = ""
+    branch: int = 0
+    each: tuple[str, str] | None = None
+
+
+@dataclass(slots=True)
+class Walk:
+    """One walk of a program or component.
+
+    Attributes:
+        nodes: in the order in which they are made.
+        current: the node that a helper without a node of its own belongs to.
+        made_at: places of calls that were understood as making something.
+        executed: functions that were walked.
+        callbacks: functions that are handed to something that calls them later.
+        starting: the walk is before the first callback can come.
+    """
+
+    program: Program
+    table: Table
+    frames: list[Frame] = field(default_factory=list)
+    nodes: list[NodeRecord] = field(default_factory=list)
+    instances: list[Instance] = field(default_factory=list)
+    conditions: list[Condition] = field(default_factory=list)
+    current: NodeRecord | None = None
+    made_at: set[tuple[str, int]] = field(default_factory=set)
+    executed: set[int] = field(default_factory=set)
+    callbacks: list[Code] = field(default_factory=list)
+    starting: bool = True
+    homeless: list[Place] = field(default_factory=list)
+    reassigned: frozenset[str] | None = None
+    setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
+    at_run_time: set[str] = field(default_factory=set)
+    steps: int = 0
+
+    def step(self) -> None:
+        """Count one step.
+
+        Raises:
+            TooMuchError: there were too many.
+        """
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            raise TooMuchError
+
+    @property
+    def frame(self) -> Frame:
+        """The innermost call."""
+        return self.frames[-1]
+
+    def tests(self) -> Tests:
+        """Return the values of parameters with which the walk comes here."""
+        return tuple(dict.fromkeys(test for each in self.conditions for test in each.tests))
+
+    def perhaps(self) -> str:
+        """Return why it is not known whether the walk comes here."""
+        return next((each.perhaps for each in self.conditions if each.perhaps), "")
+
+    def branch(self) -> int:
+        """Return which branch of one decision the walk is in; 0 where several are not known."""
+        found = [each for each in self.conditions if each.perhaps]
+        return found[0].branch if len(found) == 1 else 0
+
+    def snapshot(self) -> list[dict[str, Any]]:
+        """Return all values as they are."""
+        names = [dict(each.names) for each in self.frames]
+        return [*names, *(dict(each.members) for each in self.instances)]
+
+    def restore(self, kept: list[dict[str, Any]]) -> None:
+        """Set all values back; objects that were made since stay."""
+        count = len(self.frames)
+        for frame, names in zip(self.frames, kept, strict=False):
+            frame.names.clear()
+            frame.names.update(names)
+        for instance, members in zip(self.instances, kept[count:], strict=False):
+            instance.members.clear()
+            instance.members.update(members)
+
+    def merge(self, other: list[dict[str, Any]], tests: Tests | None, cause: str, place: Place) -> None:
+        """Join all values with those of the branch that was walked before, which is taken where ``tests`` hold."""
+        from cqos_ros2.learn.values import merged
+
+        count = len(self.frames)
+        spaces = [
+            *(each.names for each in self.frames),
+            *(each.members for each in self.instances[: len(other) - count]),
+        ]
+        for space, then in zip(spaces, other, strict=False):
+            for name in {**then, **space}:
+                one, two = then.get(name, ABSENT), space.get(name, ABSENT)
+                if one is two:
+                    continue
+                if ABSENT in (one, two):
+                    known = two if one is ABSENT else one
+                    space[name] = known if isinstance(known, Instance) else Unknown(cause, place)
+                else:
+                    space[name] = merged(tests, one, two, cause, place)

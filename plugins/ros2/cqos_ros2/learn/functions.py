@@ -1,0 +1,91 @@
+"""Functions of a program: which one a call means, and how arguments get into its names and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.evaluating import assign, evaluate, lineage
+from cqos_ros2.learn.program import Attribute, Name, fits
+from cqos_ros2.learn.values import Code, Qos, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_ros2.learn.creating import Given
+    from cqos_ros2.learn.frames import Frame, Walk
+    from cqos_ros2.learn.program import Class, Expression, Function, Variable
+
+
+def split_types(text: str) -> tuple[str, ...]:
+    """Return the template arguments of a type as written."""
+    inner = text[text.find("<") + 1 : text.rfind(">")]
+    found, depth, start = [], 0, 0
+    for at, sign in enumerate(inner):
+        depth += (sign == "<") - (sign == ">")
+        if sign == "," and depth == 0:
+            found.append(inner[start:at].strip())
+            start = at + 1
+    return (*found, inner[start:].strip())
+
+
+def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
+    """Return the methods of a class by name: its own, else those of a class that it is made from."""
+    for each in lineage(cls, walk):
+        found = [
+            function
+            for function in walk.program.functions.get(name, [])
+            if (function.owner and function.owner == each.name)
+            or (function.owner and walk.program.language == "cpp" and fits(each.name, function.owner))
+        ]
+        if found:
+            return found
+    return []
+
+
+def arity(functions: list[Function], given: Given) -> list[Function]:
+    """Return the functions that take as many arguments."""
+    count = len(given.arguments) + len(given.keywords)
+    found = []
+    for each in functions:
+        least = sum(1 for variable in each.parameters if variable.default is None and not variable.kind)
+        most = 1000 if any(variable.kind for variable in each.parameters) else len(each.parameters)
+        if least <= count <= most:
+            found.append(each)
+    if len(found) > 1:
+        found = [each for each in found if all(map(_may_take, each.parameters, given.arguments))]
+    return found
+
+
+def _may_take(variable: Variable, value: Any) -> bool:
+    """Whether a parameter may be given a value, as far as types tell overloads apart."""
+    if isinstance(value, Code):
+        return not any(word in variable.type for word in ("QoS", "string", "qos_profile", "int", "bool"))
+    if isinstance(value, (str, Template)) and "QoS" in variable.type:
+        return False
+    return not (isinstance(value, Qos) and "string" in variable.type)
+
+
+def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, Any], frame: Frame, walk: Walk) -> None:
+    """Give the parameters of a function the values of the arguments, or why they are not known."""
+    for index, variable in enumerate(function.parameters):
+        if not variable.name:
+            continue
+        if variable.kind:
+            given: Any = Unknown("the rest of the arguments")
+        elif variable.name in keywords:
+            given = keywords[variable.name]
+        elif index < len(arguments):
+            given = arguments[index]
+        elif variable.default is not None:
+            given = evaluate(variable.default, walk)
+        else:
+            given = Unknown(f"the argument `{variable.name}` of `{function.last}`", function.place)
+        frame.names[variable.name] = given
+
+
+def hand_back(function: Function, frame: Frame, written: Sequence[Expression], walk: Walk) -> None:
+    """Give the names of a call what the function left in the arguments that it takes by reference."""
+    for variable, expression in zip(function.parameters, written, strict=False):
+        if variable.by_reference and variable.name in frame.names and isinstance(expression, (Name, Attribute)):
+            assign(expression, frame.names[variable.name], walk)

@@ -1,0 +1,134 @@
+"""``cqos learn`` as functions: from a workspace to node files, each as text, and what is not known."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import yaml
+
+from cqos_core.importers.source import Source
+from cqos_ros2.learn.exploring import explore
+from cqos_ros2.learn.facts import DIRECTIONS, facts
+from cqos_ros2.learn.packages import read_package
+from cqos_ros2.learn.table import tables
+from cqos_ros2.nodes.reading import read_node_file
+
+if TYPE_CHECKING:
+    from cqos_ros2.launch.workspace import Workspace
+
+_HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n# Entries with `confirmed: true` are left as they are.\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What was learned of a package.
+
+    Attributes:
+        document: the node file as data.
+        text: the node file.
+        gaps: what belongs to no node: what, cause, where.
+        files: the sources that it names.
+    """
+
+    package: str
+    document: dict[str, Any]
+    text: str
+    gaps: list[tuple[str, str, str]] = field(default_factory=list)
+    files: tuple[str, ...] = ()
+
+    @property
+    def empty(self) -> bool:
+        """Whether no node was found."""
+        return not self.document.get("nodes") and not self.document.get("fragments")
+
+
+def learn(
+    package: str, workspace: Workspace, calls: tuple[str, ...] = (), kept: dict[str, Any] | None = None
+) -> Learned:
+    """Return what the sources of a package say about its nodes.
+
+    Args:
+        package: its name.
+        workspace: with its sources, and with those of packages that it depends on.
+        calls: paths of further tables of calls.
+        kept: the node file that there is; its confirmed entries stay.
+
+    Raises:
+        InputError: a table of calls cannot be read.
+        NoParserError: it has sources in C++, and the extra ``source`` is not installed.
+    """
+    known = tables(calls)
+    read = read_package(package, workspace, known)
+    found = facts(read, explore(read, known))
+    document = found.document if kept is None else with_confirmed(found.document, kept)
+    text = written(document)
+    files = tuple(sorted(path for path in read.own if f"{os.path.relpath(path, read.folder)}:" in text))
+    return Learned(package, document, text, found.gaps, files)
+
+
+def written(document: dict[str, Any]) -> str:
+    """Return a node file as text; it is read back, so that no file is written that C-QoS refuses."""
+    text = _HEAD + yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
+    if document.get("nodes") or document.get("fragments"):
+        read_node_file(Source("learned.node.yaml", text.encode()))
+    return text
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes short maps on one line, and nothing by reference."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        """Write every value out."""
+        del data
+        return True
+
+    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:  # noqa: FBT001 - as PyYAML has it
+        """Write a map without maps and lists in it on one line."""
+        flat = {"at", "default", "what", "profile", "by", "when", "node"} & set(mapping) and "publishes" not in mapping
+        return super().represent_mapping(tag, mapping, flow_style=bool(flat) or flow_style)
+
+
+def with_confirmed(document: dict[str, Any], kept: dict[str, Any]) -> dict[str, Any]:
+    """Return a learned node file in which the confirmed entries of another one stand as they are."""
+    for part in ("nodes", "fragments"):
+        for name, facts_of in (kept.get(part) or {}).items():
+            for direction in DIRECTIONS:
+                for topic, entry in ((facts_of or {}).get(direction) or {}).items():
+                    confirmed = any(
+                        isinstance(each, dict) and each.get("confirmed")
+                        for each in (entry if isinstance(entry, list) else [entry])
+                    )
+                    if confirmed:
+                        document.setdefault(part, {}).setdefault(name, {}).setdefault(direction, {})[topic] = entry
+    for key in ("versions", "profiles"):
+        if key in kept:
+            document[key] = kept[key]
+    return document
+
+
+class Counts(NamedTuple):
+    """How much of a node file is known."""
+
+    nodes: int
+    endpoints: int
+    names: int
+    qualities: int
+
+
+def counts(document: dict[str, Any]) -> Counts:
+    """Return how many nodes, fragments and endpoints a node file has, and of how many endpoints it knows names and policies."""
+    parts = [*(document.get("nodes") or {}).values(), *(document.get("fragments") or {}).values()]
+    entries = [
+        each
+        for part in parts
+        for direction in DIRECTIONS
+        for found in (part.get(direction) or {}).values()
+        for each in (found if isinstance(found, list) else [found])
+    ]
+    names = sum("unknown" not in each for each in entries)
+    qualities = sum(
+        "unknown" not in str(each.get("qos", "")) and "unread" not in str(each.get("qos", "")) for each in entries
+    )
+    return Counts(len(parts), len(entries), names, qualities)

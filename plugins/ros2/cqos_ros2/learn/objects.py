@@ -1,0 +1,176 @@
+"""Makes the objects of a program: constructors with what stands before their bodies, base classes, and nodes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.calling import call
+from cqos_ros2.learn.creating import Given
+from cqos_ros2.learn.evaluating import evaluate, lineage
+from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
+from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
+from cqos_ros2.learn.program import Call, Name, fits, last_part, without_arguments
+from cqos_ros2.learn.values import Instance, NodeRecord
+from cqos_ros2.learn.walking import run
+
+if TYPE_CHECKING:
+    from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Class, Function
+
+
+def construct(cls: Class, given: Given, walk: Walk) -> Any:
+    """Make an object of a class of the program, with its base classes."""
+    instance = Instance(
+        cls, library=_library_base(cls, walk), types=dict(zip(cls.templates, given.types, strict=False))
+    )
+    walk.instances.append(instance)
+    if walk.table.node_class(instance.library) is not None:
+        known = walk.table.node_class(instance.library)
+        lifecycle = bool(known[1].values.get("lifecycle")) if known else False
+        instance.node = NodeRecord(cls.name, Unknown("its name is not known"), "", given.call.place, lifecycle)
+        walk.nodes.append(instance.node)
+    outer = walk.current
+    walk.current = instance.node or outer
+    try:
+        _construct(cls, instance, given, walk)
+    finally:
+        walk.current = outer or (instance.node if len(walk.nodes) == 1 else None)
+    return instance
+
+
+def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None:
+    last = "__init__" if walk.program.language == "python" else last_part(cls.name)
+    own = [
+        each
+        for each in walk.program.functions.get(last, [])
+        if each.owner == cls.name or (walk.program.language == "cpp" and each.owner and fits(cls.name, each.owner))
+    ]
+    found = arity(own, given)
+    if walk.program.language == "python" and not found:
+        base = next((each for name in cls.bases if (each := walk.program.find_class(name)) is not None), None)
+        if base is not None:
+            _construct(base, instance, given, walk)
+        else:
+            _library_node(instance, given, walk)
+        return
+    if len(found) > 1:
+        found = [each for each in found if each.body or each.initializers] if walk.program.language == "cpp" else found
+    if len(found) > 1:
+        delegating = [each for each in found if any(last_part(name) == last for name, _, _ in each.initializers)]
+        found = [each for each in found if each not in delegating] if len(found) - len(delegating) == 1 else found[:0]
+    if not found:
+        node = instance.node or walk.current
+        if node is not None and (instance.node is not None or own):
+            node.gaps[f"what `{last_part(cls.name)}` creates", "none or several of its constructors fit"] = (
+                given.call.place
+            )
+        return
+    function = found[0]
+    outer_types = {**instance.types}
+    frame = Frame(function, instance, types=outer_types, conditions=len(walk.conditions))
+    walk.executed.add(id(function))
+    if len(walk.frames) > DEEPEST_CALL or any(
+        each.function is function and each.this is not None and each.this.cls is cls for each in walk.frames
+    ):
+        return
+    walk.frames.append(frame)
+    try:
+        bind(function, given.arguments, given.keywords, frame, walk)
+        _initializers(cls, instance, function, given, walk)
+        run(function.body, walk)
+    finally:
+        walk.frames.pop()
+    hand_back(function, frame, given.call.arguments, walk)
+
+
+def _initializers(cls: Class, instance: Instance, function: Function, given: Given, walk: Walk) -> None:
+    """Walk what stands before the body of a constructor in C++: base classes and members."""
+    based: set[str] = set()
+    for name, arguments, place in function.initializers:
+        last = last_part(without_arguments(name))
+        made = Call(Name(name), arguments, (), (), place)
+        base = next((each for each in cls.bases if last_part(without_arguments(each)) == last), None)
+        if last == last_part(cls.name):
+            _construct_again(cls, instance, made, walk)
+            return
+        if base is not None:
+            based.add(base)
+            _base_class(base, instance, made, walk)
+        elif name in cls.fields:
+            typed = Call(Name(cls.fields[name]), arguments, (), ("{",), place)
+            instance.members[name] = call(typed, walk)
+    if walk.program.language == "cpp":
+        for base in cls.bases:
+            inner = walk.program.find_class(base) if base not in based else None
+            if inner is not None:
+                _construct(inner, instance, Given(Call(Name(base), (), (), (), given.call.place), [], {}, ()), walk)
+
+
+def _construct_again(cls: Class, instance: Instance, made: Call, walk: Walk) -> None:
+    _construct(cls, instance, Given(made, [evaluate(each, walk) for each in made.arguments], {}, ()), walk)
+
+
+def _base_class(base: str, instance: Instance, made: Call, walk: Walk) -> None:
+    arguments = [evaluate(each, walk) for each in made.arguments]
+    given = Given(made, arguments, {}, ())
+    inner = walk.program.find_class(base)
+    if inner is not None and walk.table.node_class(without_arguments(base)) is None:
+        instance.types.update(zip(inner.templates, split_types(base), strict=False) if "<" in base else ())
+        _construct(inner, instance, given, walk)
+    else:
+        _library_node(instance, given, walk)
+
+
+def base(given: Given, walk: Walk) -> Any:
+    """Walk ``super().__init__(…)`` of Python."""
+    this, owner = walk.frame.this, walk.frame.function.owner
+    cls = next((each for each in lineage(this.cls, walk) if each.name == owner), None) if this is not None else None
+    if this is None or cls is None:
+        return Unknown("there is no base class")
+    if not isinstance(given.call.function, Name):
+        return None
+    base = next((each for name in cls.bases if (each := walk.program.find_class(name)) is not None), None)
+    if base is not None and not any(walk.table.node_class(name) for name in cls.bases):
+        _construct(base, this, given, walk)
+    else:
+        _library_node(this, given, walk)
+    return Unknown("the base class")
+
+
+def _library_node(instance: Instance, given: Given, walk: Walk) -> None:
+    """Take name and namespace of a node from what its library class is given."""
+    node = instance.node
+    known = walk.table.node_class(instance.library)
+    if node is None or known is None:
+        return
+    row = known[1]
+    name = given.at(row.position("name"))
+    node.name = name if isinstance(name, str) else Unknown("its name is not a text that is known")
+    namespace = given.at(row.position("namespace"))
+    if isinstance(namespace, str):
+        node.namespace = namespace
+
+
+def plain_node(library: str, given: Given, walk: Walk) -> Instance:
+    """Make a node that has no class of its own."""
+    instance = Instance(None, library=library)
+    row = walk.table.nodes[library]
+    instance.node = NodeRecord(
+        library, Unknown("its name is not known"), "", given.call.place, bool(row.values.get("lifecycle"))
+    )
+    walk.nodes.append(instance.node)
+    walk.instances.append(instance)
+    _library_node(instance, given, walk)
+    walk.current = instance.node if len(walk.nodes) == 1 else None
+    return instance
+
+
+def _library_base(cls: Class, walk: Walk) -> str:
+    """Return the library class of nodes that a class is made from; empty where it is made from none."""
+    for each in lineage(cls, walk):
+        for base in each.bases:
+            known = walk.table.node_class(without_arguments(base))
+            if known is not None and (walk.program.find_class(base) is None or without_arguments(base) == known[0]):
+                return known[0]
+    return ""

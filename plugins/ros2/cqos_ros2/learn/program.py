@@ -1,0 +1,356 @@
+"""A program as far as creating calls need it: one form for C++ and Python, made by their readers and walked by `walking`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Place
+
+THIS: Final = "this"
+"""What a method calls its object, in both languages."""
+
+
+# Expressions
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A text, number or flag."""
+
+    value: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A name as written: with ``::`` in C++; in Python with its module where an import says so."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """A member of an object."""
+
+    of: Expression
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """An element of a list, map or text."""
+
+    of: Expression
+    key: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of a function or method, or the making of an object.
+
+    Attributes:
+        function: a `Name`, an `Attribute` of what it is called on, or any other expression.
+        types: template arguments as written.
+    """
+
+    function: Expression
+    arguments: tuple[Expression, ...]
+    keywords: tuple[tuple[str, Expression], ...]
+    types: tuple[str, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operator with its operands, for instance ``+``, ``==``, ``and`` or ``not``."""
+
+    operator: str
+    operands: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Conditional:
+    """One of two values."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Items:
+    """A list, tuple, or initializer list.
+
+    Attributes:
+        type: what it initializes, where it is written: ``rclcpp::QoS``.
+    """
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """A dictionary."""
+
+    items: tuple[tuple[Expression, Expression], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """A text of parts one after the other."""
+
+    parts: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """A lambda."""
+
+    function: Function
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A method or function as a value, as in ``&Talker::on_timer``; with what it is bound to."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class NotFollowed:
+    """An expression that is not followed; its parts are walked, because they may create something."""
+
+    text: str
+    parts: tuple[Expression, ...] = ()
+
+
+Expression: TypeAlias = (
+    Literal
+    | Name
+    | Attribute
+    | Element
+    | Call
+    | Operation
+    | Conditional
+    | Items
+    | Pairs
+    | Parts
+    | Closure
+    | Reference
+    | NotFollowed
+)
+
+
+# Statements
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """An assignment or declaration.
+
+    Attributes:
+        target: a `Name`, `Attribute` or anything else, which is then not followed.
+        declares: it makes a new local name.
+    """
+
+    target: Expression
+    value: Expression
+    place: Place
+    declares: bool = False
+    type: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Do:
+    """An expression for its effect."""
+
+    expression: Expression
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    """A decision."""
+
+    condition: Expression
+    then: tuple[Statement, ...]
+    otherwise: tuple[Statement, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A loop.
+
+    Attributes:
+        targets: the names that are given the elements of ``over``.
+        over: None where it is no loop over elements.
+    """
+
+    targets: tuple[str, ...]
+    over: Expression | None
+    body: tuple[Statement, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """The end of a function, with its value."""
+
+    value: Expression | None
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """A ``throw``, ``raise``, ``break`` or ``continue``."""
+
+    fails: bool
+
+
+Statement: TypeAlias = Assign | Do | If | Loop | Return | Leave
+
+
+# Functions, classes, programs
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A parameter of a function.
+
+    Attributes:
+        by_reference: the function may change what it is given.
+        kind: ``*`` or ``**`` where it takes the rest of the arguments.
+    """
+
+    name: str
+    type: str = ""
+    default: Expression | None = None
+    by_reference: bool = False
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function, method or lambda.
+
+    Attributes:
+        name: qualified: ``demo::Talker::on_timer``, ``demo.talker.Talker.on_timer``.
+        owner: the qualified name of its class; empty where it has none.
+        templates: names of its own type parameters.
+        bases: of a constructor: initializers of members and base classes, in their order.
+    """
+
+    name: str
+    parameters: tuple[Variable, ...]
+    body: tuple[Statement, ...]
+    place: Place
+    owner: str = ""
+    templates: tuple[str, ...] = ()
+    initializers: tuple[tuple[str, tuple[Expression, ...], Place], ...] = ()
+    static: bool = False
+
+    @property
+    def last(self) -> str:
+        """The name without what it is in."""
+        return last_part(self.name)
+
+
+@dataclass(slots=True)
+class Class:
+    """A class.
+
+    Attributes:
+        bases: as written.
+        fields: types of members by their names.
+        initial: values that the class gives members.
+        methods: by name; several where they are overloaded.
+    """
+
+    name: str
+    bases: tuple[str, ...]
+    place: Place
+    fields: dict[str, str] = field(default_factory=dict)
+    initial: dict[str, Expression] = field(default_factory=dict)
+    methods: dict[str, list[Function]] = field(default_factory=dict)
+    templates: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Program:
+    """What the files of a package define.
+
+    Attributes:
+        language: ``cpp`` or ``python``.
+        classes, functions: by the last part of their names.
+        constants: values at the top of files, by the last part of their names; several where they are set several times.
+        aliases: names that stand for others (`using`, `typedef`), by the last part.
+        declared: declarations with default arguments.
+        registered: classes that are components.
+        plugins: classes that pluginlib loads.
+        scripts: what a Python file does when it is run, by path.
+        gaps: files that could not be read, and why.
+    """
+
+    language: str
+    classes: dict[str, list[Class]] = field(default_factory=dict)
+    functions: dict[str, list[Function]] = field(default_factory=dict)
+    constants: dict[str, list[tuple[str, Expression]]] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict)
+    declared: dict[str, list[Function]] = field(default_factory=dict)
+    registered: dict[str, Place] = field(default_factory=dict)
+    plugins: dict[str, Place] = field(default_factory=dict)
+    scripts: dict[str, Function] = field(default_factory=dict)
+    gaps: list[tuple[str, Place]] = field(default_factory=list)
+
+    def find_class(self, name: str) -> Class | None:
+        """Return the one class that a name means; None where none or several fit."""
+        plain = without_arguments(name)
+        plain = self.aliases.get(plain, plain)
+        return _only([each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)])
+
+    def find_functions(self, name: str) -> list[Function]:
+        """Return the functions that a name may mean."""
+        plain = without_arguments(name)
+        return [each for each in self.functions.get(last_part(plain), []) if fits(each.name, plain)]
+
+
+def _only(found: list[Class]) -> Class | None:
+    return found[0] if len(found) == 1 else None
+
+
+def last_part(name: str) -> str:
+    """Return a qualified name without what it is in."""
+    return name.rpartition("::")[2].rpartition(".")[2]
+
+
+def fits(full: str, written: str) -> bool:
+    """Whether a name as written may mean a qualified name: the one ends with the other, part by part."""
+    one, other = full.replace("::", ".").split("."), written.strip(":").replace("::", ".").split(".")
+    length = min(len(one), len(other))
+    return one[-length:] == other[-length:]
+
+
+def without_arguments(name: str) -> str:
+    """Return a type without template arguments, qualifiers and marks of pointers and references."""
+    plain = name.split("<", 1)[0]
+    words = [each for each in plain.replace("*", " ").replace("&", " ").split() if each not in _QUALIFIERS]
+    return words[-1] if words else ""
+
+
+_QUALIFIERS: Final = frozenset(
+    ("const", "static", "constexpr", "inline", "mutable", "typename", "class", "struct", "volatile")
+)
+
+
+def inner_type(name: str) -> str:
+    """Return what a smart pointer or optional points to; the type itself where it is none."""
+    plain = name.strip()
+    for mark in ("SharedPtr", "UniquePtr", "WeakPtr", "ConstSharedPtr", "Ptr"):
+        if plain.endswith(f"::{mark}"):
+            return plain[: -len(mark) - 2]
+    head, opened, rest = plain.partition("<")
+    if opened and last_part(without_arguments(head)) in {"shared_ptr", "unique_ptr", "weak_ptr", "optional"}:
+        return rest.rpartition(">")[0].strip()
+    return plain

@@ -1,0 +1,382 @@
+"""Reads files of Python by their syntax tree: what they define, and the statements of functions. Nothing is imported."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.system import Place
+from cqos_ros2.learn.program import (
+    THIS,
+    Assign,
+    Attribute,
+    Call,
+    Class,
+    Closure,
+    Conditional,
+    Do,
+    Element,
+    Function,
+    If,
+    Items,
+    Leave,
+    Literal,
+    Loop,
+    Name,
+    NotFollowed,
+    Operation,
+    Pairs,
+    Parts,
+    Return,
+    Variable,
+    last_part,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from cqos_ros2.learn.program import Expression, Program, Statement
+
+DEEPEST: Final = 100
+_OPERATORS: Final = {
+    ast.Add: "+", ast.Mod: "%", ast.Eq: "==", ast.NotEq: "!=", ast.And: "and", ast.Or: "or", ast.Not: "not", ast.Mult: "*", ast.Sub: "-", ast.Div: "/", ast.Is: "==", ast.IsNot: "!=", ast.In: "in", ast.NotIn: "not in",
+}  # fmt: skip
+
+
+@dataclass(slots=True)
+class PythonFile:
+    """One file that is read.
+
+    Attributes:
+        path: as shown.
+        module: its dotted name.
+        imported: what names of the file mean elsewhere.
+    """
+
+    path: str
+    module: str
+    imported: dict[str, str] = field(default_factory=dict)
+    this: str = ""
+    depth: int = 0
+
+    def place(self, node: Any) -> Place:
+        """Return where a part of the file stands."""
+        return Place(self.path, node.lineno, node.col_offset + 1)
+
+
+def read_module(text: bytes, path: str, module: str, program: Program) -> None:
+    """Add what a file defines to a program.
+
+    Raises:
+        SyntaxError, ValueError, RecursionError, MemoryError: it is no Python that can be read.
+    """
+    tree = ast.parse(text, filename=path)
+    file = PythonFile(path, module)
+    for node in ast.walk(tree):
+        _imports(node, file)
+        for name in node.names if isinstance(node, ast.Global) else ():
+            program.constants.setdefault(name, []).append((f"{module}.{name}", NotFollowed("set by `global`")))
+    run: list[Statement] = []
+    _definitions(tree.body, module, "", file, program, run)
+    program.scripts[path] = Function(f"{module}.__main__", (), tuple(run), Place(path, 1))
+
+
+def _imports(node: ast.AST, file: PythonFile) -> None:
+    if isinstance(node, ast.Import):
+        for each in node.names:
+            name = each.asname or each.name.partition(".")[0]
+            file.imported[name] = each.name if each.asname else name
+    elif isinstance(node, ast.ImportFrom):
+        base = node.module or ""
+        if node.level:
+            above = file.module.split(".")[: -node.level]
+            base = ".".join([*above, *([node.module] if node.module else [])])
+        for each in node.names:
+            file.imported[each.asname or each.name] = f"{base}.{each.name}"
+
+
+def _definitions(
+    body: Iterable[ast.stmt], scope: str, owner: str, file: PythonFile, program: Program, run: list[Statement]
+) -> None:
+    for node in body:
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            made = _function(node, scope, owner, file)
+            program.functions.setdefault(made.last, []).append(made)
+        elif isinstance(node, ast.ClassDef):
+            _class(node, scope, file, program)
+        else:
+            for each in _statement(node, file):
+                run.append(each)
+                if isinstance(each, Assign) and isinstance(each.target, Name) and not owner:
+                    name = f"{scope}.{each.target.text}"
+                    program.constants.setdefault(last_part(name), []).append((name, each.value))
+
+
+def _class(node: ast.ClassDef, scope: str, file: PythonFile, program: Program) -> None:
+    name = f"{scope}.{node.name}"
+    bases = tuple(text for each in node.bases if (text := _dotted(each, file)))
+    made = Class(name, bases, file.place(node))
+    program.classes.setdefault(node.name, []).append(made)
+    run: list[Statement] = []
+    _definitions(node.body, name, name, file, program, run)
+    for each in run:
+        if isinstance(each, Assign) and isinstance(each.target, Name):
+            made.initial[each.target.text] = each.value
+
+
+def _dotted(node: ast.expr, file: PythonFile) -> str:
+    found = _expression(node, file)
+    return found.text if isinstance(found, Name) else ""
+
+
+def _function(node: ast.FunctionDef | ast.AsyncFunctionDef, scope: str, owner: str, file: PythonFile) -> Function:
+    kinds = {each.id for each in node.decorator_list if isinstance(each, ast.Name)}
+    static = "staticmethod" in kinds
+    parameters = _parameters(node.args, file)
+    outer = file.this
+    if owner and not static:
+        file.this, parameters = (parameters[0].name if parameters else ""), parameters[1:]
+    statements = _block(node.body, file)
+    file.this = outer
+    return Function(
+        f"{scope}.{node.name}",
+        parameters,
+        statements,
+        file.place(node),
+        owner=owner,
+        static=static or "classmethod" in kinds,
+    )
+
+
+def _parameters(node: ast.arguments, file: PythonFile) -> tuple[Variable, ...]:
+    plain = [*node.posonlyargs, *node.args]
+    defaults: list[ast.expr | None] = [*[None] * (len(plain) - len(node.defaults)), *node.defaults]
+    found = [Variable(each.arg, "", _optional(default, file)) for each, default in zip(plain, defaults, strict=True)]
+    if node.vararg is not None:
+        found.append(Variable(node.vararg.arg, kind="*"))
+    found += [
+        Variable(each.arg, "", _optional(default, file))
+        for each, default in zip(node.kwonlyargs, node.kw_defaults, strict=True)
+    ]
+    if node.kwarg is not None:
+        found.append(Variable(node.kwarg.arg, kind="**"))
+    return tuple(found)
+
+
+def _optional(node: ast.expr | None, file: PythonFile) -> Expression | None:
+    return None if node is None else _expression(node, file)
+
+
+# Statements
+
+
+def _block(body: Iterable[ast.stmt], file: PythonFile) -> tuple[Statement, ...]:
+    return tuple(found for each in body for found in _statement(each, file))
+
+
+def _statement(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    place = file.place(node)
+    if isinstance(node, ast.Assign):
+        value = _expression(node.value, file)
+        for target in node.targets:
+            yield from _assign(target, value, place, file)
+    elif isinstance(node, ast.AnnAssign):
+        if node.value is not None:
+            yield Assign(_expression(node.target, file), _expression(node.value, file), place)
+    elif isinstance(node, ast.AugAssign):
+        changed = _expression(node.target, file)
+        yield Assign(
+            changed, Operation(_OPERATORS.get(type(node.op), "?"), (changed, _expression(node.value, file))), place
+        )
+    elif isinstance(node, ast.Expr):
+        yield Do(_expression(node.value, file), place)
+    elif isinstance(node, ast.Return):
+        yield Return(_optional(node.value, file), place)
+    elif isinstance(node, (ast.Raise, ast.Break, ast.Continue)):
+        yield Leave(fails=isinstance(node, ast.Raise))
+    elif isinstance(node, ast.FunctionDef):
+        made = Function(node.name, _parameters(node.args, file), _block(node.body, file), place)
+        yield Assign(Name(node.name), Closure(made), place, declares=True)
+    else:
+        yield from _compound(node, file)
+
+
+def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    place = file.place(node)
+    if isinstance(node, ast.If):
+        yield If(_expression(node.test, file), _block(node.body, file), _block(node.orelse, file), place)
+    elif isinstance(node, ast.For):
+        names = tuple(each.id for each in ast.walk(node.target) if isinstance(each, ast.Name))
+        yield Loop(names, _expression(node.iter, file), _block(node.body, file), place)
+    elif isinstance(node, ast.While):
+        yield Loop((), None, _block(node.body, file), place)
+    elif isinstance(node, ast.Try):
+        yield from _block([*node.body, *node.orelse], file)
+        for each in node.handlers:
+            yield If(NotFollowed("an exception"), _block(each.body, file), (), place)
+        yield from _block(node.finalbody, file)
+    elif isinstance(node, (ast.With, ast.AsyncWith)):
+        yield from _with(node, file)
+
+
+def _with(node: ast.With | ast.AsyncWith, file: PythonFile) -> Iterator[Statement]:
+    for each in node.items:
+        value = _expression(each.context_expr, file)
+        if each.optional_vars is not None:
+            yield from _assign(each.optional_vars, value, file.place(node), file)
+        else:
+            yield Do(value, file.place(node))
+    yield from _block(node.body, file)
+
+
+def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile) -> Iterator[Statement]:
+    if not isinstance(target, (ast.Tuple, ast.List)):
+        yield Assign(_target(target, file), value, place)
+        return
+    items = value.items if isinstance(value, Items) and len(value.items) == len(target.elts) else None
+    for index, each in enumerate(target.elts):
+        yield Assign(_target(each, file), items[index] if items else NotFollowed("an unpacked value"), place)
+
+
+def _target(node: ast.expr, file: PythonFile) -> Expression:
+    return Name(node.id) if isinstance(node, ast.Name) and node.id != file.this else _expression(node, file)
+
+
+# Expressions
+
+
+def _expression(node: ast.expr, file: PythonFile) -> Expression:
+    if file.depth > DEEPEST:
+        return NotFollowed("a deep expression")
+    file.depth += 1
+    try:
+        reader = _READERS.get(type(node))
+        if reader is not None:
+            return reader(node, file)
+        parts = tuple(_expression(each, file) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr))
+        return NotFollowed(" ".join(ast.unparse(node).split())[:60], parts)
+    finally:
+        file.depth -= 1
+
+
+def _name(node: ast.Name, file: PythonFile) -> Expression:
+    if node.id == file.this and file.this:
+        return Name(THIS)
+    return Name(file.imported.get(node.id, node.id))
+
+
+def _attribute(node: ast.Attribute, file: PythonFile) -> Expression:
+    of = _expression(node.value, file)
+    root: ast.expr = node.value
+    while isinstance(root, ast.Attribute):
+        root = root.value
+    if isinstance(of, Name) and isinstance(root, ast.Name) and root.id in file.imported and root.id != file.this:
+        return Name(f"{of.text}.{node.attr}")
+    return Attribute(of, node.attr)
+
+
+def _call(node: ast.Call, file: PythonFile) -> Expression:
+    place = file.place(node)
+    function = _expression(node.func, file)
+    arguments = tuple(
+        NotFollowed("*") if isinstance(each, ast.Starred) else _expression(each, file) for each in node.args
+    )
+    keywords = tuple((each.arg or "**", _expression(each.value, file)) for each in node.keywords)
+    if isinstance(function, Attribute) and function.name == "__init__":
+        inner = function.of
+        if isinstance(inner, Call) and inner.function == Name("super"):
+            return Call(Name("super"), arguments, keywords, (), place)
+        if arguments[:1] == (Name(THIS),):
+            return Call(Name("super"), arguments[1:], keywords, (), place)
+    if isinstance(function, Name) and last_part(function.text) == "partial" and arguments:
+        return arguments[0]
+    return Call(function, arguments, keywords, (), place)
+
+
+def _constant(node: ast.Constant, file: PythonFile) -> Expression:
+    del file
+    plain = node.value is None or isinstance(node.value, (str, int, float, bool))
+    return Literal(node.value) if plain else NotFollowed(repr(node.value)[:60])
+
+
+def _text(node: ast.JoinedStr, file: PythonFile) -> Expression:
+    found: list[Expression] = []
+    for each in node.values:
+        if isinstance(each, ast.FormattedValue):
+            plain = each.conversion == -1 and each.format_spec is None
+            inner = _expression(each.value, file)
+            found.append(inner if plain else NotFollowed("a formatted value", (inner,)))
+        else:
+            found.append(_expression(each, file))
+    return Parts(tuple(found))
+
+
+def _compared(node: ast.Compare, file: PythonFile) -> Expression:
+    if len(node.ops) > 1:
+        return NotFollowed(" ".join(ast.unparse(node).split())[:60])
+    sides = (_expression(node.left, file), _expression(node.comparators[0], file))
+    return Operation(_OPERATORS.get(type(node.ops[0]), "?"), sides)
+
+
+def _binary(node: ast.BinOp, file: PythonFile) -> Expression:
+    return Operation(_OPERATORS.get(type(node.op), "?"), (_expression(node.left, file), _expression(node.right, file)))
+
+
+def _boolean(node: ast.BoolOp, file: PythonFile) -> Expression:
+    found = _expression(node.values[0], file)
+    for each in node.values[1:]:
+        found = Operation(_OPERATORS[type(node.op)], (found, _expression(each, file)))
+    return found
+
+
+def _unary(node: ast.UnaryOp, file: PythonFile) -> Expression:
+    inner = _expression(node.operand, file)
+    if isinstance(node.op, ast.USub) and isinstance(inner, Literal) and isinstance(inner.value, (int, float)):
+        return Literal(-inner.value)
+    return Operation(_OPERATORS.get(type(node.op), "?"), (inner,))
+
+
+def _conditional(node: ast.IfExp, file: PythonFile) -> Expression:
+    return Conditional(_expression(node.test, file), _expression(node.body, file), _expression(node.orelse, file))
+
+
+def _items(node: Any, file: PythonFile) -> Expression:
+    return Items(tuple(_expression(each, file) for each in node.elts))
+
+
+def _pairs(node: ast.Dict, file: PythonFile) -> Expression:
+    if any(each is None for each in node.keys):
+        return NotFollowed("a dictionary of others")
+    keys = [each for each in node.keys if each is not None]
+    return Pairs(tuple((_expression(k, file), _expression(v, file)) for k, v in zip(keys, node.values, strict=True)))
+
+
+def _element(node: ast.Subscript, file: PythonFile) -> Expression:
+    return Element(_expression(node.value, file), _expression(node.slice, file))
+
+
+def _lambda(node: ast.Lambda, file: PythonFile) -> Expression:
+    place = file.place(node)
+    body = (Return(_expression(node.body, file), place),)
+    return Closure(Function("lambda", _parameters(node.args, file), body, place))
+
+
+_READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] = {
+    ast.Name: _name,
+    ast.Attribute: _attribute,
+    ast.Call: _call,
+    ast.Constant: _constant,
+    ast.JoinedStr: _text,
+    ast.Compare: _compared,
+    ast.BinOp: _binary,
+    ast.BoolOp: _boolean,
+    ast.UnaryOp: _unary,
+    ast.IfExp: _conditional,
+    ast.List: _items,
+    ast.Tuple: _items,
+    ast.Set: _items,
+    ast.Dict: _pairs,
+    ast.Subscript: _element,
+    ast.Lambda: _lambda,
+}

@@ -1,0 +1,219 @@
+"""The tables of calls that are followed, as data: what makes nodes, endpoints, parameters and qualities of service."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import yaml
+
+from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Place
+from cqos_ros2.learn.program import fits, last_part
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+FOLDER: Final = Path(__file__).parent / "tables"
+ENDING: Final = ".calls.yaml"
+_LARGEST: Final = 1_000_000
+_LANGUAGES: Final = ("cpp", "python")
+_ROW: Final = frozenset(
+    (
+        "call",
+        "of",
+        "node",
+        "makes",
+        "type",
+        "topic",
+        "qos",
+        "default_qos",
+        "unknown_qos",
+        "unknown_topic",
+        "overridable",
+        "beside",
+        "uses",
+        "unread",
+        "topic_is",
+        "qos_is",
+    )
+)
+_PARAMETER: Final = frozenset(("call", "of", "node", "name", "default", "into", "several", "prefix"))
+_NODE: Final = frozenset(("name", "namespace", "lifecycle"))
+_LISTS: Final = ("same", "harmless", "lifecycle", "plugin", "at_run_time", "files", "parents")
+_KEYS: Final = frozenset(("cqos_calls", "language", "nodes", "calls", "parameters", "qos", *_LISTS))
+_DIRECTIONS: Final = ("publishes", "subscribes", "serves", "calls", "action_servers", "action_clients")
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """Where an argument stands: at an index, under a keyword, among the template arguments, or it is a fixed text."""
+
+    index: int | None = None
+    keyword: str = ""
+    template: int | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One call that is followed; what is not stated is empty."""
+
+    call: str
+    on: tuple[str, ...] = ()
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def position(self, key: str) -> Position | None:
+        """Return where an argument stands; None where the row names none."""
+        stated = self.values.get(key)
+        return None if stated is None else _position(stated)
+
+    def text(self, key: str) -> str:
+        """Return a text of the row."""
+        return str(self.values.get(key, ""))
+
+
+def _position(stated: Any) -> Position:
+    if isinstance(stated, int):
+        return Position(stated)
+    text = str(stated)
+    first, _, rest = text.partition(" ")
+    if first == "template" and rest.isdigit():
+        return Position(template=int(rest))
+    if first.isdigit():
+        return Position(int(first), rest)
+    return Position(keyword=text, text=text)
+
+
+@dataclass(slots=True)
+class Table:
+    """What is followed in one language.
+
+    Attributes:
+        nodes: positions of name and namespace, by class.
+        calls, parameters: rows by the last part of their names.
+        qos: makers, presets, setters, durations.
+    """
+
+    language: str
+    nodes: dict[str, Row] = field(default_factory=dict)
+    calls: dict[str, list[Row]] = field(default_factory=dict)
+    parameters: dict[str, list[Row]] = field(default_factory=dict)
+    makers: dict[str, dict[str, Any]] = field(default_factory=dict)
+    presets: dict[str, str] = field(default_factory=dict)
+    setters: dict[str, dict[str, str]] = field(default_factory=dict)
+    durations: dict[str, Any] = field(default_factory=dict)
+    passes: frozenset[str] = frozenset()
+    lists: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def node_class(self, name: str) -> tuple[str, Row] | None:
+        """Return the class of nodes that a name means."""
+        return next(((known, row) for known, row in self.nodes.items() if _means(name, known)), None)
+
+    def rows(self, kind: str, name: str, classes: Iterable[str], *, method: bool) -> list[Row]:
+        """Return the rows of a call.
+
+        Args:
+            kind: ``calls`` or ``parameters``.
+            name: as called.
+            classes: the library classes of what it is called on.
+            method: whether it is called on an object.
+        """
+        known: dict[str, list[Row]] = getattr(self, kind)
+        found = [row for row in known.get(last_part(name), []) if bool(row.on) == method]
+        if not method:
+            return [row for row in found if _means(name, row.call)]
+        own = list(classes)
+        if not own:
+            return found  # the class is not known: any of them
+        for each in own:  # the nearest class first
+            exact = [row for row in found if any(_means(each, of) for of in row.on)]
+            if exact:
+                return exact
+        return [row for row in found if row.on == ("node",)]
+
+    def lookup(self, kind: dict[str, Any], name: str) -> Any:
+        """Return what one of the maps has for a name; None where it has nothing."""
+        found = [value for known, value in kind.items() if last_part(known) == last_part(name) and _means(name, known)]
+        return found[0] if found and all(each == found[0] for each in found) else None
+
+    def is_same(self, name: str) -> bool:
+        """Whether a call returns what it is given."""
+        return last_part(name) in self.lists["same"] or name in self.lists["same"]
+
+    def is_harmless(self, name: str) -> bool:
+        """Whether a function leaves what it is given as it is."""
+        last = last_part(name)
+        return any(
+            last == each or name.startswith(each) or (each.endswith("_") and last.startswith(each))
+            for each in self.lists["harmless"]
+        )
+
+
+def _means(written: str, known: str) -> bool:
+    """Whether a name as written may be a name of the table; a name without its module means it where it is one word."""
+    return fits(known, written) and len(written) <= len(known) + 2
+
+
+@lru_cache(maxsize=8)
+def tables(more: tuple[str, ...] = ()) -> dict[str, Table]:
+    """Return the tables by language: the shipped ones, with those of further files.
+
+    Raises:
+        InputError: a file is no table of calls.
+    """
+    found = {language: Table(language) for language in _LANGUAGES}
+    for path in (*sorted(FOLDER.glob(f"*{ENDING}")), *map(Path, more)):
+        _read(path, found)
+    return found
+
+
+def _read(path: Path, found: dict[str, Table]) -> None:
+    try:
+        data = path.read_bytes()
+        document = yaml.safe_load(data) if len(data) <= _LARGEST else None
+    except (OSError, yaml.YAMLError, RecursionError, ValueError) as error:
+        raise _refused(path, " ".join(str(error).split())[:200]) from None
+    if not isinstance(document, dict) or document.get("cqos_calls") != 1 or document.get("language") not in found:
+        raise _refused(
+            path, "it is no table of calls: it needs `cqos_calls: 1` and `language: cpp` or `language: python`"
+        )
+    _known(document, _KEYS, path)
+    table = found[document["language"]]
+    for name, row in (document.get("nodes") or {}).items():
+        _known(row, _NODE, path)
+        table.nodes[name] = Row(name, (), row)
+    for kind, keys in (("calls", _ROW), ("parameters", _PARAMETER)):
+        for row in document.get(kind) or []:
+            _known(row, keys, path)
+            if not isinstance(row.get("call"), str) or row.get("makes", "calls") not in _DIRECTIONS:
+                raise _refused(path, f"a row of `{kind}` needs `call`, and `makes` is one of {', '.join(_DIRECTIONS)}")
+            on = row.get("of", ())
+            made = Row(row["call"], (on,) if isinstance(on, str) else tuple(on), row)
+            getattr(table, kind).setdefault(last_part(made.call), []).append(made)
+    qos = document.get("qos") or {}
+    for key in ("makers", "presets", "setters", "durations"):
+        getattr(table, key).update(qos.get(key) or {})
+    table.passes |= frozenset(qos.get("passes") or ())
+    for key in _LISTS:
+        table.lists[key] = (*table.lists.get(key, ()), *(document.get(key) or ()))
+
+
+def _known(row: Any, keys: frozenset[str], path: Path) -> None:
+    if not isinstance(row, dict):
+        raise _refused(path, f"{shown(str(row)[:60])} is no map")
+    for key in row:
+        if key not in keys:
+            raise _refused(
+                path,
+                f"there is no key {shown(str(key)[:60])}{did_you_mean(str(key), keys)}; allowed: {', '.join(sorted(keys))}",
+            )
+
+
+def _refused(path: Path, message: str) -> InputError:
+    return InputError(
+        [Problem("CQ047", f"table of calls: {message}", Place(str(path)), "docs/learn.md has an example")]
+    )

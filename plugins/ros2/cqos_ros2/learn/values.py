@@ -1,0 +1,235 @@
+"""Values of programs: texts with the values of parameters in them, qualities of service, objects, and what is not known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from cqos_ros2.launch.values import Unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.model.system import Place
+    from cqos_ros2.learn.program import Class, Function
+
+MISSING: Final = object()
+"""A parameter without a default."""
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """A text with the values of parameters in it, as node files write it: ``${scan_topic}``."""
+
+    text: str
+
+    @property
+    def parameter(self) -> str:
+        """The parameter whose value it is; empty where it is more or less than one."""
+        depth = 0
+        for at, sign in enumerate(self.text):
+            depth += self.text.startswith("${", at) - (sign == "}")
+            if depth == 0:
+                return self.text[2:-1] if at == len(self.text) - 1 and at else ""
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """Whether a parameter has one of some values, or none of them."""
+
+    subject: str
+    values: tuple[str, ...]
+    negated: bool = False
+
+
+Tests: TypeAlias = tuple[Test, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A truth value that parameters decide: all tests hold."""
+
+    tests: Tests
+
+
+@dataclass(frozen=True, slots=True)
+class Either:
+    """One of a few values: the first whose tests hold."""
+
+    cases: tuple[tuple[Tests, Any], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A name that stands for itself: of an enumeration, a type, a library."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Duration:
+    """A duration in nanoseconds."""
+
+    nanoseconds: int
+
+
+@dataclass(frozen=True, slots=True)
+class Qos:
+    """A quality of service.
+
+    Attributes:
+        preset: what it begins with; empty: it only states some policies.
+        settings: policies over it; a value may be a text, a number, a duration, a template, or not known.
+    """
+
+    preset: str
+    settings: tuple[tuple[str, Any], ...] = ()
+
+    def having(self, settings: dict[str, Any]) -> Qos:
+        """Return it with further policies."""
+        return Qos(self.preset, tuple({**dict(self.settings), **settings}.items()))
+
+
+@dataclass(eq=False, slots=True)
+class Instance:
+    """An object.
+
+    Attributes:
+        cls: its class in the program; None where a library has it.
+        library: the name of its class in a library; of its library base where the program has the class.
+        members: values of its members.
+        types: type parameters of its class.
+        node: the node that it is, or None.
+    """
+
+    cls: Class | None
+    library: str = ""
+    members: dict[str, Any] = field(default_factory=dict)
+    types: dict[str, str] = field(default_factory=dict)
+    node: NodeRecord | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Code:
+    """A function as a value.
+
+    Attributes:
+        this: the object that it is a method of, or in which it was written.
+        names: what names stand for where it was written.
+    """
+
+    function: Function
+    this: Instance | None
+    names: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """One call that makes an endpoint.
+
+    Attributes:
+        direction: as in node files: ``publishes``, …
+        name, type, qos: what was found of them.
+        tests: the values of parameters with which it is made.
+        perhaps: why it may not be made; empty where it is.
+        branch: 1 or -1 in the branches of that one decision.
+        for_each: variables of its name with the parameter that lists their values.
+    """
+
+    direction: str
+    name: Any
+    type: Any
+    qos: Any
+    place: Place
+    tests: Tests = ()
+    perhaps: str = ""
+    for_each: tuple[tuple[str, str], ...] = ()
+    overridable: tuple[str, ...] = ()
+    branch: int = 0
+
+
+@dataclass(slots=True)
+class NodeRecord:
+    """What is found of a node.
+
+    Attributes:
+        cls: its class, as the code names it.
+        parameters: defaults of declared parameters.
+        uses: fragments, each with what is not known of it.
+        gaps: what is not known, its cause, where.
+    """
+
+    cls: str
+    name: Any
+    namespace: Any
+    place: Place
+    lifecycle: bool = False
+    parameters: dict[str, Any] = field(default_factory=dict)
+    made: list[Made] = field(default_factory=list)
+    uses: dict[str, Place] = field(default_factory=dict)
+    gaps: dict[tuple[str, str], Place] = field(default_factory=dict)
+
+
+def unknown(cause: str, place: Place | None = None) -> Unknown:
+    """Return a value that is not known."""
+    return Unknown(cause, place)
+
+
+def joined(values: list[Any]) -> Any:
+    """Return the text of several values one after the other."""
+    text, holes = "", False
+    for each in values:
+        if isinstance(each, Template):
+            holes = True
+            text += each.text
+        elif isinstance(each, str):
+            if "${" in each:
+                return Unknown("a text with `${`")
+            text += each
+        elif isinstance(each, (int, float)) and not isinstance(each, bool):
+            text += str(each)
+        else:
+            return each if isinstance(each, Unknown) else Unknown("a text of parts that are not known")
+    return Template(text) if holes else text
+
+
+def each_case(value: Any, function: Callable[[Any], Any]) -> Any:
+    """Apply a function to a value, or to each of its alternatives."""
+    if isinstance(value, Either):
+        return Either(tuple((tests, each_case(each, function)) for tests, each in value.cases))
+    return function(value)
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two values are one and the same, of one type."""
+    return one is other or (type(one) is type(other) and bool(one == other))
+
+
+def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Place) -> Any:
+    """Return the value after a decision.
+
+    Args:
+        tests: what decides; None where that is not known.
+        then: the value where they hold.
+        otherwise: the value where they do not.
+        cause: why it is not known.
+        place: of the decision.
+    """
+    if same(then, otherwise):
+        return then
+    for one, other in ((then, otherwise), (otherwise, then)):
+        if one is None and isinstance(other, (Instance, Code)):
+            return other  # made in one branch; where it is used, it is there
+    if tests is None or isinstance(then, Instance) or isinstance(otherwise, Instance):
+        return Unknown(cause, place)
+    rest = otherwise.cases if isinstance(otherwise, Either) else (((), otherwise),)
+    inner = then.cases if isinstance(then, Either) else (((), then),)
+    return Either((*(((*tests, *each), value) for each, value in inner), *rest))
+
+
+def flipped(tests: Tests) -> Tests | None:
+    """Return the tests that hold where these do not; None where no list of tests says so."""
+    if len(tests) != 1:
+        return None
+    return (Test(tests[0].subject, tests[0].values, not tests[0].negated),)

@@ -1,0 +1,166 @@
+"""The command `cqos learn` and the join with `cqos check`, from outside; hostile sources."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import pytest
+
+from cqos_core.cli.app import run as command
+
+pytestmark = pytest.mark.usefixtures("parser")
+
+
+class Done(NamedTuple):
+    """How a run ended."""
+
+    exit_code: int
+    output: str
+
+
+DRIVER = """
+class Driver : public rclcpp::Node {
+public:
+  Driver() : Node("driver") {
+    pub_ = create_publisher<sensor_msgs::msg::LaserScan>(declare_parameter<std::string>("topic", "scan"), rclcpp::SensorDataQoS());
+  }
+};
+int main() { rclcpp::spin(std::make_shared<Driver>()); }
+"""
+FILTER = """
+class Filter : public rclcpp::Node {
+public:
+  Filter() : Node("filter") { sub_ = create_subscription<sensor_msgs::msg::LaserScan>("scan", 10, [](const sensor_msgs::msg::LaserScan &) {}); }
+};
+int main() { rclcpp::spin(std::make_shared<Filter>()); }
+"""
+FILES = {
+    "package.xml": "<package><name>bot</name></package>",
+    "CMakeLists.txt": "project(bot)\nforeach(name driver filter)\nadd_executable(${name} src/${name}.cpp)\nendforeach()\n",
+    "src/driver.cpp": DRIVER,
+    "src/filter.cpp": FILTER,
+    "launch/bot.launch.xml": '<launch>\n<node pkg="bot" exec="driver"/>\n<node pkg="bot" exec="filter"/>\n</launch>\n',
+}
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    for name, content in FILES.items():
+        path = tmp_path / "src" / "bot" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content)
+    return tmp_path / "src"
+
+
+@pytest.fixture
+def run(capsys):
+    def of(*arguments):
+        code = command([*map(str, arguments)])
+        out, err = capsys.readouterr()
+        return Done(code, out + err)
+
+    return of
+
+
+def test_check_knows_nodes_from_their_sources(workspace, run):
+    found = run(
+        "check", workspace, "--launch", "bot:bot.launch.xml", "--option", "ros2.distro=jazzy", "--format", "concise"
+    )
+    assert found.exit_code == 1, found.output
+    assert "error[ROS101]" in found.output
+    assert "filter.cpp:4" in found.output or "driver.cpp:5" in found.output
+
+
+def test_a_node_file_wins_over_sources(workspace, run):
+    (workspace / "bot" / "bot.node.yaml").write_text(
+        "cqos_nodes: 1\npackage: bot\nnodes:\n  filter: {name: filter, subscribes: {scan: {type: sensor_msgs/msg/LaserScan, qos: sensor_data}}}\n"
+    )
+    found = run(
+        "check", workspace, "--launch", "bot:bot.launch.xml", "--option", "ros2.distro=jazzy", "--format", "concise"
+    )
+    assert found.exit_code == 0, found.output
+
+
+def test_learn_writes_and_check_keeps_it_true(workspace, run):
+    assert run("learn", workspace).exit_code == 0
+    file = workspace / "bot" / "bot.node.yaml"
+    assert "${topic}: {type: sensor_msgs/msg/LaserScan, qos: sensor_data, at: 'src/driver.cpp:5'}" in file.read_text()
+    assert run("learn", workspace, "--check").exit_code == 0
+    driver = workspace / "bot" / "src" / "driver.cpp"
+    driver.write_text("\n\n" + DRIVER)
+    assert run("learn", workspace, "--check").exit_code == 0, "a line that moved is no difference"
+    driver.write_text(DRIVER.replace('"scan"', '"laser"').replace("rclcpp::SensorDataQoS()", "5"))
+    found = run("learn", workspace, "--check")
+    assert found.exit_code == 1
+    assert "parameters.topic.default is `scan` in the file, `laser` in the sources" in found.output
+    assert (
+        "publishes `${topic}`: it is `sensor_data` in the file, {depth: `5`} in the sources (src/driver.cpp:5)"
+        in found.output.replace("qos is", "it is")
+    )
+
+
+def test_a_confirmed_entry_stays(workspace, run):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    text = file.read_text().replace("qos: {depth: 10}, at: 'src/filter.cpp:4'", "qos: {depth: 99}, confirmed: true")
+    file.write_text(text)
+    assert "depth: 99" in text
+    assert run("learn", workspace).exit_code == 0
+    assert "depth: 99" in file.read_text()
+    assert run("learn", workspace, "--check").exit_code == 0
+
+
+def test_a_file_by_hand_is_not_overwritten(workspace, run):
+    file = workspace / "bot" / "bot.node.yaml"
+    file.write_text("cqos_nodes: 1\npackage: bot\nnodes: {driver: {name: mine}}\n")
+    found = run("learn", workspace)
+    assert "left as it is" in found.output
+    assert "mine" in file.read_text()
+
+
+@pytest.mark.parametrize("arguments", [["nowhere"], [".", "--package", "bto"]])
+def test_wrong_usage(workspace, arguments, monkeypatch, run):
+    monkeypatch.chdir(workspace)
+    found = run("learn", *arguments)
+    assert found.exit_code == 2
+    assert "Traceback" not in found.output
+
+
+HOSTILE = {
+    "syntax errors": "class X : public rclcpp::Node { X() : Node( { { ((( create_publisher<",
+    "deep": "int main() { auto x = " + "(" * 5000 + "1" + ")" * 5000 + "; }",
+    "not UTF-8": b'\xff\xfe int main() { auto n = std::make_shared<rclcpp::Node>("\xe4"); }',
+    "itself": "class A : public A { A() : A() {} }; void f() { f(); } int main() { f(); auto a = std::make_shared<A>(); }",
+    "huge": b"// " + b"x" * 3_000_000,
+    "many branches": "int main() { int x = 0; " + "if (rand()) { x = 1; } " * 3000 + "}",
+    "nested calls": "".join(f"void f{n}() {{ f{n + 1}(); f{n + 1}(); f{n + 1}(); }}\n" for n in range(40))
+    + "void f40() {} int main() { f0(); }",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_sources_end_with_a_report(workspace, name, run):
+    content = HOSTILE[name]
+    path = workspace / "bot" / "src" / "driver.cpp"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    found = run("learn", workspace)
+    assert found.exit_code == 0, found.output
+    assert "Traceback" not in found.output
+
+
+@pytest.mark.parametrize(
+    "content", [b"def (", b"\xff\xff = 1", b"x = " + b"(" * 500 + b")" * 500, b"x" * 3_000_000, b"\0"]
+)
+def test_hostile_python_ends_with_a_report(workspace, content, run):
+    (workspace / "bot" / "setup.py").write_bytes(content)
+    (workspace / "bot" / "node.py").write_bytes(content)
+    found = run("learn", workspace)
+    assert found.exit_code == 0, found.output
+
+
+@pytest.mark.skipif(not hasattr(os, "symlink"), reason="no links")
+def test_links_in_a_circle(workspace, run):
+    (workspace / "bot" / "loop").symlink_to(workspace / "bot", target_is_directory=True)
+    (workspace / "bot" / "src" / "again.cpp").symlink_to(workspace / "bot" / "src" / "again.cpp")
+    assert run("learn", workspace).exit_code == 0

@@ -1,0 +1,65 @@
+"""What is learned from Python: known values as they are, all others as not known. Nothing is imported."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("body", "name", "qos"),
+    [
+        ("self.create_publisher(String, 'a', 7)", "a", {"depth": 7}),
+        ("self.create_publisher(String, topic='a', qos_profile=qos_profile_sensor_data)", "a", "sensor_data"),
+        ("q = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)\nself.create_publisher(String, 'a', q)", "a", {"depth": 2, "reliability": "best_effort"}),
+        ("q = QoSProfile(depth=2)\nr = q\nr.durability = DurabilityPolicy.TRANSIENT_LOCAL\nself.create_publisher(String, 'a', q)", "a", {"depth": 2, "durability": "transient_local"}),
+        ("t = self.declare_parameter('topic', 'scan').value\nself.create_publisher(String, f'{t}/x', 1)", "${topic}/x", {"depth": 1}),
+        ("self.declare_parameter('topic', 'scan')\nt = self.get_parameter('topic').get_parameter_value().string_value\nself.create_publisher(String, t, 1)", "${topic}", {"depth": 1}),
+        ("self.create_publisher(String, TOPIC, 1)", "constant", {"depth": 1}),
+        ("self.create_publisher(String, self.named('x'), 1)", "x_topic", {"depth": 1}),
+    ],
+)  # fmt: skip
+def test_values_are_followed(python, body, name, qos):
+    found = python(body, "    def named(self, start):\n        return start + '_topic'\n", "TOPIC = 'constant'")
+    assert list(found["publishes"]) == [name]
+    assert found["publishes"][name]["qos"] == qos
+    assert found["publishes"][name]["type"] == "std_msgs/msg/String"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "import sys\nself.create_publisher(String, sys.argv[1], 1)",
+        "t = 'a'\nif unknown():\n    t = 'b'\nself.create_publisher(String, t, 1)",
+        "t = 'a'\nwhile unknown():\n    t = t + 'x'\nself.create_publisher(String, t, 1)",
+        "self.create_publisher(String, CHANGED, 1)",
+    ],
+)
+def test_a_name_that_is_not_decided_is_unknown(python, body):
+    before = "CHANGED = 'a'\ndef change():\n    global CHANGED\n    CHANGED = 'b'\n"
+    found = python(body, "", before)
+    assert all("unknown" in each for each in found["publishes"].values())
+
+
+def test_subscriptions_services_and_actions(python):
+    body = "self.create_subscription(String, 'in', self.on, 10)\nself.create_service(Trigger, 'reset', self.on)\nself.create_client(Trigger, 'ask')"
+    found = python(body, "    def on(self, m): pass\n", "from std_srvs.srv import Trigger")
+    assert (list(found["subscribes"]), list(found["serves"]), list(found["calls"])) == (["in"], ["reset"], ["ask"])
+    assert found["serves"]["reset"]["type"] == "std_srvs/srv/Trigger"
+
+
+def test_a_script_that_is_installed_by_cmake(learned):
+    script = "import rclpy\nfrom std_msgs.msg import String\ndef main():\n    node = rclpy.create_node('n')\n    node.create_publisher(String, 'a', 1)\nif __name__ == '__main__':\n    main()\n"
+    files = {"CMakeLists.txt": "install(PROGRAMS scripts/n.py DESTINATION lib/bot)", "scripts/n.py": script}
+    assert list(learned(files).document["nodes"]["n.py"]["publishes"]) == ["a"]
+
+
+def test_nothing_is_executed(learned, tmp_path):
+    mark = tmp_path / "executed"
+    source = f"open({str(mark)!r}, 'w').write('x')\ndef main():\n    pass\n"
+    learned(
+        {
+            "setup.py": f"{source}\nfrom setuptools import setup\nsetup(entry_points={{'console_scripts': ['driver = bot.driver:main']}})\n",
+            "bot/driver.py": source,
+        }
+    )
+    assert not mark.exists()
