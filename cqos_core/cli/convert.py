@@ -12,6 +12,7 @@ from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_opt
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
+from cqos_core.files.folders import write_folder
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 
@@ -98,6 +99,8 @@ def convert(
         ctx.exit(UNUSABLE)
     if output is None:
         emit(exported.text)
+    elif exported.files:
+        write_folder(output, exported.files)
     else:
         write_file(output, exported.text)
 

@@ -46,11 +46,13 @@ class Exported:
         text: the whole file.
         expressed: how many endpoints, or topics, are in it; 0: nothing of the system could be expressed.
         notes: what the form cannot say and was left out, one sentence each.
+        files: the files of a form that is a folder, by their paths in it; ``text`` then shows them one after the other.
     """
 
     text: str
     expressed: int
     notes: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 class Writer(Protocol):

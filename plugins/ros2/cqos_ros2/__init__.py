@@ -79,6 +79,7 @@ _WRITTEN = (
     ("nodl", "NoDL documents, the interface of each node", ".nodl.yaml", ()),
     ("fame", "a BPMN model in the form of FaMe modeler", ".bpmn", ()),
     ("rclpy", "Python code with a QoSProfile for each endpoint", ".py", ()),
+    ("ros2_package", "a package with a node in Python for each participant", "", ()),
     ("rclcpp", "a C++ header with an rclcpp::QoS for each endpoint", ".hpp", ()),
 )
 _OBSERVED = (

@@ -49,11 +49,11 @@ def snippets(system: System, context: ExportContext, notes: dict[str, None]) -> 
         node = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
         kind = part.endpoint.role if each.whole is not None else each.endpoint.kind.replace("_", " ")
         topic = part.key if each.whole is not None and part.key else each.endpoint.topic or ""
-        name = _identifier(f"{node}_{kind}_{topic}", names)
-        yield Snippet(name, f"{kind} of {topic} in {node} ({each.id})", _values(each, part, notes))
+        name = identifier(f"{node}_{kind}_{topic}", names)
+        yield Snippet(name, f"{kind} of {topic} in {node} ({each.id})", values_of(each, part, notes))
 
 
-def _identifier(text: str, taken: set[str]) -> str:
+def identifier(text: str, taken: set[str]) -> str:
     """Return the nearest legal identifier that is not taken; there are letters in every text, those of the kind."""
     name = re.sub(r"[^0-9a-z]+", "_", text.lower()).strip("_")
     name = f"qos_{name}" if name[0].isdigit() else name
@@ -63,7 +63,8 @@ def _identifier(text: str, taken: set[str]) -> str:
     return chosen
 
 
-def _values(each: Judged, part: Resolved, notes: dict[str, None]) -> dict[str, Value]:
+def values_of(each: Judged, part: Resolved, notes: dict[str, None]) -> dict[str, Value]:
+    """Return the values that code has to say; note those that it cannot."""
     found = {}
     for policy in QOS:
         try:

@@ -10,6 +10,8 @@ from cqos_ros2.exporters.values import DURATIONS
 from cqos_ros2.policies import AVOID_CONVENTIONS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from cqos_core.files.exporting import ExportContext
     from cqos_core.model.system import System
     from cqos_ros2.exporters.code import Snippet
@@ -37,6 +39,18 @@ def write(system: System, context: ExportContext) -> Exported:
     for each in found:
         lines += ["", *_profile(each)]
     return Exported("\n".join(lines) + "\n" if found else "", len(found), tuple(notes))
+
+
+def profile_arguments(values: Mapping[str, Value]) -> list[str]:
+    """Return the arguments of a `QoSProfile`."""
+    return [f"{name}={_value(value)}" for name, value in values.items()]
+
+
+def used_names(policies: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return the import of durations, where some policies need it, and the enumerations of `rclpy.qos` that they need."""
+    used = set(policies)
+    durations = ["from rclpy.duration import Duration"] if used & DURATIONS else []
+    return durations, sorted(_ENUMERATIONS[name] for name in used & _ENUMERATIONS.keys())
 
 
 def _profile(snippet: Snippet) -> list[str]:

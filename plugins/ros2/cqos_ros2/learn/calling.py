@@ -11,7 +11,7 @@ from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
 from cqos_ros2.learn.program import Attribute, Call, Name, fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
-from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Template, Word, each_case, same
+from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,6 +49,7 @@ _READING: Final = frozenset(
 )
 """Methods that leave a text or list as it is."""
 _LONGEST_LIST: Final = 100
+_RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 _NOT_FOLLOWED: Final = Unknown("a call that is not followed")
 
@@ -189,7 +190,7 @@ def _value(name: str, given: Given, walk: Walk) -> Any:
         if last in _POINTERS or pointed != (
             given.call.function.text if isinstance(given.call.function, Name) else name
         ):
-            return arguments[0] if len(arguments) == 1 else None
+            return arguments[0] if arguments else None
     if last == "with_default_policies":
         return Word(name)
     if walk.table.is_same(name) and len(arguments) >= 1:
@@ -323,6 +324,8 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
             value=receiver,
             written=given.call.arguments,
         )
+    if name in _RESOLVES and given.arguments:
+        return Resolved(given.arguments[0])
     if walk.table.is_same(name):
         return receiver
     if name in _OF_NODE and isinstance(receiver, Instance) and receiver.node is not None:

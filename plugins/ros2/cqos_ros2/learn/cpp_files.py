@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -59,6 +60,7 @@ _TRANSPARENT: Final = frozenset(
 )
 _BRANCHES: Final = ("preproc_else", "preproc_elif")
 _BLOCKS: Final = frozenset(("compound_statement", "labeled_statement", "ERROR"))
+_ARGUMENTS: Final = re.compile(r"<.*>")
 _VALUE_TYPES: Final = frozenset(("argument_list", "initializer_list"))
 
 
@@ -247,7 +249,7 @@ def _function(node: Node, scope: str, templates: tuple[str, ...], file: CppFile,
         )
     if declarator is None:
         return
-    name = _inside(scope, declared_name(declarator.child_by_field_name("declarator")))
+    name = _inside(scope, _ARGUMENTS.sub("", declared_name(declarator.child_by_field_name("declarator"))))
     initializers = next((each for each in node.named_children if each.type == "field_initializer_list"), None)
     statements = () if body is None else block(body, file)
     if body is not None and body.type == "try_statement":

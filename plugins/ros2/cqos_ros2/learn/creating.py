@@ -11,7 +11,7 @@ from cqos_ros2.learn.evaluating import assign, lineage
 from cqos_ros2.learn.frames import MOST_ENDPOINTS, TooMuchError
 from cqos_ros2.learn.program import without_arguments
 from cqos_ros2.learn.qualities import as_qos
-from cqos_ros2.learn.values import MISSING, Either, Instance, Made, NodeRecord, Qos, Template, Word
+from cqos_ros2.learn.values import MISSING, Either, Instance, Made, NodeRecord, Qos, Resolved, Template, Word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -119,6 +119,8 @@ def topic(value: Any) -> Any:
     """Return the name of a topic, or why it is not known."""
     if isinstance(value, (str, Template, Unknown, Either)):
         return value
+    if isinstance(value, Resolved):
+        return topic(value.name)
     if value is MISSING:
         return Unknown("the call does not name it")
     return Unknown(

@@ -25,11 +25,13 @@ MOST_FILES: Final = 2_000
 """How many sources of one package are read."""
 MOST_DEPENDENCIES: Final = 12
 MOST_NESTED: Final = 400
-"""How deep brackets may be nested in a file."""
+"""How deep the syntax of a file may be nested."""
 _TESTS: Final = frozenset(
     ("test", "tests", "benchmark", "benchmarks", "doc", "docs", "third_party", "thirdparty", "3rdparty")
 )
 _TEST_NAMES: Final = re.compile(r"(test_.*|.*_test|conftest|gtest.*)\.\w+")
+_EXPORTS: Final = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b")
+"""Macros before names of classes and functions, which no parser of C++ understands."""
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
 
 
@@ -173,10 +175,10 @@ def _read_cpp(paths: list[str], workspace: Workspace, program: Program, macros: 
         if isinstance(data, Unknown):
             program.gaps.append((data.cause, Place(path)))
             continue
-        if _nested(data) > MOST_NESTED:
+        root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
+        if _deeper(root, MOST_NESTED):
             program.gaps.append(("it is nested too deeply", Place(path)))
             continue
-        root = parse.parse(data).root_node
         file = CppFile(path, block, macros)
         trees.append((root, file))
         read_macros(root, file)
@@ -188,11 +190,16 @@ def _read_cpp(paths: list[str], workspace: Workspace, program: Program, macros: 
     complete(program)
 
 
-def _nested(data: bytes) -> int:
-    """Return how deep brackets are nested in a file, roughly: texts and comments count too."""
-    depth = deepest = 0
-    for each in re.findall(rb"[][(){}]", data):
-        depth += 1 if each in b"([{" else -1
-        depth = max(depth, 0)
-        deepest = max(deepest, depth)
-    return deepest
+def _deeper(root: Any, limit: int) -> bool:
+    """Whether a syntax tree is deeper than a limit."""
+    cursor, depth = root.walk(), 0
+    while True:
+        if cursor.goto_first_child():
+            depth += 1
+            if depth > limit:
+                return True
+            continue
+        while not cursor.goto_next_sibling():
+            depth -= 1
+            if not cursor.goto_parent():
+                return False

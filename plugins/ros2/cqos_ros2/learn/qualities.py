@@ -107,7 +107,7 @@ def _by_keyword(made: Qos, arguments: Sequence[Any], keywords: Mapping[str, Any]
         return Unknown("it is made from values that are not followed")
     settings = {}
     for name, value in keywords.items():
-        if name in _IGNORED:
+        if name in _IGNORED and value is False:
             continue
         if name not in _FIELDS:
             return Unknown(f"`{name[:60]}` is no policy that is known")

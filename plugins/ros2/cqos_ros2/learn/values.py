@@ -68,6 +68,13 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
+class Resolved:
+    """A name after remaps: it names the topic, and a text made from it is not known."""
+
+    name: Any
+
+
+@dataclass(frozen=True, slots=True)
 class Duration:
     """A duration in nanoseconds."""
 
