@@ -280,7 +280,7 @@ def _around(package: str, nodes: list[_Node], packages: set[str], name: str) -> 
     depends = "".join(f"  <exec_depend>{each}</exec_depend>\n" for each in sorted({"rclpy", *packages}))
     manifest = (
         f'<?xml version="1.0"?>\n<package format="3">\n  <name>{package}</name>\n  <version>{_VERSION}</version>\n'
-        f'  <description>Nodes of the design {about}</description>\n  <maintainer email="nobody@example.com">nobody</maintainer>\n'
+        f'  <description>Nodes of the design {about}</description>\n  <maintainer email="owner@example.com">to be named</maintainer>\n'
         f"  <license>TO BE CHOSEN</license>\n{depends}  <export>\n    <build_type>ament_python</build_type>\n  </export>\n</package>\n"
     )
     scripts = "".join(f'            "{node.module} = {package}.{node.module}:main",\n' for node in nodes)

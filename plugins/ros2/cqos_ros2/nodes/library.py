@@ -102,6 +102,9 @@ class Library:
         except NoParserError:
             self.unread[package] = "its sources in C++ were not read: pip install 'cqos[source]'"
             return []
+        except InputError as error:
+            self.unread[package] = f"what its sources say cannot be written down: {error.problems[0].message}"
+            return []
         if learned.empty:
             self.unread[package] = "its sources were read, and no node was found in them"
             return []
