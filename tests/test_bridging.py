@@ -230,7 +230,7 @@ def test_a_missing_participant_of_a_bridge_is_reported_with_the_nearest_one():
     del system.participants["gate"]
     system.participants["gaet"] = Participant("gaet")
     finding = only(check(system), "CQ501")
-    assert finding.message == "bridge `b` is to have a side in participant `gate`, which there is not"
+    assert finding.message == "bridge `b` has a side in participant `gate`, which the system does not have"
     assert finding.help.startswith("did you mean `gaet`?")
 
 

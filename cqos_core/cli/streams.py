@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from cqos_core.files.opening import write_whole
-from cqos_core.formatters.terminal import clean, paint
+from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
@@ -89,7 +89,8 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
             if excerpt := render_excerpt(place, style):
                 say(excerpt, choice=choice, lines=True)
         if problem.help is not None:
-            say(f"  help: {problem.help}", choice=choice)
+            for line, text in enumerate(wrap(clean(problem.help), width() - len("  help: ") - 1)):
+                say(f"{'        ' if line else '  help: '}{text}", choice=choice, lines=True)
 
 
 def _content(path: str) -> bytes | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 _MEMBERS = 100  # of one finding: viewers show a few, and the JSON report has them all
 _MOST_FIXED = 200  # findings: for each fix its file is read again
+
+_IGNORES = re.compile(r"#\s*cqos:\s*ignore\[")
 
 Json = dict[str, Any]
 
@@ -139,7 +142,19 @@ class _Result:
     def _suppressions(self) -> list[Json]:
         if self._finding.accepted is None:
             return []
-        return [{"kind": "external", "status": "accepted", "justification": self._finding.accepted}]
+        kind = "inSource" if self._accepted_beside() else "external"
+        return [{"kind": kind, "status": "accepted", "justification": self._finding.accepted}]
+
+    def _accepted_beside(self) -> bool:
+        """Whether a comment of the source accepts the finding, at one of its places."""
+        for side in self._finding.sides:
+            for place in (side.place, *(fact.place for fact in side.facts)):
+                if place is None or place.line is None or place.source not in self._style.sources:
+                    continue
+                text = Lines(decode(self._style.sources[place.source])).line(place.line)
+                if _IGNORES.search(text) and (self._finding.accepted or "") in text:
+                    return True
+        return False
 
     def _locations(self) -> list[Json]:
         """Return the one place to show the result at; services refuse a result that has none."""

@@ -13,6 +13,7 @@ from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Setting, Settings
+    from cqos_core.model.system import Place, Settings
 
 T = TypeVar("T")
 
@@ -230,6 +231,8 @@ class Form(Shape[Entry]):
                 setting = others.read(value, reading, name)
                 if setting is not None:
                     settings[name] = setting
+            elif (glued := _glued(key, value, reading)) is not None:
+                settings.setdefault(*glued)
         if self.required and (not self._complete(node, reading) or None in map(values.get, self.required)):
             return None
         return Entry(reading.place(node), values, settings)
@@ -317,6 +320,21 @@ def _missing_blank(node: Node) -> str | None:
     return f"write a blank after the colon: `{glued[1]}: {glued[2]}`" if glued else None
 
 
+def _glued(key: ScalarNode, value: Node, reading: Reading) -> tuple[str, Setting] | None:
+    """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known."""
+    if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
+        return None
+    if reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":"):
+        return None  # an empty value states nothing
+    name, mark, text = key.text, "", ""
+    if (found := re.search("[:=]", key.text)) is not None:
+        name, mark, text = key.text[: found.start()].strip(), found[0], key.text[found.end() :].strip()
+    message = f"{shown(key.text)} is a key without a value"
+    if mark != ":":  # which every map reports
+        reading.warn("CQ020", message, key, f"write `{name}: {text or 'VALUE'}`, with a colon and a blank")
+    return name, Setting(text, reading.place(key), message, reported="CQ020")
+
+
 class SettingsMap(Shape["Settings"]):
     """A map of settings and nothing else."""
 
@@ -336,7 +354,8 @@ class SettingsMap(Shape["Settings"]):
             for key, value in node.entries.values()
             if not is_null(value)
         }
-        return {name: setting for name, setting in read.items() if setting is not None}
+        glued = dict(filter(None, (_glued(key, value, reading) for key, value in node.entries.values())))
+        return glued | {name: setting for name, setting in read.items() if setting is not None}
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, any setting."""

@@ -33,7 +33,7 @@ _FAULTS: tuple[tuple[str, str, str | None], ...] = (
     (
         r"mapping values are not allowed",
         "a second colon in one value, or a line that is indented too far",
-        "put a value that holds `: ` in quotes, and give the keys of one map the same indentation",
+        "put a value that holds `: ` in quotes, give the keys of one map the same indentation, and end a key above with a colon",
     ),
     (
         r"could not find expected ':'",
@@ -55,7 +55,11 @@ _FAULTS: tuple[tuple[str, str, str | None], ...] = (
         "the list or map that begins on line {line} is not continued or closed here",
         "write a comma between its parts, and close it with `]` or `}`",
     ),
-    (r"unexpected end of stream", "the quotes that are opened on line {line} are never closed", None),
+    (
+        r"unexpected end of stream",
+        "the quotes that are opened on line {line} are never closed",
+        "close them at the end of the value",
+    ),
     (
         r"unknown escape character",
         "a backslash in double quotes begins an escape, and this one is not known",
@@ -72,7 +76,11 @@ _FAULTS: tuple[tuple[str, str, str | None], ...] = (
         "something follows after the end of the document",
         "begin another document with a line `---`",
     ),
-    (r"node content", "a value is missing here", None),
+    (
+        r"node content",
+        "a value is missing here",
+        "write the value, or close the list or map that is open with `]` or `}`",
+    ),
     (r"incompatible YAML document|YAML directive", "this is another version of YAML than 1.1 or 1.2", None),
     (
         r"undefined tag handle|tag handle",

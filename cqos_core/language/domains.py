@@ -180,6 +180,15 @@ _ISO: Final = regular_expression(
 )
 _ISO_UNITS: Final = _UNITS | {"w": 7 * _UNITS["d"]}
 _BARE: Final = regular_expression(_NUMBER)
+_MISTAKEN: Final = {
+    **dict.fromkeys(("msec", "msecs", "millis", "milisec", "millisec"), "ms"),
+    **dict.fromkeys(("usec", "usecs", "micros"), "us"),
+    **dict.fromkeys(("nsec", "nsecs", "nanos"), "ns"),
+    **dict.fromkeys(("sek", "secs", "sekunden"), "s"),
+    **dict.fromkeys(("hr", "hrs"), "h"),
+    "mins": "min",
+}
+"""What people write for units, and what they mean."""
 
 
 def is_unit(unit: str | None) -> bool:
@@ -254,7 +263,9 @@ class Duration(Domain):
         if rate is not None and (hertz := Decimal(rate["number"])) > 0:
             period = self.format(round(_SECOND / (hertz * _RATES[rate["unit"].lower()])))
             raise self.refused(f"`{text}` is a rate, not a duration; its period is {period}", period)
-        raise self.refused(f"`{text}` is not a duration")
+        meant = _BARE.match(text)
+        unit = _MISTAKEN.get(text[meant.end() :].strip().lower(), "") if meant else ""
+        raise self.refused(f"`{text}` is not a duration", f"{meant[0]}{unit}" if meant and unit else "")
 
     def _bare(self, text: str, unit: str | None) -> int:
         from decimal import Decimal, InvalidOperation

@@ -145,7 +145,7 @@ READING: Final = (
         "CQ020",
         "key-glued-to-value",
         "warning",
-        "A key without a value has a colon in it, as in `{depth:5}`.",
+        "A key without a value has a colon or an equals sign in it, as in `{depth:5}`.",
         "In YAML a colon separates only with a blank after it.",
         help="write a blank after the colon",
     ),

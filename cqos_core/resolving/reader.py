@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.domains import Count, Duration, flow
-from cqos_core.language.policy import NO, ByOption, Meaning, PerRole, Policy
+from cqos_core.language.policy import ENDPOINT, NO, ByOption, Meaning, PerRole, Policy
 from cqos_core.language.values import (
     UNREAD,
     Anything,
@@ -229,6 +229,8 @@ class SettingsReader:
         except InvalidValueError as problem:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
+            if not problem.near and (others := _policies_with(pack, text)):
+                problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)
             return self._invalid(policy, problem, owner, None if stated is None else stated.setting.place, reading)
 
     def _invalid(
@@ -456,3 +458,12 @@ def by_place(finding: Finding) -> tuple[object, ...]:
     place = finding.place
     at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
     return (*at, finding.message)
+
+
+def _policies_with(pack: RulePack, text: str) -> str:
+    """Name the policies of endpoints that have a value of this name."""
+    word = normalise(text)
+    names = [
+        each.name for each in pack.policies if each.level == ENDPOINT and word in getattr(each.domain, "names", ())
+    ]
+    return " and ".join(f"`{name}`" for name in names)

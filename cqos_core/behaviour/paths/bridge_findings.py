@@ -45,7 +45,7 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
                 end.participant for end in (route.source, route.target) if end.participant not in system.participants
             ]
             for name in unknown:
-                message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
+                message = f"bridge `{bridge.id}` has a side in participant `{name}`, which the system does not have"
                 yield core_finding("CQ501", message, place=route.place, help=suggestion(name, known))
             source = route.source
             # Where the other side is in no file, a pattern may well match nothing here.
