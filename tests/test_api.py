@@ -395,3 +395,22 @@ def test_a_report_is_short_in_a_prompt_a_table_in_a_notebook_and_plain_data_for_
     document = report.to_dict()
     assert document == json.loads(json.dumps(document))
     assert (document["verdict"], document["counts"]["pairs"]) == ("incompatible", 1)
+
+
+def test_rows_are_flat_and_pandas_takes_them():
+    report = cqos.check("examples/smart_agriculture_incompatible.bpmn")
+    rows = report.rows()
+    assert len(rows) == len(report.findings)
+    assert {len(row) for row in rows} == {len(rows[0])}
+    assert all(value is None or isinstance(value, (str, int)) for row in rows for value in row.values())
+    pandas = pytest.importorskip("pandas")
+    assert list(pandas.DataFrame(rows)["code"]) == [each.code for each in report.findings]
+    assert list(pandas.DataFrame(report.pairs)["verdict"]) == [each.verdict for each in report.pairs]
+
+
+def test_a_notebook_shows_the_policies_and_guarantees_of_a_pair():
+    pair = cqos.check_pair("ros2", {"reliability": "best_effort"}, {"reliability": "reliable"})
+    html = pair._repr_html_()
+    assert "<td>reliability</td><td>best_effort</td><td>reliable</td><td>incompatible</td>" in html
+    assert "<th>guarantee</th>" in html
+    assert "<td>loss_free</td>" in html

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from cqos_core.files.loading import Loaded
     from cqos_core.importers.source import Replacement
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.picture import Picture
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.system import System
 
@@ -384,11 +383,13 @@ class _Check:
             picture=self._picture,
         )
 
-    def _picture(self, report: Report) -> Picture | None:
+    def _picture(self, report: Report) -> Any:
         from cqos_core.pictures.picture import picture_of
 
-        found = next((each for each in self.reports if each.report is report), None)
-        return None if found is None else picture_of(found.system, report, found.context, self.proofs)
+        found = [
+            picture_of(each.system, report, each.context, self.proofs) for each in self.reports if each.report is report
+        ]
+        return found[0] if found else None
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
         from cqos_core.files.applying import replacements_of

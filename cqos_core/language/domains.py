@@ -180,15 +180,9 @@ _ISO: Final = regular_expression(
 )
 _ISO_UNITS: Final = _UNITS | {"w": 7 * _UNITS["d"]}
 _BARE: Final = regular_expression(_NUMBER)
-_MISTAKEN: Final = {
-    **dict.fromkeys(("msec", "msecs", "millis", "milisec", "millisec"), "ms"),
-    **dict.fromkeys(("usec", "usecs", "micros"), "us"),
-    **dict.fromkeys(("nsec", "nsecs", "nanos"), "ns"),
-    **dict.fromkeys(("sek", "secs", "sekunden"), "s"),
-    **dict.fromkeys(("hr", "hrs"), "h"),
-    "mins": "min",
-}
-"""What people write for units, and what they mean."""
+_MISTAKEN: Final = dict(
+    each.split("=") for each in "msec=ms msecs=ms millis=ms usec=us sek=s secs=s mins=min hrs=h".split()
+)
 
 
 def is_unit(unit: str | None) -> bool:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from typing import Protocol
 
     from cqos_core.model.system import Place, Role
@@ -289,7 +289,21 @@ class _InNotebooks:
         )
         more = f"<p>{len(self.findings) - _SHOWN} more findings</p>" if len(self.findings) > _SHOWN else ""
         head = escape(str(self).partition("\n")[0])
-        return f"<p><b>{head}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "")
+        return (
+            f"<p><b>{head}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "") + "".join(self._tables(escape))
+        )
+
+    def _tables(self, escape: Callable[[str], str]) -> Iterator[str]:
+        """Yield the tables of an explained pair: its policies, and its guarantees under each fault."""
+        policies, guarantees = getattr(self, "policies", ()), getattr(self, "guarantees", ())
+        faults = [cell.fault for each in guarantees[:1] for cell in each.cells]
+        ends = [(each.policy, each.offered, each.requested, each.verdict or "") for each in policies]
+        compared = [(name, a.value if a else "", b.value if b else "", word) for name, a, b, word in ends]
+        given = [(each.word, *(cell.value for cell in each.cells)) for each in guarantees]
+        for head, rows in ((("policy", "offered", "requested", "verdict"), compared), (("guarantee", *faults), given)):
+            body = "".join(f"<tr>{''.join(f'<td>{escape(each)}</td>' for each in row)}</tr>" for row in rows)
+            if body:
+                yield f"<table><tr>{''.join(f'<th>{escape(each)}</th>' for each in head)}</tr>{body}</table>"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -337,6 +351,12 @@ class Report(_InNotebooks):
         from cqos_core.model.report_form import document
 
         return document(self)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a flat dictionary for each finding, as data frames take them: ``pandas.DataFrame(report.rows())``."""
+        from cqos_core.model.report_form import row
+
+        return [row(each) for each in self.findings]
 
     @property
     def pairs(self) -> Iterator[Pair]:

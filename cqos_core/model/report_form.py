@@ -162,3 +162,16 @@ def place_form(place: Place | None, exact: Exact = as_it_is) -> Json | None:
         "element": where.element,
         "path": where.path,
     }
+
+
+def row(finding: Finding) -> Json:
+    """Return a finding as one flat row; of several sides, the first members are named."""
+    ends, place = {side.role: side.name for side in reversed(finding.sides)}, finding.place
+    return {
+        **{key: str(getattr(finding, key)) for key in ("severity", "code", "name", "message")},
+        **{key: getattr(finding, key) for key in ("topic", "pairs", "accepted")},
+        "verdict": None if finding.verdict is None else finding.verdict.value,
+        **{role: ends.get(role) for role in ("publisher", "subscriber")},
+        **{key: None if place is None else getattr(place, key) for key in ("source", "line", "column")},
+        "fix": finding.remedies[0].text if finding.remedies else None,
+    }

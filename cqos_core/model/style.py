@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity
@@ -11,16 +11,11 @@ from cqos_core.model.report import Severity
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.model.picture import Picture
     from cqos_core.model.report import Edit, Report
 
 
 def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited
     return {}
-
-
-def _no_picture(report: Report) -> Picture | None:  # noqa: ARG001 - where only the report is there
-    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +34,7 @@ class Style:
         replaced: returns what edits replace in the texts of `sources`, by name: from where to where, and the new text; nothing
             where they cannot be applied. For formats that carry fixes.
         tool_version: of C-QoS, for formats that name their tool.
-        picture: returns what pictures show of the system of a report, for formats that draw it; None where it is not known.
+        picture: returns what pictures show of the system of a report, a `Picture` of the room `pictures`.
     """
 
     show: Severity = Severity.WARNING
@@ -52,4 +47,4 @@ class Style:
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing
-    picture: Callable[[Report], Picture | None] = _no_picture
+    picture: Callable[[Report], Any] | None = None

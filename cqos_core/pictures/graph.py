@@ -13,8 +13,8 @@ from cqos_core.model.system import PUBLISHER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.model.picture import Picture, PicturedEnd
     from cqos_core.model.report import Report, Verdict
+    from cqos_core.pictures.picture_parts import Picture, PicturedEnd
 
 MOST_TOPICS: Final = 24
 """Up to so many topics, each is a node; of more, lines between participants count them."""

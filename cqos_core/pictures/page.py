@@ -7,13 +7,13 @@ from base64 import b64encode
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
-from cqos_core.model.picture import Picture, PicturedEnd
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.pictures import tables
 from cqos_core.pictures.drawing import drawn
 from cqos_core.pictures.findings import MOST_FINDINGS, Findings
 from cqos_core.pictures.graph import graph_of, usage
+from cqos_core.pictures.picture_parts import Picture, PicturedEnd
 from cqos_core.pictures.template import data_file, rendered
 from cqos_core.pictures.words import WORDS, counted, some, spoken, symbol
 
@@ -106,7 +106,7 @@ def _listed(reports: list[Report]) -> list[dict[str, str]]:
 
 def _system(report: Report, style: Style, numbers: _Numbers) -> dict[str, Any]:
     """Return the data of one system."""
-    picture = style.picture(report) or _from_ids(report)
+    picture = (style.picture and style.picture(report)) or _from_ids(report)
     used = usage(report, picture)
     # Owners and topics are pointed at by anchors, since names may hold anything.
     anchors: dict[Key, str] = {owner: f"p{numbers.next()}" for owner in sorted(used.owners)}

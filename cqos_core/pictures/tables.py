@@ -15,9 +15,9 @@ from cqos_core.pictures.words import WORDS, counted, some, symbol
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.model.picture import Picture, RequirementPath
     from cqos_core.model.report import Guarantee, Report
     from cqos_core.pictures.graph import Key, Usage
+    from cqos_core.pictures.picture_parts import Picture, RequirementPath
 
 MOST_ROWS: Final = 200
 MOST_COLUMNS: Final = 40

@@ -11,6 +11,7 @@ from cqos_core.formatters.sarif import render_sarif
 from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict
 from cqos_core.model.style import Style
 from cqos_core.model.system import Place
+from tests.command import run as command
 
 
 def run(style, source="/repo/a/b.yaml"):
@@ -74,3 +75,21 @@ def test_a_value_that_no_end_states_is_offered_by_none(origin):
     finding = Finding("X101", "a-rule", Severity.ERROR, "m", sides=(side,))
     text = render_sarif(Report(Verdict.INCOMPATIBLE, findings=(finding,)), Style())
     assert f"a: period 1s ({origin}), set here" in text.replace("from option", "option")
+
+
+@pytest.mark.parametrize(
+    ("behind", "entry", "kind"),
+    [
+        ("  # cqos: ignore[ROS101] known", "", "inSource"),
+        ("", "accept: [{rule: ROS101, because: known}]\n", "external"),
+    ],
+)
+def test_a_suppression_says_where_it_stands(tmp_path, behind, entry, kind):
+    text = (
+        f"cqos: 1\nprotocol: ros2\n{entry}participants:\n  a: {{publishes: {{t: {{reliability: best_effort}}}}}}\n"
+        f"  b:\n    subscribes:\n      t: {{reliability: reliable}}{behind}\n"
+    )
+    (tmp_path / "system.yaml").write_text(text)
+    done = command(["check", "system.yaml", "--format", "sarif"], tmp_path)
+    [result] = [each for each in json.loads(done.out)["runs"][0]["results"] if each["ruleId"] == "ROS101"]
+    assert result["suppressions"] == [{"kind": kind, "status": "accepted", "justification": "known"}]
