@@ -470,6 +470,7 @@ PROGRAMS = (
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
     ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),
     ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
+    ("java", "default-jre-headless", "no audit runs on a Spark cluster"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
     ("nvim", "neovim", "the language server is not tried in an editor"),
 )
