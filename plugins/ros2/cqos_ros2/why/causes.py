@@ -31,6 +31,15 @@ _QUOTED: Final = re.compile(r"`([^`]+)`")
 State = Literal["found", "excluded", "not known"]
 
 
+class Switched(NamedTuple):
+    """A launch argument whose other value starts a node with a missing side of the topic."""
+
+    argument: str
+    value: str
+    node: str
+    role: str
+
+
 class Evidence(NamedTuple):
     """What was read.
 
@@ -43,6 +52,7 @@ class Evidence(NamedTuple):
         join: of a workspace; None: no launch was read.
         access: what a keystore says of the topic; None: no keystore was read.
         interfaces: those that the configuration of the middleware names, by variable; None: it was not read.
+        switched: launch arguments that decide whether a missing side starts.
     """
 
     topic: str
@@ -55,6 +65,7 @@ class Evidence(NamedTuple):
     join: Join | None
     access: Access | None
     interfaces: Mapping[str, Sequence[str] | None]
+    switched: Sequence[Switched]
 
     @property
     def both(self) -> bool:
@@ -110,6 +121,8 @@ def _name(seen: Evidence) -> Answer:
         return Answer(
             "found", f"no {what} has this name; a {role} is on `{meant}`", f"use one name: `{seen.topic}` or `{meant}`"
         )
+    if seen.switched:
+        return Answer("not known", f"no {what} is started, and a launch argument decides whether one is")
     if opaque:
         return Answer("not known", f"no {what} is known; {opaque[0]}", f"ros2 topic info --verbose {seen.topic}")
     return Answer("found", f"no {what} in what was read", f"ros2 topic info --verbose {seen.topic}")
@@ -307,16 +320,18 @@ def _unmanaged(join: Join, owners: Iterable[str]) -> str:
 def _condition(seen: Evidence) -> Answer:
     if seen.join is None:
         return Answer("not known", "no launch file was read", "name the workspace with --launch FILE")
+    if seen.switched:
+        first = seen.switched[0]
+        does = "publishes" if first.role == PUBLISHER else "subscribes to"
+        text = f"with `{first.argument}:={first.value}` the launch starts `{first.node}`, which {does} it"
+        return Answer("found", text, f"--launch-arg {first.argument}:={first.value}")
     open_nodes = seen.join.placing.undecided
     if open_nodes:
         subjects = sorted({guard.subject for each in open_nodes for guard in each.guards})
         return Answer(
             "not known", f"{_listed(subjects)} decide whether nodes start", f"--launch-arg {subjects[0]}:=VALUE"
         )
-    off = [name for name, each in seen.join.launched.arguments.items() if str(each.value).lower() in {"false", "0"}]
-    if off and not seen.both:
-        return Answer("not known", f"arguments that are false: {_listed(off)}", f"--launch-arg {off[0]}:=true")
-    return Answer("excluded", "no condition of the launch is open")
+    return Answer("excluded", "no condition of the launch is about this topic")
 
 
 def _same(one: str, other: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
@@ -13,18 +13,24 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.logs import misfits
 from cqos_ros2.logs import read_line
-from cqos_ros2.why.causes import MIDDLEWARE_FILES, Evidence
+from cqos_ros2.why.causes import MIDDLEWARE_FILES, Evidence, Switched
 from cqos_ros2.why.interfaces import interfaces_of
 from cqos_ros2.why.security import access
-from cqos_ros2.workspace.importer import IMPORTER, LAUNCH, joined
+from cqos_ros2.workspace.importer import ARGUMENT, IMPORTER, LAUNCH, joined
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
+    from cqos_core.resolving.resolved import Resolved
     from cqos_ros2.workspace.joining import Join
+
+
+_FLIPPED: Final = {"true": "false", "false": "true"}
+_MOST_ARGUMENTS: Final = 8
+"""So many arguments are tried with the other value, each by reading the launch once more."""
 
 
 def evidence(
@@ -44,11 +50,15 @@ def evidence(
     if join is not None:
         stated = {name: value for name, value in join.launched.variables.items() if isinstance(value, str)}
         environment = {**stated, **given}
+    ends: dict[str, list[Resolved]] = {
+        role: [each for each in side if each.key == full] for role, side in sides.items()
+    }
+    missing = [role for role, side in ends.items() if not side]
     return Evidence(
         full,
         system,
         check_system(system, reader.context),
-        {role: [each for each in side if each.key == full] for role, side in sides.items()},
+        ends,
         {role: list(dict.fromkeys(each.key for each in side if each.key)) for role, side in sides.items()},
         environment,
         _said(log, full),
@@ -59,7 +69,27 @@ def evidence(
             for name in MIDDLEWARE_FILES
             if environment.get(name)
         },
+        [] if join is None else list(_switched(reader, paths, join, full, missing)),
     )
+
+
+def _switched(
+    reader: InputReader, paths: Sequence[str], join: Join, topic: str, missing: Collection[str]
+) -> Iterator[Switched]:
+    """Yield the launch arguments whose other value starts a missing side of a topic."""
+    folder = next(each for each in paths if Path(each).is_dir())
+    flags = {name: str(each.value).lower() for name, each in join.launched.arguments.items()}
+    tried = [(name, _FLIPPED[value]) for name, value in flags.items() if value in _FLIPPED]
+    for name, value in tried[:_MOST_ARGUMENTS] if missing else ():
+        mine = reader.switches.get(IMPORTER, {})
+        arguments = "\n".join(filter(None, (mine.get(ARGUMENT, ""), f"{name}:={value}")))
+        try:
+            other = joined(folder, {**reader.switches, IMPORTER: {**mine, ARGUMENT: arguments}})
+        except InputError:
+            continue
+        for each in other.system.endpoints:
+            if each.topic == topic and each.role in missing:
+                yield Switched(name, value, each.participant or "", each.role)
 
 
 def _interfaces(text: str, *, given: bool) -> list[str] | None:

@@ -98,3 +98,31 @@ def test_the_interfaces_of_a_middleware(tmp_path, name, content, state, text):
 def test_a_configuration_that_is_not_there_is_not_known(tmp_path):
     answer = asked(tmp_path, "--define", "CYCLONEDDS_URI=file:///nowhere.xml")["network interfaces"]
     assert (answer["state"], answer["text"]) == ("not known", "CYCLONEDDS_URI is not read")
+
+
+LAUNCH = """<launch>
+  <arg name="static" default="false"/>
+  <arg name="view" default="true"/>
+  <node pkg="tf2_ros" exec="static_transform_publisher" name="mount" if="$(var static)"/>
+  <node pkg="robot_state_publisher" exec="robot_state_publisher" unless="$(var view)"/>
+</launch>
+"""
+
+
+@pytest.mark.parametrize(
+    ("topic", "arguments", "state", "text"),
+    [
+        ("/joint_states", (), "found", "with `view:=false` the launch starts `/robot_state_publisher`, which subscribes to it"),
+        ("/tf_static", (), "found", "with `static:=true` the launch starts `/mount`, which publishes it"),
+        ("/scan", (), "excluded", "no condition of the launch is about this topic"),
+    ],
+)  # fmt: skip
+def test_a_launch_condition_that_is_off(tmp_path, topic, arguments, state, text):
+    package = tmp_path / "src" / "bot"
+    (package / "launch").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>bot</name></package>")
+    (package / "launch" / "a.launch.xml").write_text(LAUNCH)
+    given = [word for each in arguments for word in ("--launch-arg", each)]
+    done = run(["why", topic, "src", "--launch", "bot:a.launch.xml", *given, "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    answers = {each["cause"]: each for each in json.loads(done.out)["causes"]}
+    assert (answers["launch condition"]["state"], answers["launch condition"]["text"]) == (state, text)
