@@ -303,8 +303,12 @@ def run_steps(steps: list[tuple[str, list[str]]], beside: Sequence[tuple[str, li
 
 
 def projects() -> list[Path]:
-    """The directories of all distributions: the root, then the plugins."""
-    return [ROOT, *(file.parent for file in sorted(ROOT.glob("plugins/*/pyproject.toml")))]
+    """The directories of all distributions: the root, the plugins, and `all` at the end.
+
+    pip of Python 3.11 looks for parts on an index if what needs them comes before them.
+    """
+    plugins = (file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))
+    return [ROOT, *sorted(plugins, key=lambda folder: (folder.name == "all", folder))]
 
 
 def read_project(project: Path) -> dict[str, dict[str, object]]:

@@ -487,8 +487,7 @@ def _refuse_malformed(kind: _Kind, info: Any) -> None:
     if not isinstance(info, kind.descriptor):
         raise CqosError(f"its `{kind.hook}` registers {info!r}, which is no {kind.descriptor.__name__}")
     name, what = info.name, f"its {kind.noun} `{info.name}`"
-    pattern = _COMMAND if kind.name == "commands" else _NAME
-    if not (isinstance(name, str) and pattern.fullmatch(name)):
+    if not (isinstance(name, str) and (_COMMAND if kind.name == "commands" else _NAME).fullmatch(name)):
         raise CqosError(f"{what} needs a name of lower-case letters, digits, `-` and `_`")
     if not isinstance(info.summary, str):
         raise CqosError(f"{what} needs a summary")

@@ -180,9 +180,7 @@ _ISO: Final = regular_expression(
 )
 _ISO_UNITS: Final = _UNITS | {"w": 7 * _UNITS["d"]}
 _BARE: Final = regular_expression(_NUMBER)
-_MISTAKEN: Final = dict(
-    each.split("=") for each in "msec=ms msecs=ms millis=ms usec=us sek=s secs=s mins=min hrs=h".split()
-)
+_MISTAKEN: Final = {"msec": "ms", "millis": "ms", "usec": "us", "sek": "s", "secs": "s", "mins": "min", "hrs": "h"}
 
 
 def is_unit(unit: str | None) -> bool:
