@@ -492,10 +492,8 @@ def _refuse_malformed(kind: _Kind, info: Any) -> None:
     if not isinstance(info.summary, str):
         raise CqosError(f"{what} needs a summary")
     for part in kind.objects:
-        path = getattr(info, part)
-        if not (isinstance(path, str) and _OBJECT.fullmatch(path)):
+        if not (isinstance(path := getattr(info, part), str) and _OBJECT.fullmatch(path)):
             raise CqosError(f'{what} has the {part} {path!r}, where "module:object" is expected')
     for part in kind.lists:
-        texts = getattr(info, part)
-        if not (isinstance(texts, tuple) and all(isinstance(text, str) for text in texts)):
+        if not (isinstance(texts := getattr(info, part), tuple) and all(isinstance(text, str) for text in texts)):
             raise CqosError(f"{what} has the {part} {texts!r}, where a tuple of texts is expected")

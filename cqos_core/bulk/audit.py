@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import narwhals as nw
 
 from cqos_core.bulk.judging import Judge, column_name, judge_of
-from cqos_core.bulk.profiles import NO_SETTINGS, Profiles
+from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles
 from cqos_core.bulk.slow_topics import ALONE, PYTHON, SlowTopics
 from cqos_core.bulk.writers import expression, pattern_of
 from cqos_core.matching.judge import verdict_by
@@ -25,7 +25,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from cqos_core.bulk.engines import Store
+    from cqos_core.bulk.engines import TableStore
     from cqos_core.bulk.forms import Column, RuleForm
 
     Frame = nw.LazyFrame[Any]
@@ -55,12 +55,12 @@ class Audited(NamedTuple):
         totals: numbers of endpoints, topics and profiles, and of pairs by verdict.
     """
 
-    profiles: Profiles
+    profiles: FleetProfiles
     findings: Frame
     totals: dict[str, int]
 
 
-def audit(source: Frame, profiles: Profiles, store: Store, step: Callable[[str], None]) -> Audited:
+def audit(source: Frame, profiles: FleetProfiles, store: TableStore, step: Callable[[str], None]) -> Audited:
     """Check the endpoints of one protocol.
 
     Args:
@@ -116,7 +116,7 @@ def _typed(name: str) -> nw.Expr:
     return nw.col(name).cast(nw.String if FINDING[name] == "text" else nw.Int64)
 
 
-def _settings(source: Frame, profiles: Profiles) -> list[str]:
+def _settings(source: Frame, profiles: FleetProfiles) -> list[str]:
     """Return the columns that decide values; refuse those that name no policy."""
     names = source.collect_schema().names()
     found = [name for name in names if name in {"type", "profile"} or name not in NO_SETTINGS]
@@ -131,7 +131,7 @@ def _settings(source: Frame, profiles: Profiles) -> list[str]:
     return found
 
 
-def _special_topics(source: Frame, profiles: Profiles, store: Store) -> Frame:
+def _special_topics(source: Frame, profiles: FleetProfiles, store: TableStore) -> Frame:
     """Return the topics whose name has to be resolved, and those about which the pack has conventions."""
     topics = source.select("topic").unique()
     plain, pack = profiles.pack.meeting.plain, profiles.pack
@@ -143,7 +143,7 @@ def _special_topics(source: Frame, profiles: Profiles, store: Store) -> Frame:
     return store.keep("special", topics)
 
 
-def _numbered(rows: Frame, profiles: Profiles, store: Store, name: str) -> Frame:
+def _numbered(rows: Frame, profiles: FleetProfiles, store: TableStore, name: str) -> Frame:
     """Resolve distinct rows of texts; return them with the number of their profile."""
     store.keep(f"{name}_texts", rows)
     columns = rows.collect_schema().names()
@@ -262,7 +262,7 @@ def _of_pairs(said: Frame, judge: Judge) -> Iterator[Frame]:
             )
 
 
-def _of_ends(every: Frame, profiles: Profiles, store: Store, alone: Sequence[int]) -> Frame:
+def _of_ends(every: Frame, profiles: FleetProfiles, store: TableStore, alone: Sequence[int]) -> Frame:
     """Return the findings about single profiles, by topic."""
     rows = [(at, each) for at in alone for each in profiles.known[at].remarks]
     said = store.put(
@@ -285,7 +285,7 @@ def _of_ends(every: Frame, profiles: Profiles, store: Store, alone: Sequence[int
     )
 
 
-def _routed(topics: Frame, profiles: Profiles) -> Frame:
+def _routed(topics: Frame, profiles: FleetProfiles) -> Frame:
     """Leave to Python the topics that fall into parts that never match, where a check reports that."""
     parts = topics.group_by("system", "topic").agg(nw.len().alias("parts"), nw.col("route").max().alias("worst"))
     several = parts.filter(nw.col("parts") > 1)
@@ -296,7 +296,9 @@ def _routed(topics: Frame, profiles: Profiles) -> Frame:
     return found.with_columns(route.alias("route")).select(*TOPIC, "publishers", "subscribers", "route")
 
 
-def _totals(topics: Frame, said: Frame, judge: Judge, verdicts: dict[str, int], profiles: Profiles) -> dict[str, int]:
+def _totals(
+    topics: Frame, said: Frame, judge: Judge, verdicts: dict[str, int], profiles: FleetProfiles
+) -> dict[str, int]:
     """Return how many endpoints, topics and profiles there are, and how many pairs have which verdict."""
     count = nw.col("publishers").cast(nw.Int64) * nw.col("subscribers").cast(nw.Int64)
     in_columns = nw.when(nw.col("route") < PYTHON).then(count).otherwise(0)

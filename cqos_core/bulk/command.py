@@ -67,12 +67,12 @@ def audit(
         raise CqosError(f"`cqos audit` needs {', '.join(lacking)}: pip install 'cqos[bulk]'")
     if given["spark"] and importlib.util.find_spec("pyspark") is None:
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
-    from cqos_core.bulk.fleet import Wanted, as_json, as_text, run_audit
+    from cqos_core.bulk.fleet import WantedAudit, as_json, as_text, run_audit
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
     where = context()
-    wanted = Wanted(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
+    wanted = WantedAudit(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
     done = iter(range(1, 1_000_000))
 
     def step(what: str) -> None:

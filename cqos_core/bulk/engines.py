@@ -154,7 +154,7 @@ class Spark:
         self.session.stop()
 
 
-class Store:
+class TableStore:
     """The tables of one audit, as Parquet in a folder; a table that is there already is not made again."""
 
     def __init__(self, engine: Engine, folder: Path) -> None:

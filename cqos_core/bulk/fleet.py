@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import narwhals as nw
 
 from cqos_core.bulk.audit import Audited, audit
-from cqos_core.bulk.engines import DuckDB, Polars, Spark, Store
-from cqos_core.bulk.profiles import NO_SETTINGS, Profiles
+from cqos_core.bulk.engines import DuckDB, Polars, Spark, TableStore
+from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles
+from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
@@ -29,7 +30,7 @@ _ROLES: Final = (PUBLISHER, SUBSCRIBER)
 _MOST_EXAMPLES: Final = 3
 
 
-class Wanted(NamedTuple):
+class WantedAudit(NamedTuple):
     """What is asked of an audit.
 
     Attributes:
@@ -71,14 +72,14 @@ class Cause(NamedTuple):
     examples: tuple[tuple[str, Mapping[str, str], Mapping[str, str]], ...]
 
 
-class Result(NamedTuple):
+class FleetResult(NamedTuple):
     """What an audit found."""
 
     totals: Mapping[str, int]
     causes: tuple[Cause, ...]
 
 
-def run_audit(wanted: Wanted, where: Context, step: Callable[[str], None] = lambda _: None) -> Result:
+def run_audit(wanted: WantedAudit, where: Context, step: Callable[[str], None] = lambda _: None) -> FleetResult:
     """Check a table of endpoints.
 
     Raises:
@@ -87,16 +88,16 @@ def run_audit(wanted: Wanted, where: Context, step: Callable[[str], None] = lamb
     kept = tempfile.TemporaryDirectory(prefix="cqos-audit-") if wanted.work is None else nullcontext(str(wanted.work))
     with kept as folder, _engine(wanted, Path(folder)) as engine:
         source = _read(engine.source(wanted.path, wanted.table), wanted)
-        store = Store(engine, _stages(Path(folder), wanted, source))
+        store = TableStore(engine, _stages(Path(folder), wanted, source))
         protocols = store.keep("protocols", source.select("protocol").unique())
         names = sorted(row["protocol"] for row in protocols.collect("pyarrow").to_native().to_pylist())
         totals: dict[str, int] = {}
         causes: list[Cause] = []
         for name in names:
             pack = _pack(name, names, where)
-            profiles = Profiles(pack, where, wanted.severity, wanted.options.get(pack.id, {}))
+            profiles = FleetProfiles(pack, where, wanted.severity, wanted.options.get(pack.id, {}))
             own = source.filter(nw.col("protocol") == name).drop("protocol")
-            inner = Store(engine, store.folder / pack.id)
+            inner = TableStore(engine, store.folder / _edition(pack))
             inner.folder.mkdir(exist_ok=True)
             found = audit(own, profiles, inner, step)
             for key, number in found.totals.items():
@@ -107,11 +108,11 @@ def run_audit(wanted: Wanted, where: Context, step: Callable[[str], None] = lamb
                     found, inner, wanted.output if len(names) == 1 else wanted.output.with_suffix(f".{name}.parquet")
                 )
         order = {"error": 0, "warning": 1, "note": 2}
-        return Result(totals, tuple(sorted(causes, key=lambda each: (order[each.severity], each.code))))
+        return FleetResult(totals, tuple(sorted(causes, key=lambda each: (order[each.severity], each.code))))
 
 
 @contextmanager
-def _engine(wanted: Wanted, folder: Path) -> Iterator[Engine]:
+def _engine(wanted: WantedAudit, folder: Path) -> Iterator[Engine]:
     folder.mkdir(parents=True, exist_ok=True)
     engine: Engine
     if wanted.spark:
@@ -124,7 +125,7 @@ def _engine(wanted: Wanted, folder: Path) -> Iterator[Engine]:
         engine.close()
 
 
-def _read(frame: nw.LazyFrame[Any], wanted: Wanted) -> nw.LazyFrame[Any]:
+def _read(frame: nw.LazyFrame[Any], wanted: WantedAudit) -> nw.LazyFrame[Any]:
     """Return the columns as text, with the ones that have to be there."""
     names = [each for each in frame.collect_schema().names() if each not in wanted.skip]
     missing = [each for each in ("role", "topic") if each not in names]
@@ -144,7 +145,7 @@ def _read(frame: nw.LazyFrame[Any], wanted: Wanted) -> nw.LazyFrame[Any]:
     return found
 
 
-def _stages(folder: Path, wanted: Wanted, source: nw.LazyFrame[Any]) -> Path:
+def _stages(folder: Path, wanted: WantedAudit, source: nw.LazyFrame[Any]) -> Path:
     """Return the folder of the stages of exactly this audit."""
     path = Path(wanted.path)
     stamp = [path.stat().st_mtime_ns, path.stat().st_size] if path.exists() else []
@@ -166,6 +167,14 @@ def _stages(folder: Path, wanted: Wanted, source: nw.LazyFrame[Any]) -> Path:
     return found
 
 
+def _edition(pack: RulePack) -> str:
+    """Return the folder of a pack's stages: another version of C-QoS, or of the pack's rules and defaults, has another one."""
+    rules = [repr(each) for each in pack.rules]
+    policies = [(each.name, *map(each.default_for, ("publisher", "subscriber"))) for each in pack.policies]
+    stated = json.dumps([headers("cqos-core")["Version"], rules, policies])
+    return f"{pack.id}-{hashlib.sha256(stated.encode()).hexdigest()[:16]}"
+
+
 def _pack(name: str, names: Sequence[str], where: Context) -> RulePack:
     """Return the pack of a protocol, where endpoints of it can be checked without what follows from all of them together."""
     pack = where.find_pack(name) if name else None
@@ -184,7 +193,7 @@ def _pack(name: str, names: Sequence[str], where: Context) -> RulePack:
     return pack
 
 
-def _causes(found: Audited, store: Store) -> list[Cause]:
+def _causes(found: Audited, store: TableStore) -> list[Cause]:
     """Sum findings up by rule."""
     versions = store.put(
         "versions",
@@ -224,7 +233,7 @@ def _causes(found: Audited, store: Store) -> list[Cause]:
     return causes
 
 
-def _stated(profiles: Profiles, number: int) -> dict[str, str]:
+def _stated(profiles: FleetProfiles, number: int) -> dict[str, str]:
     """Return what a profile states, as texts by name."""
     if number < 0:
         return {}
@@ -232,7 +241,7 @@ def _stated(profiles: Profiles, number: int) -> dict[str, str]:
     return {name: text for name, text in texts.items() if text and (name == "profile" or name not in NO_SETTINGS)}
 
 
-def _write(found: Audited, store: Store, output: Path) -> None:
+def _write(found: Audited, store: TableStore, output: Path) -> None:
     """Write the findings as one Parquet file, with what their profiles state as JSON."""
     import pyarrow as pa
     from pyarrow import dataset, parquet
@@ -255,7 +264,7 @@ def _write(found: Audited, store: Store, output: Path) -> None:
         part.rename(output)
 
 
-def as_text(result: Result, where: Context) -> str:
+def as_text(result: FleetResult, where: Context) -> str:
     """Return a result for people."""
     lines = []
     for each in result.causes:
@@ -281,7 +290,7 @@ def _listed(texts: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {text}" for name, text in texts.items()) or "with defaults"
 
 
-def as_json(result: Result) -> str:
+def as_json(result: FleetResult) -> str:
     """Return a result for programs, version 1."""
     findings = [
         {**each._asdict(), "examples": [dict(zip(("topic", *_ROLES), e, strict=True)) for e in each.examples]}

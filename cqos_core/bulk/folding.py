@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.bulk.forms import FALSE, TRUE, Column, Form, compared, joined, negated, whole
+from cqos_core.bulk.forms import FALSE, TRUE, Column, ColumnForm, compared, joined, negated, whole
 from cqos_core.language.values import INFINITE, Range, in_world, worlds_of
 
 if TYPE_CHECKING:
@@ -16,11 +16,11 @@ Constants = dict[Column, Any]
 _MOST_WORLDS: Final = 16
 
 
-def folded(form: Form, constants: Mapping[Column, Any]) -> Form:
+def folded(form: ColumnForm, constants: Mapping[Column, Any]) -> ColumnForm:
     """Return a form in which these columns are constants."""
     op, args = form
     if op == "column":
-        return Form("constant", (constants[args[0]],)) if args[0] in constants else form
+        return ColumnForm("constant", (constants[args[0]],)) if args[0] in constants else form
     if op == "constant":
         return form
     parts = tuple(folded(arg, constants) for arg in args)
@@ -34,8 +34,8 @@ def folded(form: Form, constants: Mapping[Column, Any]) -> Form:
         case "if" if parts[0] in {TRUE, FALSE}:
             return parts[1] if parts[0] == TRUE else parts[2]
     if op in _COMPUTED and all(part.op == "constant" for part in parts):
-        return Form("constant", (_COMPUTED[op](*(part.args[0] for part in parts)),))
-    return Form(op, parts)
+        return ColumnForm("constant", (_COMPUTED[op](*(part.args[0] for part in parts)),))
+    return ColumnForm(op, parts)
 
 
 _COMPUTED: Final[dict[str, Any]] = {
@@ -46,7 +46,7 @@ _COMPUTED: Final[dict[str, Any]] = {
 }
 
 
-def in_all_worlds(form: Form, worlds: Sequence[Constants]) -> Form:
+def in_all_worlds(form: ColumnForm, worlds: Sequence[Constants]) -> ColumnForm:
     """Return whether a form holds under each of several assignments of assumptions."""
     return joined("and", (folded(form, each) for each in worlds))
 

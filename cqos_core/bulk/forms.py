@@ -50,7 +50,7 @@ class Column(NamedTuple):
         return f"{level}{policy.name}.{part}{'most' if self.most else 'least'}"
 
 
-class Form(NamedTuple):
+class ColumnForm(NamedTuple):
     """A part of a form: what is applied, to which parts.
 
     ``op`` is ``column`` or ``constant`` with what it holds, a comparison, ``and``, ``or``, ``not``, ``if``, ``+``, ``*``, ``min``,
@@ -71,8 +71,8 @@ class Form(NamedTuple):
 class Answer(NamedTuple):
     """Where a condition surely holds, and where it surely fails."""
 
-    holds: Form
-    fails: Form
+    holds: ColumnForm
+    fails: ColumnForm
 
 
 class RuleForm(NamedTuple):
@@ -82,11 +82,11 @@ class RuleForm(NamedTuple):
     """
 
     bound: BoundRule
-    reports: Form
-    quiet: Form
+    reports: ColumnForm
+    quiet: ColumnForm
 
     @property
-    def unknown(self) -> Form:
+    def unknown(self) -> ColumnForm:
         """Where it cannot be decided and says so."""
         if self.bound.rule.kind != "requires":
             return FALSE
@@ -101,28 +101,28 @@ class NoFormError(Exception):
     """A condition has no form for columns; the text names the part that has none."""
 
 
-TRUE: Final = Form("constant", (True,))
-FALSE: Final = Form("constant", (False,))
+TRUE: Final = ColumnForm("constant", (True,))
+FALSE: Final = ColumnForm("constant", (False,))
 UNKNOWN_TEXT: Final = ("", "?")
 """The span of a text that is not known; only its ends being different counts."""
 _FLAG: Final = (0, 1)
-_Span = tuple[Form, Form]
+_Span = tuple[ColumnForm, ColumnForm]
 
 
-def joined(op: str, parts: Iterable[Form]) -> Form:
+def joined(op: str, parts: Iterable[ColumnForm]) -> ColumnForm:
     """Return whether all parts hold (``and``), or any (``or``)."""
     decides, rest = (FALSE, TRUE) if op == "and" else (TRUE, FALSE)
     left = list(dict.fromkeys(part for part in parts if part != rest))
     if decides in left or not left:
         return decides if decides in left else rest
-    return left[0] if len(left) == 1 else Form(op, tuple(left))
+    return left[0] if len(left) == 1 else ColumnForm(op, tuple(left))
 
 
-def negated(part: Form) -> Form:
+def negated(part: ColumnForm) -> ColumnForm:
     """Return whether a part does not hold."""
     if part in {TRUE, FALSE}:
         return FALSE if part == TRUE else TRUE
-    return part.args[0] if part.op == "not" else Form("not", (part,))
+    return part.args[0] if part.op == "not" else ColumnForm("not", (part,))
 
 
 def form_of(bound: BoundRule) -> RuleForm:
@@ -131,7 +131,7 @@ def form_of(bound: BoundRule) -> RuleForm:
     Raises:
         NoFormError: some part of its condition has none.
     """
-    holds, fails = _Writer(bound.bound.vocabulary).condition(bound.bound.condition)
+    holds, fails = _Columns(bound.bound.vocabulary).condition(bound.bound.condition)
     if bound.rule.kind == "forbids":
         return RuleForm(bound, holds, fails)
     unmatched = _unmatched(bound) if bound.scope == "pair" and bound.rule.kind == "requires" else ()
@@ -150,13 +150,15 @@ def forms_of(rules: Iterable[BoundRule]) -> tuple[list[RuleForm], list[tuple[Bou
     return found, others
 
 
-def _unmatched(bound: BoundRule) -> Iterator[Form]:
+def _unmatched(bound: BoundRule) -> Iterator[ColumnForm]:
     """Yield whether the middleware of either end does not match on a policy that a rule reads."""
     policies = bound.bound.vocabulary.policies
     for index in dict.fromkeys(use.index for use in bound.bound.uses):
         if any(UNMATCHED in treated.values() for treated in policies[index].enforced.values()):
             for second in (False, True):
-                yield compared("==", Form("column", (Column(second, index, "unmatched"),)), Form("constant", (1,)))
+                yield compared(
+                    "==", ColumnForm("column", (Column(second, index, "unmatched"),)), ColumnForm("constant", (1,))
+                )
 
 
 def spans(
@@ -194,12 +196,12 @@ def whole(domain: Domain) -> tuple[int, int] | tuple[str, str]:
     return (domain.lowest, domain.highest) if domain.ordered or domain.candidates() else UNKNOWN_TEXT
 
 
-def compared(op: str, left: Form, right: Form) -> Form:
+def compared(op: str, left: ColumnForm, right: ColumnForm) -> ColumnForm:
     """Return a comparison of two values: ``<``, ``<=`` or ``==``."""
     if left.op == right.op == "constant":
         (one,), (other,) = left.args, right.args
         return TRUE if {"<": one < other, "<=": one <= other, "==": one == other}[op] else FALSE
-    return Form(op, (left, right))
+    return ColumnForm(op, (left, right))
 
 
 def _compared(op: str, left: _Span, right: _Span, *, numbers: bool) -> Answer:
@@ -219,7 +221,7 @@ def _compared(op: str, left: _Span, right: _Span, *, numbers: bool) -> Answer:
     return Answer(same, apart) if op == "==" else Answer(apart, same)
 
 
-class _Writer:
+class _Columns:
     """Writes the form of one condition."""
 
     def __init__(self, vocabulary: Vocabulary) -> None:
@@ -266,7 +268,7 @@ class _Writer:
     def matches(self, text: Node, pattern: str) -> Answer:
         """Write whether a text matches a shell pattern."""
         least, most = self.operand(text, None)
-        known, found = compared("==", least, most), Form("matches", (least, Form("constant", (pattern,))))
+        known, found = compared("==", least, most), ColumnForm("matches", (least, ColumnForm("constant", (pattern,))))
         return Answer(joined("and", (known, found)), joined("and", (known, negated(found))))
 
     def contained(self, node: Test) -> Answer:
@@ -303,7 +305,9 @@ class _Writer:
             parts.sort(key=lambda each: each[0].op == "constant")
             if parts[1][0].op != "constant":
                 raise NoFormError("* of two values")
-        return Form(node.name, tuple(low for low, _ in parts)), Form(node.name, tuple(high for _, high in parts))
+        return ColumnForm(node.name, tuple(low for low, _ in parts)), ColumnForm(
+            node.name, tuple(high for _, high in parts)
+        )
 
     def term(self, term: Term) -> _Span:
         """Write the value of a policy; of an option on which both ends differ nothing is known."""
@@ -316,7 +320,7 @@ class _Writer:
             ends = zip((least, most), _columns(True, index), strict=True)
             alike = joined("and", (compared("==", one, other) for one, other in ends))
             least, most = (
-                Form("if", (alike, end, Form("constant", (bound,))))
+                ColumnForm("if", (alike, end, ColumnForm("constant", (bound,))))
                 for end, bound in zip((least, most), whole(domain), strict=True)
             )
         return least, most
@@ -324,13 +328,13 @@ class _Writer:
 
 def _columns(second: bool, index: int, part: str = "value") -> _Span:  # noqa: FBT001 - the first field of a column
     return (
-        Form("column", (Column(second, index, part),)),
-        Form("column", (Column(second, index, part, most=True),)),
+        ColumnForm("column", (Column(second, index, part),)),
+        ColumnForm("column", (Column(second, index, part, most=True),)),
     )
 
 
 def _constant(value: int | str) -> _Span:
-    written = Form("constant", (value,))
+    written = ColumnForm("constant", (value,))
     return written, written
 
 

@@ -16,7 +16,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.bulk.profiles import Known, Profiles
+    from cqos_core.bulk.profiles import FleetProfiles, KnownProfile
     from cqos_core.language.vocabulary import Vocabulary
     from cqos_core.packs.bound_rule import BoundRule
 
@@ -46,7 +46,7 @@ def column_name(judge: Judge, column: Column, *, matching: bool = False) -> str:
     return f"{'m' if matching else 'v'}{listed.index(column)}"
 
 
-def judge_of(profiles: Profiles) -> Judge:
+def judge_of(profiles: FleetProfiles) -> Judge:
     """Return the rules over all profiles, with the columns that they read, and which profiles are left to Python."""
     pack, known, vocabulary = profiles.pack, profiles.known, profiles.pack.vocabulary
     asked = (
@@ -84,12 +84,12 @@ _Open = tuple[tuple[int, Any], ...]
 """By index, values that depend on assumptions or peers."""
 
 
-def _opened(each: Known, read: Iterable[int]) -> _Open:
+def _opened(each: KnownProfile, read: Iterable[int]) -> _Open:
     values = each.resolved.profile.values
     return tuple([(at, values[at]) for at in read if not isinstance(values[at], (*_SPANNED, tuple))])
 
 
-def _common(known: Sequence[Known], opened: Sequence[_Open]) -> tuple[tuple[_Open, _Open], set[int]]:
+def _common(known: Sequence[KnownProfile], opened: Sequence[_Open]) -> tuple[tuple[_Open, _Open], set[int]]:
     """Return what depends on assumptions at each end for most profiles, and the profiles with other open values."""
     ends: list[_Open] = []
     others: set[int] = set()
@@ -101,7 +101,7 @@ def _common(known: Sequence[Known], opened: Sequence[_Open]) -> tuple[tuple[_Ope
     return (ends[0], ends[1]), others
 
 
-def _speaking(rules: Iterable[BoundRule], known: Sequence[Known]) -> set[int]:
+def _speaking(rules: Iterable[BoundRule], known: Sequence[KnownProfile]) -> set[int]:
     """Return the publishers that a rule without a column form reports beside any subscriber."""
     found: set[int] = set()
     for bound in rules:
@@ -119,7 +119,7 @@ def _speaking(rules: Iterable[BoundRule], known: Sequence[Known]) -> set[int]:
     return found
 
 
-def _constants(vocabulary: Vocabulary, known: Sequence[Known], columns: Iterable[Column]) -> Constants:
+def _constants(vocabulary: Vocabulary, known: Sequence[KnownProfile], columns: Iterable[Column]) -> Constants:
     """Return the columns that all profiles of their end have alike, and know."""
     found: Constants = {}
     for column in columns:
@@ -133,7 +133,7 @@ def _constants(vocabulary: Vocabulary, known: Sequence[Known], columns: Iterable
 
 
 def _table(
-    profiles: Profiles, columns: Sequence[Column], separate: Sequence[Column], python: set[int]
+    profiles: FleetProfiles, columns: Sequence[Column], separate: Sequence[Column], python: set[int]
 ) -> dict[str, tuple[str, list[Any]]]:
     """Return the columns of profiles: their values at their own end, and what sorts topics."""
     pack, known = profiles.pack, profiles.known
@@ -170,21 +170,21 @@ def _table(
     return table
 
 
-def _cell(vocabulary: Vocabulary, each: Known, column: Column, *, hide: bool) -> int | str | None:
+def _cell(vocabulary: Vocabulary, each: KnownProfile, column: Column, *, hide: bool) -> int | str | None:
     profile = each.resolved.profile
     if hide and isinstance(profile.values[column.policy], Anything):
         return None
     return spans(vocabulary, profile.values, profile.unmatched, [column])[0]
 
 
-def _left_open(each: Known) -> bool:
+def _left_open(each: KnownProfile) -> bool:
     """Whether a verdict of a profile rests on more than the rules of pairs."""
     profile, role = each.resolved.profile, each.resolved.role
     ends = of_end(profile, role, False, False)
     return bool(ends or profile.from_peers or profile.needs or profile.unread or profile.refused)
 
 
-def _of_signals(profiles: Profiles) -> tuple[list[int], set[int]]:
+def _of_signals(profiles: FleetProfiles) -> tuple[list[int], set[int]]:
     """Return a number for what rules over topics read of each profile, and those that they report by themselves."""
     rules = signal_rules(profiles.pack)
     counted = [at for at, bound in enumerate(rules.rules) if bound.severity in profiles.severities]
@@ -203,7 +203,7 @@ def _of_signals(profiles: Profiles) -> tuple[list[int], set[int]]:
     return found, loud
 
 
-def _parts(profiles: Profiles) -> list[int]:
+def _parts(profiles: FleetProfiles) -> list[int]:
     """Return a number for the known values of participants that matching needs to be equal, such as their domain."""
     policies = profiles.pack.policies
     every = [each.resolved.profile.values for each in profiles.known]

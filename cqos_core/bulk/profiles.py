@@ -28,7 +28,7 @@ class Remark(NamedTuple):
     message: str
 
 
-class Known(NamedTuple):
+class KnownProfile(NamedTuple):
     """A profile: a representative endpoint of it, findings about it alone, and the texts that gave it."""
 
     resolved: Resolved
@@ -37,14 +37,14 @@ class Known(NamedTuple):
     texts: Mapping[str, str]
 
 
-class Profiles:
+class FleetProfiles:
     """The distinct profiles of one protocol; the number of one is its position in ``known``."""
 
     def __init__(self, pack: RulePack, where: Context, severity: str, options: Mapping[str, Setting]) -> None:
         """Begin without any; rules below ``severity`` are not asked."""
         self.pack, self.where, self.options = pack, where, options
         self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
-        self.known: list[Known] = []
+        self.known: list[KnownProfile] = []
         self._numbers: dict[tuple[object, ...], int] = {}
 
     def add(self, rows: Sequence[Mapping[str, str]]) -> list[tuple[int, str | None]]:
@@ -109,7 +109,7 @@ class Profiles:
         key = (each.role, id(each.profile), row["version"], remarks)
         number = self._numbers.setdefault(key, len(self.known))
         if number == len(self.known):
-            self.known.append(Known(each, row["version"], remarks, row))
+            self.known.append(KnownProfile(each, row["version"], remarks, row))
         return number
 
     def _of_one(self, each: Resolved) -> tuple[Remark, ...]:

@@ -16,7 +16,7 @@ from cqos_core.model.system import PUBLISHER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.bulk.profiles import Profiles
+    from cqos_core.bulk.profiles import FleetProfiles
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
@@ -34,7 +34,7 @@ class SlowTopics:
         verdicts: numbers of pairs by verdict.
     """
 
-    profiles: Profiles
+    profiles: FleetProfiles
     rows: list[dict[str, Any]] = field(default_factory=list)
     verdicts: dict[str, int] = field(default_factory=dict)
     _counts: dict[str, int] = field(default_factory=dict)

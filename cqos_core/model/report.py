@@ -288,10 +288,8 @@ class _InNotebooks:
             for each in self.findings[:_SHOWN]
         )
         more = f"<p>{len(self.findings) - _SHOWN} more findings</p>" if len(self.findings) > _SHOWN else ""
-        head = escape(str(self).partition("\n")[0])
-        return (
-            f"<p><b>{head}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "") + "".join(self._tables(escape))
-        )
+        head = f"<p><b>{escape(str(self).partition(chr(10))[0])}</b></p>"
+        return "".join((head, f"<table>{rows}</table>{more}" if rows else "", *self._tables(escape)))
 
     def _tables(self, escape: Callable[[str], str]) -> Iterator[str]:
         """Yield the tables of an explained pair: its policies, and its guarantees under each fault."""

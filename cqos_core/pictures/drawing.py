@@ -12,7 +12,7 @@ from cqos_core.pictures.words import WORDS, counted, symbol
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.pictures.graph import Graph, Key, Line, Node
+    from cqos_core.pictures.graph import DrawnGraph, DrawnNode, Key, Line
 
 _LETTER: Final = 7.0
 _SMALL: Final = 5.9
@@ -30,7 +30,7 @@ _TOP: Final = 12.0
 _LABELLED: Final = 30  # more lines than this have labels only where something is wrong
 
 
-def drawn(graph: Graph, targets: Mapping[Key, str]) -> dict[str, Any]:
+def drawn(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
     """Return the drawing; ``targets`` are the anchors that nodes lead to."""
     numbers = {node.key: number for number, node in enumerate(graph.nodes)}
     edges = {(numbers[line.source], numbers[line.target]): line for line in graph.lines}
@@ -95,12 +95,12 @@ def short(text: str, letters: int = _WIDEST) -> str:
     return f"{text[:half]}…{text[-half:]}"
 
 
-def _width(node: Node) -> float:
+def _width(node: DrawnNode) -> float:
     return max(cells(short(node.name)) * _LETTER, cells(short(node.detail, 32)) * _SMALL, 30) + 38
 
 
 def _box(
-    node: Node, number: int, spot: tuple[float, float], width: float, targets: Mapping[Key, str]
+    node: DrawnNode, number: int, spot: tuple[float, float], width: float, targets: Mapping[Key, str]
 ) -> dict[str, Any]:
     x, y = spot
     height = _HEIGHT[node.kind]

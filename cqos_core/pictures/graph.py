@@ -26,7 +26,7 @@ Key = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class DrawnNode:
     """A participant, a bridge or a topic; ``verdict`` is the worst of its pairs, None without any."""
 
     kind: str
@@ -57,10 +57,10 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Graph:
+class DrawnGraph:
     """What is drawn, and what is left out, in words."""
 
-    nodes: tuple[Node, ...]
+    nodes: tuple[DrawnNode, ...]
     lines: tuple[Line, ...]
     left_out: tuple[str, ...] = ()
 
@@ -129,7 +129,7 @@ def usage(report: Report, picture: Picture) -> Usage:
     return found
 
 
-def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Graph:
+def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> DrawnGraph:
     """Return the graph of a system, bounded: its worst owners, and topics as nodes if they are few."""
     used = used or usage(report, picture)
     owners = sorted(used.owners, key=lambda each: (-_rank(used.owners[each]), -used.counts[each], each))
@@ -137,7 +137,7 @@ def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Gra
     left_out = [f"{len(owners) - _MOST_OWNERS} participants are not drawn"] if len(owners) > _MOST_OWNERS else []
     nodes = [_node(each, used, picture) for each in kept]
     if len(used.topics) <= MOST_TOPICS:
-        nodes += [Node("topic", name, "", verdict) for name, verdict in sorted(used.topics.items())]
+        nodes += [DrawnNode("topic", name, "", verdict) for name, verdict in sorted(used.topics.items())]
         lines = list(_lines_over_topics(used, kept))
     else:
         lines = sorted(_lines_between(report, used, kept), key=lambda each: (-_rank(each.verdict), -len(each.topics)))
@@ -149,16 +149,16 @@ def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Gra
     if len(lines) > _MOST_LINES:
         left_out.append(f"{len(lines) - _MOST_LINES} connections are not drawn")
     lines = sorted(lines[:_MOST_LINES], key=lambda each: (each.source, each.target))
-    return Graph(tuple(nodes), tuple(lines), tuple(left_out))
+    return DrawnGraph(tuple(nodes), tuple(lines), tuple(left_out))
 
 
-def _node(owner: Key, used: Usage, picture: Picture) -> Node:
+def _node(owner: Key, used: Usage, picture: Picture) -> DrawnNode:
     kind, name = owner
     count = picture.instances.get(name, 1) if kind == "participant" else 1
     detail = ", ".join(sorted(used.protocols[owner]))
     if kind == "bridge":
         detail = f"bridge, {detail}"
-    return Node(kind, name, f"{detail}, {count} instances" if count > 1 else detail, used.owners[owner])
+    return DrawnNode(kind, name, f"{detail}, {count} instances" if count > 1 else detail, used.owners[owner])
 
 
 def _lines_over_topics(used: Usage, kept: Iterable[Key]) -> Iterator[Line]:

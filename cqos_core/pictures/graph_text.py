@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import System
     from cqos_core.packs.export import ExportContext
-    from cqos_core.pictures.graph import Graph, Line
+    from cqos_core.pictures.graph import DrawnGraph, Line
 
 _COLORS: Final[Mapping[Verdict | None, str]] = {
     Verdict.COMPATIBLE: "#17704a",
@@ -43,7 +43,7 @@ def write_mermaid(system: System, context: ExportContext) -> Exported:
     return _exported(system, context, _mermaid)
 
 
-def _exported(system: System, context: ExportContext, write: Callable[[Graph, str], Iterator[str]]) -> Exported:
+def _exported(system: System, context: ExportContext, write: Callable[[DrawnGraph, str], Iterator[str]]) -> Exported:
     where = Context(context.find_pack, default_protocol=context.default_protocol)
     picture = ends_of(Pipeline(system, where))
     graph = graph_of(check_system(system, where), picture)
@@ -51,7 +51,7 @@ def _exported(system: System, context: ExportContext, write: Callable[[Graph, st
     return Exported("\n".join(write(graph, system.name)) + "\n", len(picture.ends), notes)
 
 
-def _dot(graph: Graph, name: str) -> Iterator[str]:
+def _dot(graph: DrawnGraph, name: str) -> Iterator[str]:
     names = {node.key: f"n{number}" for number, node in enumerate(graph.nodes)}
     yield f'digraph "{_quoted(name or "system")}" {{'
     yield "  rankdir=LR"
@@ -72,7 +72,7 @@ def _quoted(text: str) -> str:
     return clean(text).replace("\\", "\\\\").replace('"', '\\"')
 
 
-def _mermaid(graph: Graph, _name: str) -> Iterator[str]:
+def _mermaid(graph: DrawnGraph, _name: str) -> Iterator[str]:
     names = {node.key: f"n{number}" for number, node in enumerate(graph.nodes)}
     yield "flowchart LR"
     for node in graph.nodes:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import duckdb
 
-from cqos_core.bulk.fleet import Wanted, run_audit
+from cqos_core.bulk.fleet import WantedAudit, run_audit
 from cqos_core.matching.pipeline import context
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def measure(path: Path) -> None:
         step("begin")
         result = []
         whole, clock = cost(
-            lambda: result.append(run_audit(Wanted(str(path), output=output, memory="16GB"), context(), step))
+            lambda: result.append(run_audit(WantedAudit(str(path), output=output, memory="16GB"), context(), step))
         )
         step("end")
     begin, candidates = marks[0][1], dict(marks)["counting pairs"]

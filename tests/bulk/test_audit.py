@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -23,10 +24,10 @@ def audited(folder: Path, **wanted: Any) -> tuple[dict[str, int], Counter[tuple[
     for name in ("narwhals", "duckdb", "polars"):
         needed(name)
     parquet = needed("pyarrow.parquet") if needed("pyarrow") else None
-    from cqos_core.bulk.fleet import Wanted, run_audit
+    from cqos_core.bulk.fleet import WantedAudit, run_audit
 
     output = folder / "findings.parquet"
-    result = run_audit(Wanted(output=output, severity="note", **wanted), context())
+    result = run_audit(WantedAudit(output=output, severity="note", **wanted), context())
     found = Counter[tuple[str, str]]()
     for row in parquet.read_table(output).to_pylist():
         found[row["code"], row["severity"]] += row["pairs"]
@@ -106,3 +107,13 @@ def test_plain_names_are_what_endpoints_match_on(protocol):
         if re.fullmatch(pack.meeting.plain, name):
             named = pack.meeting.resolve(name, NameContext("/ns/node", None, {}, {}, "message", "yaml", "publisher"))
             assert (named.key, named.problems) == (name, ())
+
+
+def test_stages_of_other_rules_are_not_read_again():
+    needed("narwhals")
+    from cqos_core.bulk.fleet import _edition
+
+    pack = load_plugins().pack("ros2")
+    assert pack is not None
+    fewer = replace(pack, rules=pack.rules[1:])
+    assert _edition(fewer) != _edition(pack) == _edition(replace(pack))
