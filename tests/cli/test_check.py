@@ -112,8 +112,8 @@ def test_an_unrecognised_format_is_an_error_with_help(cqos):
     assert (done.code, done.out) == (2, "")
     assert done.err == (
         "error[CQ003] foreign.yaml: no installed importer recognises this format\n"
-        "  help: a system file begins with `cqos: 1`; `cqos packs` lists the formats that are read, "
-        "and --from chooses one\n"
+        "  help: a system file begins with `cqos: 1`; `cqos packs` lists the formats\n"
+        "        that are read, and --from chooses one\n"
     )
 
 

@@ -44,7 +44,9 @@ EXAMPLES = sorted(
     or (
         path.suffix in {".bpmn", ".yaml"}
         and "pack" not in path.name
-        and not {TOGETHER, ROOT / "examples" / "robot_workspace", ROOT / "examples" / "modeler_client"}
+        and not {
+            ROOT / "examples" / name for name in ("robot_directory", "robot_workspace", "modeler_client", "incidents")
+        }
         & {*path.parents}
     )
 )

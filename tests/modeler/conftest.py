@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import re
@@ -10,6 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -161,12 +163,19 @@ def browser(built):
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         missing("Chromium")
+    return launched(program)
+
+
+@cache
+def launched(program):
+    """Start Chromium, once for a process: playwright takes no second one beside it."""
     from playwright.sync_api import sync_playwright
 
-    with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
-        yield launched
-        launched.close()
+    playwright = sync_playwright().start()
+    found = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    atexit.register(playwright.stop)
+    atexit.register(found.close)
+    return found
 
 
 class Shown:

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from tests.modeler.conftest import FLAGS, ROOT, WAIT, missing
+from tests.modeler.conftest import ROOT, WAIT, launched, missing
 
 AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
 
@@ -17,12 +17,7 @@ def chromium():
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         missing("Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
-        yield launched
-        launched.close()
+    return launched(program)
 
 
 @pytest.fixture

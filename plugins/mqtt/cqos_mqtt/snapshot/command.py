@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import os
+import signal
 import time
 from contextlib import suppress
 from functools import partial
@@ -82,6 +83,8 @@ def mqtt(
     look = _asked(source, broker, ctx)
     plugins = load_plugins()
     if watch:
+        # In the background of a shell, a program ignores interrupts unless it asks for them.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
             for text in watched(look, context(), partial(time.sleep, seconds)):
                 emit(text)

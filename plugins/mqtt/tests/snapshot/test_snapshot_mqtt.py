@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 import paho.mqtt.client as paho
 import pytest
+from paho.mqtt.enums import CallbackAPIVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.subscribeoptions import SubscribeOptions
@@ -40,13 +41,13 @@ class Client:
         self, broker: Mosquitto, name: str, *, five: bool, clean: bool = True, will: str | None = None
     ) -> None:
         version = paho.MQTTv5 if five else paho.MQTTv311
-        of_3 = {} if five else {"clean_session": clean}
-        self.paho = paho.Client(paho.CallbackAPIVersion.VERSION2, name, protocol=version, **of_3)
+        of_3 = None if five else clean
+        self.paho = paho.Client(CallbackAPIVersion.VERSION2, name, protocol=version, clean_session=of_3)
         self.answers = 0
         self.paho.on_connect = self.paho.on_subscribe = self.paho.on_unsubscribe = self.paho.on_publish = self.answered
         if will is not None:
             self.paho.will_set(will, "gone", 1, retain=True)
-        self.paho.connect("127.0.0.1", broker.port, 30, **({"clean_start": clean} if five else {}))
+        self.paho.connect("127.0.0.1", broker.port, 30, clean_start=clean if five else paho.MQTT_CLEAN_START_FIRST_ONLY)
         self.paho.loop_start()
         self.wait(1)
 
@@ -194,7 +195,10 @@ def test_watching_prints_what_changes(broker: Mosquitto):
         second.does("publish", "farm/temp", b"1", 0)
         lines += [watching.stdout.readline() for _ in range(2)]
         watching.send_signal(signal.SIGINT)
-        watching.wait(PATIENCE)
+        try:
+            watching.wait(PATIENCE)
+        finally:
+            watching.kill()
     assert lines[1::2] == ["+ first subscribes farm/temp (qos 1)\n", "+ second publishes farm/temp\n"]
     assert watching.returncode == 0
     first.leave()

@@ -127,7 +127,7 @@ def test_wrong_usage(workspace, arguments, monkeypatch, run):
     assert "Traceback" not in found.output
 
 
-HOSTILE = {
+HOSTILE: dict[str, str | bytes] = {
     "syntax errors": "class X : public rclcpp::Node { X() : Node( { { ((( create_publisher<",
     "deep": "int main() { auto x = " + "(" * 5000 + "1" + ")" * 5000 + "; }",
     "not UTF-8": b'\xff\xfe int main() { auto n = std::make_shared<rclcpp::Node>("\xe4"); }',
