@@ -73,7 +73,7 @@ def test_a_run_that_does_not_use_it_imports_nothing_of_it(pytester):
 
         def test_loaded():
             loaded = sorted(name for name in sys.modules if name.startswith("cqos"))
-            assert loaded == ["cqos_core", "cqos_core.formatters", "cqos_core.formatters.pytest_plugin"]
+            assert loaded == ["cqos_core", "cqos_core.cli", "cqos_core.cli.pytest_plugin"]
         """
     )
     pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(passed=1)
