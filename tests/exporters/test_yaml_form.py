@@ -36,6 +36,7 @@ from cqos_core.model.system import (
 from tests.worlds import CONTEXT, reader, settings, world, writer
 
 ROOT = Path(__file__).resolve().parents[2]
+INCIDENTS = ROOT / "examples" / "incidents"
 TOGETHER = ROOT / "examples" / "robot_directory"  # its files are one system
 EXAMPLES = sorted(
     path
@@ -44,10 +45,10 @@ EXAMPLES = sorted(
     or (
         path.suffix in {".bpmn", ".yaml"}
         and "pack" not in path.name
-        and not {
-            ROOT / "examples" / name for name in ("robot_directory", "robot_workspace", "modeler_client", "incidents")
-        }
+        and not {TOGETHER, ROOT / "examples" / "robot_workspace", ROOT / "examples" / "modeler_client"}
         & {*path.parents}
+        # Beside its system file an incident has parts, such as parameters and recordings, which are nothing by themselves.
+        and (INCIDENTS not in path.parents or path.name == "system.yaml")
     )
 )
 INSTALLED = ExportContext(context().find_pack)

@@ -9,7 +9,7 @@ const TABS: readonly { readonly id: Tab; readonly label: string }[] = [
   { id: 'beside', label: 'Other documents' },
 ];
 
-/** Milliseconds for a line that is told. */
+/** For how long the status line shows a message, in milliseconds. */
 const TOLD = 6000;
 
 /** The elements that the shell itself fills. */

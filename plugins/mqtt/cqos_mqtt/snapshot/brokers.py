@@ -1,6 +1,6 @@
 """Asks the management interfaces of brokers for their clients and subscriptions, by HTTP.
 
-No broker reports who publishes. What the answers mean is from the manuals: EMQX 5 (`/api/v5/clients`, `/api/v5/subscriptions`),
+No broker reports who publishes. The forms below were not tried on a running broker: EMQX 5 (`/api/v5/clients`, `/api/v5/subscriptions`),
 HiveMQ 4 (`/api/v1/mqtt/clients`, with cursors) and RabbitMQ (`/api/connections`, `/api/bindings`, with the MQTT plugin). RabbitMQ
 keeps a queue for each client and QoS, whose name has both; QoS 2 is granted as 1 there, and options of 5.0 are not reported.
 """
@@ -157,13 +157,13 @@ def clients_of(broker: str, interface: Interface) -> list[SeenClient]:
     """Return the clients that a broker reports.
 
     Raises:
-        CqosError: it cannot be asked, or its answer is not what its manual describes.
+        CqosError: it cannot be asked, or its answer has another form than expected.
     """
     try:
         return BROKERS[broker].ask(interface)
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise CqosError(
-            f"{interface.url} does not answer as the manual of {broker} says ({describe(error)}); is it another broker?"
+            f"{interface.url} does not answer in the form of {broker} ({describe(error)}); is it another broker?"
         ) from error
 
 

@@ -1,4 +1,4 @@
-"""``cqos snapshot mqtt`` sees what real clients did at a Mosquitto that runs, and reads recorded answers of other brokers."""
+"""``cqos snapshot mqtt`` sees what real clients did at a Mosquitto that runs, and reads answers of other brokers, written for these tests."""
 
 import asyncio
 import json
@@ -205,11 +205,11 @@ def test_watching_prints_what_changes(broker: Mosquitto):
     second.leave()
 
 
-# Management interfaces: answers as their manuals describe them
+# Management interfaces: the answers are written for these tests; no such broker ran
 
 
-class Recorded(BaseHTTPRequestHandler):
-    """Answers with what was recorded, to those who log in."""
+class Written(BaseHTTPRequestHandler):
+    """Answers with what a test wrote, to clients that log in."""
 
     answers: ClassVar[dict[str, Any]] = {}
 
@@ -227,7 +227,7 @@ class Recorded(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def interface() -> Iterator[str]:
-    server = HTTPServer(("127.0.0.1", 0), Recorded)
+    server = HTTPServer(("127.0.0.1", 0), Written)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
     yield f"http://127.0.0.1:{server.server_port}"
@@ -316,7 +316,7 @@ def asked(interface: str, broker: str, user: str = "me") -> Done:
 
 @pytest.mark.parametrize("broker", ANSWERS)
 def test_the_interface_of_a_broker_reports_its_subscriptions(interface: str, broker: str, monkeypatch: Any):
-    monkeypatch.setattr(Recorded, "answers", ANSWERS[broker])
+    monkeypatch.setattr(Written, "answers", ANSWERS[broker])
     done = asked(interface, broker)
     assert done.code == 0, done.err
     system = cqos.read(done.out.encode())
@@ -338,7 +338,7 @@ def test_the_interface_of_a_broker_reports_its_subscriptions(interface: str, bro
 
 
 def test_an_interface_that_does_not_answer_as_expected_is_named(interface: str, monkeypatch: Any):
-    monkeypatch.setattr(Recorded, "answers", {"/api/v1/mqtt/clients": b"<html>", "/api/connections": {"error": "x"}})
+    monkeypatch.setattr(Written, "answers", {"/api/v1/mqtt/clients": b"<html>", "/api/connections": {"error": "x"}})
     refused = asked(interface, "emqx", user="other")
     assert (refused.code, "answers 401" in refused.err, "CQOS_BROKER_USER" in refused.err) == (2, True, True)
     assert "answers 404" in asked(interface, "emqx").err
