@@ -114,10 +114,22 @@ def _key(place: Place, lines: Lines) -> Place:
         if lines.start(line) is None:
             continue
         text = lines.line(line)
-        found = list(key.finditer(text, 0, end if line == number else len(text)))
-        if found:
-            return replace(place, line=line, column=found[-1].start("name") + 1, path=None)
+        found = _last(key, text, end if line == number else len(text))
+        if found is not None:
+            return replace(place, line=line, column=found.start("name") + 1, path=None)
     return replace(place, path=None)
+
+
+def _last(pattern: re.Pattern[str], text: str, end: int) -> re.Match[str] | None:
+    """Find the last match before ``end``. A file may be one long line, so look near the end first."""
+    window = 256
+    while True:
+        found = None
+        for found in pattern.finditer(text, max(0, end - window), end):  # noqa: B007 - the last one
+            pass
+        if found is not None or window >= end:
+            return found
+        window *= 4
 
 
 def span(place: Place, sources: Mapping[str, bytes]) -> Excerpt | None:

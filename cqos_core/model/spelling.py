@@ -30,6 +30,8 @@ def distance(one: str, other: str, most: int) -> int:
     if len(one) < 2 or len(other) < 2:  # noqa: PLR2004 - no two letters to swap
         shorter, longer = sorted((one, other), key=len)
         return min(len(longer) - (bool(shorter) and shorter in longer), far)
+    if most < 2:  # noqa: PLR2004 - only a swap is near
+        return 1 if most and len(one) == len(other) == 2 and one == other[::-1] else far  # noqa: PLR2004
     band = 2 * most + 1  # of each row of the table only what is near its diagonal: column = row + index - most
     before = [far] * (band + 1)
     last = [far] * most + [min(column, far) for column in range(most + 2)]

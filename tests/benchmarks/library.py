@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import os
 import resource
 import statistics
@@ -246,13 +247,21 @@ def _process(command: Sequence[str], environment: Mapping[str, str]) -> float:
 # --- growth ---
 
 
-def growth(_scale: float) -> Iterator[Row]:
-    """Measure how the cost of each model of `tests/growth` grows with its bytes in and out."""
-    from tests.growth.models import MODELS
+def growth(scale: float) -> Iterator[Row]:
+    """Measure how the cost of each model of `tests/growth` grows with its bytes in and out.
+
+    A slope between two short times is noise, so each model grows until its largest size takes a second (at scale 1), or
+    until it is as large as it may be.
+    """
+    from tests.growth.models import LARGEST, MODELS
     from tests.growth.test_growth import exponent, measured
 
+    enough = max(0.3, scale)
     for model, smallest in MODELS.items():
-        rounds = [measured(model, smallest * 2 + number) for number in range(2)]
+        size = smallest
+        while size * 8 < LARGEST.get(model, math.inf) and measured(model, size, (4,))[0][1] < enough:
+            size *= 2
+        rounds = [measured(model, size + number, (1, 2, 4)) for number in range(1, 4)]
         least = [min(points, key=lambda point: point[1]) for points in zip(*rounds, strict=True)]
         name = f"growth: {model.__name__.replace('_', ' ')}"
         yield Row(name, "bytes in and out, exponent", f"{least[-1][1]:.2f} s", exponent(least), 1.2)

@@ -322,6 +322,8 @@ MODELS: Final = {
     wild_partitions: 100,
 }
 """Each with its smallest size that takes long enough to be measured."""
+LARGEST: Final = {includes: 1000}
+"""How large the input of a model may be before C-QoS refuses it."""
 
 
 def table() -> None:

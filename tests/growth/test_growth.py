@@ -34,11 +34,11 @@ TRIES: Final = 8
 Point = tuple[int, float]
 
 
-def measured(model: Callable[[int], Model], smallest: int) -> list[Point]:
+def measured(model: Callable[[int], Model], smallest: int, sizes: Sequence[int] = SIZES) -> list[Point]:
     """Bytes in and out, and processor time, of some sizes; each is new to the process."""
     points: list[Point] = []
     model(max(2, smallest // 2)).work()  # what is read once in a process
-    for times in SIZES:
+    for times in sizes:
         size, work = model(smallest * times)
         with uncollected():
             started = time.process_time()
