@@ -20,7 +20,7 @@ from cqos_core.packs import (
     Text,
     by_option,
 )
-from cqos_ros2.types import TypeName
+from cqos_ros2.types import PartitionNames, TypeName
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -243,6 +243,22 @@ TYPE: Final = Policy(
     "The message type, such as sensor_msgs/msg/LaserScan.",
     aliases=("message_type", "msg_type"),
 )
+PARTITION: Final = Policy(
+    "partition",
+    PartitionNames(),
+    "[]",
+    "The partitions that a file of the middleware puts the endpoint into; ROS 2 itself sets none.",
+    "DDS 1.4, 2.2.3.13",
+    enforced=NOT_IN_ZENOH,
+)
+OWNERSHIP: Final = Policy(
+    "ownership",
+    Choice("shared", "exclusive", ordered=False),
+    "shared",
+    "Whether only the strongest publisher is heard; ROS 2 itself leaves it shared, a file of the middleware may not.",
+    "DDS 1.4, 2.2.3.9",
+    enforced=NOT_IN_ZENOH,
+)
 RAW_SETTINGS: Final = Policy(
     "client_library_settings",
     Flag(),
@@ -437,6 +453,8 @@ POLICIES: Final = (
     LIVELINESS,
     LEASE,
     AVOID_CONVENTIONS,
+    PARTITION,
+    OWNERSHIP,
     TYPE,
     RAW_SETTINGS,
     INTRA_PROCESS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cqos_core.packs import Text
+from cqos_core.packs import Names, Text
 
 _PARTS = 3
 
@@ -32,3 +32,21 @@ class TypeName(Text):
     def parse(self, text: str) -> str:
         """Read any spelling into ``pkg/msg/Type``."""
         return full_type_name(text)
+
+
+class PartitionNames(Names):
+    """Names of partitions, each as it stands: how a wildcard is compared differs between middlewares."""
+
+    example = "a list of names without wildcards such as [a, b]"
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read names; one with a wildcard is refused."""
+        names = super().parse(text)
+        if any(has_wildcard(name) for name in names):
+            raise self.refused(f"`{text}` has a wildcard, which is not judged here")
+        return names
+
+
+def has_wildcard(name: str) -> bool:
+    """Whether the name of a partition is an expression for several (DDS 1.4, 2.2.3.13)."""
+    return not set(name).isdisjoint("*?[")

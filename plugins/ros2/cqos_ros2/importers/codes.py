@@ -219,9 +219,9 @@ CONFIGURED: Final = (
     CodeInfo(
         "ROS963",
         "fastdds-splits-topic",
-        "warning",
-        "A Fast DDS profile sets partitions or ownership, which can keep endpoints of one topic apart.",
-        "ROS 2 has no such policy, so this is not judged: see that both sides set the same.",
+        "note",
+        "A Fast DDS profile has a setting that can keep endpoints of one topic apart and is not judged.",
+        "Whether the endpoints that it covers match is unknown. Partitions of the default profile and ownership are judged.",
     ),
 )
 

@@ -51,6 +51,7 @@ class FastDdsProfile:
         is_default: it is taken where no profile is asked for by name.
         settings: by the names of DDS: ``reliability``, ``liveliness.lease_duration``.
         place: where its start tag ends.
+        unread: paths of its elements without a policy of DDS that is known here, each with its first place.
     """
 
     role: Role
@@ -58,6 +59,7 @@ class FastDdsProfile:
     is_default: bool
     settings: Settings
     place: Place
+    unread: dict[str, Place] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -66,11 +68,14 @@ class FastDdsProfiles:
 
     Attributes:
         profiles: in the order of the file.
-        unread: paths of elements without a policy of DDS that is known here, each with its first place.
     """
 
     profiles: list[FastDdsProfile] = field(default_factory=list)
-    unread: dict[str, Place] = field(default_factory=dict)
+
+    @property
+    def unread(self) -> dict[str, Place]:
+        """Return the paths of elements that no profile has a policy for, each with its first place."""
+        return {path: place for profile in reversed(self.profiles) for path, place in profile.unread.items()}
 
 
 def read_fastdds_profiles(source: Source) -> FastDdsProfiles:
@@ -97,7 +102,7 @@ class _Reader(ElementReading):
 
     def __init__(self, source: Source) -> None:
         super().__init__(source, ReadContext())
-        self.found = FastDdsProfiles(unread=self.unread)
+        self.found = FastDdsProfiles()
 
     def profile(self, element: Element) -> FastDdsProfile:
         """Read one profile."""
@@ -107,6 +112,7 @@ class _Reader(ElementReading):
             self.problem("CQ010", f"a {local(element)} profile needs a `profile_name`", element)
         default = (element.get("is_default_profile") or "").strip() in _TRUE
         profile = FastDdsProfile(_ROLES[local(element)], name, default, {}, place)
+        self.unread = profile.unread
         self.policies(element, "", profile.settings)
         return profile
 
@@ -119,7 +125,7 @@ class _Reader(ElementReading):
             if inner in _WAYS and (field is None or not self.is_duration(element)):
                 self.policies(element, inner, settings)
             elif field is None:
-                self.found.unread.setdefault(inner, self.place(element))
+                self.unread.setdefault(inner, self.place(element))
             elif inner not in _WAYS and (variable := _VARIABLE.search(whole)):
                 cause = f"variable `{variable[1]}` is not set"
                 settings[field.policy] = Setting(whole, self.place(element), unknown=cause)
@@ -145,7 +151,7 @@ class _Reader(ElementReading):
         fields: dict[str, str] = {}
         for part in elements(element):
             if local(part) not in _PARTS:
-                self.found.unread.setdefault(f"{local(element)}/{local(part)}", self.place(part))
+                self.unread.setdefault(f"{local(element)}/{local(part)}", self.place(part))
             elif text_of(part) in _INFINITE_WORDS:
                 fields["sec"] = _INFINITE
             elif _number(text_of(part)) is None:

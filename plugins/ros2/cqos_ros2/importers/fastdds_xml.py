@@ -17,6 +17,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Settin
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE
+from cqos_ros2.types import has_wildcard
 
 if TYPE_CHECKING:
     from cqos_core.model.system import Role, Settings
@@ -33,6 +34,7 @@ _POLICIES: Final = {
     "lifespan": "lifespan",
     "liveliness": "liveliness",
     "liveliness.lease_duration": "liveliness_lease_duration",
+    "ownership": "ownership",
 }
 _DEFAULTS: Final = {
     "history": "keep_last",
@@ -41,13 +43,47 @@ _DEFAULTS: Final = {
     "lifespan": "infinite",
     "liveliness": "automatic",
     "liveliness_lease_duration": "infinite",
+    "ownership": "shared",
 }
 _SIDES: Final[dict[Role, dict[str, str]]] = {
     PUBLISHER: {"reliability": "reliable", "durability": "transient_local"},
     SUBSCRIBER: {"reliability": "best_effort", "durability": "volatile"},
 }
 _LEFT_OPEN: Final = ("system_default", "unspecified", "default")
-_APART: Final = ("partition", "ownership")
+_PARTITION: Final = "partition"
+# What decides no match, by the start of its path (Fast DDS 2.14, XML profiles and EDP::valid_matching). rmw_fastrtps sets data
+# representation and user data itself; what concerns addresses belongs to discovery, which no rule judges.
+_NO_EFFECT: Final = tuple(
+    f"{path}/"
+    for path in (
+        *("topic/kind", "topic/name", "topic/dataType", "topic/resourceLimitsQos/allocated_samples"),
+        *("topic/resourceLimitsQos/extra_samples", "qos/liveliness/announcement_period", "qos/publishMode"),
+        *(
+            "qos/durabilityService",
+            "qos/destinationOrder",
+            "qos/presentation",
+            "qos/timeBasedFilter",
+            "qos/data_sharing",
+        ),
+        *("qos/userData", "qos/topicData", "qos/groupData", "qos/representation", "qos/typeConsistency"),
+        *("qos/disable_heartbeat_piggyback", "qos/disableHeartbeatPiggyback", "times", "historyMemoryPolicy"),
+        *(
+            "propertiesPolicy",
+            "userDefinedID",
+            "entityID",
+            "matchedSubscribersAllocation",
+            "matchedPublishersAllocation",
+        ),
+        *(
+            "expectsInlineQos",
+            "throughputController",
+            "unicastLocatorList",
+            "multicastLocatorList",
+            "remoteLocatorList",
+        ),
+        *("external_unicast_locators", "ignore_non_matching_locators"),
+    )
+)
 _ONLY_WITH: Final = ("rmw", "fastdds")
 # The topics of services: what a server and a client read and write.
 _SERVICES: Final[dict[str, dict[Role, str]]] = {
@@ -66,6 +102,7 @@ class _Profiles(RosFile):
         found = read_fastdds_profiles(self.source)
         for profile in found.profiles:
             _tell(profile, self)
+            _keep_apart(profile, self)
         ordered = [(_topic(profile), profile) for profile in found.profiles]
         # A later one wins: the default, then those of services as such, then those of single topics.
         ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
@@ -101,16 +138,40 @@ def _under(topic: str, profile: FastDdsProfile, pattern: str) -> bool:
 
 
 def _tell(profile: FastDdsProfile, reading: RosFile) -> None:
-    """Tell a profile that is never used, and policies that keep endpoints apart."""
+    """Report a profile that is never used."""
     if not _topic(profile):
         message = f"ROS 2 never looks up the profile {shown(profile.name)}, which is no full topic name"
         reading.note("ROS961", message, profile.place, f"name it `/{profile.name}` if it is for that topic")
-    for policy in _APART:
-        setting = profile.settings.get(policy)
-        if setting is not None and setting.text != "SHARED":
-            message = f"the profile {shown(profile.name)} sets `{policy}`, which is not judged here"
-            advice = "see that both sides of the topic set the same"
-            reading.note("ROS963", message, setting.place or profile.place, advice)
+
+
+def _keep_apart(profile: FastDdsProfile, reading: RosFile) -> None:
+    """Make the partition of a profile what is known of it; report what may keep endpoints apart and is not known.
+
+    Publisher and subscriber of DDS have the partitions, and rmw_fastrtps makes one of each for a context, from the default profile
+    (participant.cpp). Before Galactic it took a partition from the profile of the topic; later it did not (rmw_fastrtps #542).
+    """
+    partition = profile.settings.get(_PARTITION)
+    open_ended = next((path for path in profile.unread if not f"{path}/".startswith(_NO_EFFECT)), None)
+    if open_ended is not None:
+        place = profile.unread[open_ended]
+        cause = f"the profile {shown(profile.name)} sets `{open_ended}`, which may prevent a match and is not judged"
+        advice = "leave it out, or see that both sides of the topic match"
+    elif partition is None or partition.text == "[]":
+        profile.settings.pop(_PARTITION, None)
+        return
+    elif profile.is_default:
+        place, advice = partition.place or profile.place, "name the partitions without wildcards"
+        if not has_wildcard(partition.text[1:]):
+            return
+        cause = f"how the partitions {partition.text} are compared differs between versions"
+    else:
+        place, advice = partition.place or profile.place, "set partitions in the default profile only"
+        cause = (
+            f"the profile {shown(profile.name)} sets `partition`, which most versions of rmw_fastrtps take "
+            "from the default profile only"
+        )
+    profile.settings[_PARTITION] = Setting("", place, unknown=cause)
+    reading.note("ROS963", cause, place, advice)
 
 
 def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings:
@@ -124,6 +185,8 @@ def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings
         if name in _POLICIES
     }
     own = {_POLICIES[name]: setting for name, setting in profile.settings.items() if name in _POLICIES}
+    if _PARTITION in profile.settings:
+        settings[_PARTITION] = profile.settings[_PARTITION]
     return settings | {
         name: setting if setting.unknown else Setting(_shown(setting.text), setting.place, derived=True)
         for name, setting in own.items()

@@ -211,8 +211,15 @@ def _fix(finding: Finding) -> str:
 
 
 def _partition(seen: Evidence) -> Answer:
+    split = next((each for each in seen.findings if each.code in {"ROS411", "ROS412"}), None)
+    if split is not None and seen.environment.get("RMW_IMPLEMENTATION", "").startswith("rmw_fastrtps"):
+        return Answer("found", split.message, "set one partition and one ownership for both sides")
+    if split is not None:
+        return Answer("not known", split.message, "printenv RMW_IMPLEMENTATION  # on both machines")
     if seen.noted("ROS963"):
-        return Answer("not known", seen.noted("ROS963")[0], "set the same partitions on both sides")
+        return Answer(
+            "not known", seen.noted("ROS963")[0], "set partitions in the default profile, the same on both sides"
+        )
     if any(overlay.name.startswith("Fast DDS") for overlay in seen.system.overlays):
         return Answer("excluded", "the profiles of Fast DDS that were read set none")
     return Answer(

@@ -213,7 +213,9 @@ def test_values_that_bridges_do_not_read_get_a_note():
 def test_a_duration_of_fast_dds_has_no_other_fields():
     xml = "<profiles><data_writer profile_name='/a'><qos><deadline><period><fraction>1</fraction></period></deadline></qos></data_writer></profiles>"
     system = read("fastdds", xml)
-    assert system.overlays == []
+    (overlay,) = system.overlays
+    assert list(overlay.settings) == ["partition"]
+    assert "period/fraction" in str(overlay.settings["partition"].unknown)
     assert [note.message for note in system.notes if note.code == "ROS960"] == [
         "elements that ROS 2 has no policy for: `period/fraction`"
     ]

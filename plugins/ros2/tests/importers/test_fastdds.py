@@ -193,3 +193,53 @@ def test_a_variable_leaves_its_policy_unknown():
     (overlay,) = read(Source("p.xml", text.encode()), ReadContext()).overlays
     assert overlay.settings["reliability"].unknown == "variable `KIND` is not set"
     assert overlay.settings["durability"].text == "volatile"
+
+
+def partition(*names):
+    return f"<partition><names>{''.join(f'<name>{name}</name>' for name in names)}</names></partition>"
+
+
+def ends(offered, requested, name="/scan"):
+    """Return profiles of both sides: those of one topic, or the default ones where ``name`` is empty."""
+    more = "" if name else 'is_default_profile="true"'
+    parts = zip(("data_writer", "data_reader"), (offered, requested), strict=True)
+    return profiles(
+        *(f'<{tag} profile_name="{name or tag}" {more}><qos>{qos}</qos></{tag}>' for tag, qos in parts),
+    )
+
+
+class TestWhatKeepsEndpointsApart:
+    """A setting that decides a match is judged, or makes the pair unknown."""
+
+    @pytest.mark.parametrize(
+        ("xml", "verdict"),
+        [
+            (ends(partition("left"), partition("right"), name=""), "unknown"),
+            (ends(partition("left"), "", name=""), "unknown"),
+            (ends(partition("left"), partition("right", "left"), name=""), "compatible"),
+            (ends(partition("left"), partition("left"), name=""), "compatible"),
+            (ends(partition("l*"), partition("left"), name=""), "unknown"),
+            (ends(partition("left"), partition("right")), "unknown"),
+            (ends("<ownership><kind>EXCLUSIVE</kind></ownership>", ""), "unknown"),
+            (ends(*["<ownership><kind>EXCLUSIVE</kind></ownership>"] * 2), "compatible"),
+            (ends("<disablePositiveAcks><enabled>true</enabled></disablePositiveAcks>", ""), "unknown"),
+            (ends("<relyability><kind>BEST_EFFORT</kind></relyability>", ""), "unknown"),
+            (ends("<publishMode><kind>ASYNCHRONOUS</kind></publishMode>", ""), "compatible"),
+        ],
+    )
+    def test_it_decides_the_pair_with_fast_dds_only(self, xml, verdict):
+        assert checked(xml, subscribes="/scan: default", rmw="fastdds").verdict == verdict
+        assert checked(xml, subscribes="/scan: default", rmw="cyclonedds").verdict == "compatible"
+
+    def test_different_partitions_are_named(self):
+        report = checked(
+            ends(partition("left"), partition("right"), name=""), subscribes="/scan: default", rmw="fastdds"
+        )
+        (finding,) = [finding for finding in report.findings if finding.code == "ROS411"]
+        assert "publisher has partition [left]; subscriber has partition [right]" in finding.message
+
+    def test_a_profile_of_a_topic_keeps_the_partition_of_the_default_profile(self):
+        xml = ends(partition("left"), partition("right"), name="").replace(
+            "<profiles>", f"<profiles>{writer('/scan', DEADLINE)}"
+        )
+        assert "ROS411" in codes(checked(xml, subscribes="/scan: default", rmw="fastdds"))
