@@ -130,6 +130,21 @@ def test_a_promise_is_named_as_an_assumption():
     assert "`fusion` uses the newest sample of `/scan`" in found.steps[1].assumed
 
 
+def test_an_expiry_that_counts_in_the_broker_bounds_no_latency():
+    text = """
+cqos: 1
+protocol: mqtt
+options: {mqtt: {protocol_version: "5.0"}}
+topics: {temp: {period: 1s}}
+participants:
+  sensor: {publishes: {temp: {qos: 1, message_expiry_interval: 5s}}}
+  control: {subscribes: {temp: {qos: 1}}}
+chains: {c: {steps: [sensor, {at: control}], max_age: 6s}}
+"""
+    assert reported(text.encode()) == [("CQ805", "warning")]
+    assert reported(text.replace("{at: control}", "{at: control, latency: <=6s}").encode()) == []
+
+
 def test_a_chain_leads_over_bridges():
     data = changed(
         ("motors: {subscribes: {/cmd: }}", "motors: {domain: 7, subscribes: {/cmd: }}\n  a: {}\n  b: {domain: 7}"),

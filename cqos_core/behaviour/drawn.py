@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.analysis import analysed
 from cqos_core.behaviour.graph import Wiring
+from cqos_core.language.binding import bind
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.analysis import Behaviour
     from cqos_core.behaviour.graph import EndpointKey
+    from cqos_core.language.expression import Condition
     from cqos_core.language.values import Plain
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
@@ -155,8 +157,32 @@ def is_one_of(end: Resolved, meaning: tuple[str, tuple[str, ...]]) -> bool | Non
 
 def _may_be_kept(end: Resolved) -> bool:
     """Whether samples may be kept for subscribers that come later, as far as one end says."""
+    return not end.pack.timing.kept[0] or _keeps(end) is not False
+
+
+def _keeps(end: Resolved) -> bool | None:
     kept = end.pack.timing.kept
-    return not kept[0] or is_one_of(end, kept) is not False
+    return True if kept[0] and end.role not in end.pack.policy(kept[0]).roles else is_one_of(end, kept)
+
+
+def keep(publisher: Resolved, subscriber: Resolved) -> bool | None:
+    """Return whether both ends keep samples for a subscription that comes later; None where that is not known."""
+    timing = publisher.pack.timing
+    answers = {_keeps(publisher), _keeps(subscriber), _judged(timing.replayed, publisher, subscriber)}
+    return False if False in answers else None if None in answers else True
+
+
+def kept_for(publisher: Resolved, subscriber: Resolved) -> int | None:
+    """Return for how long an intermediary keeps samples for later subscriptions; None where nothing limits it for certain."""
+    timing = publisher.pack.timing
+    return finite(publisher, timing.kept_for) if _judged(timing.expires, publisher, subscriber) else None
+
+
+def _judged(condition: Condition | None, publisher: Resolved, subscriber: Resolved) -> bool | None:
+    if condition is None:
+        return True
+    values = publisher.profile.values, subscriber.profile.values
+    return bind(condition, publisher.pack.vocabulary).judge(*values).result
 
 
 def needed(end: Resolved, word: str) -> int | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, keep, needed, time_text
 from cqos_core.behaviour.sequences import AT_TOKEN, BUFFERED, OPTION, OWNER
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.report import Verdict
@@ -54,8 +54,8 @@ def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -
     requests = {each for throw in order.before(at) for each in graph.throws[throw]}
     answers = [_started_by(drawn, each) for each in graph.thrown_at.get(topic, ())]
     timing = end.pack.timing
-    lives = [finite(each, timing.lifespan) for each in publishers]
-    kept = all(is_one_of(each, timing.kept) for each in (end, *publishers))
+    lives = [finite(each, life) for each in publishers for life in (timing.lifespan, timing.kept_for)]
+    kept = all(keep(each, end) for each in publishers)
     short = any(life is not None and life < timers[0].wait for life in lives)
     if answers and all(each in requests for each in answers) and kept and not short:
         message = (
@@ -97,7 +97,7 @@ def _kept_for_restarts(drawn: Drawn, end: Resolved) -> Iterator[Finding]:
     index = end.pack.vocabulary.indices.get((TOPIC, timing.latched))
     latched = index is not None and end.profile.values[index] != 0
     stated = index is not None and end.written(index) is not None
-    if publishers and all(is_one_of(each, timing.kept) for each in (end, *publishers)) and not (latched and stated):
+    if publishers and all(keep(each, end) for each in publishers) and not (latched and stated):
         message = (
             f"samples of `{end.shown}` are kept for later subscribers, and `{end.id}` is later only after a restart"
         )

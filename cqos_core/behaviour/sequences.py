@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, time_text
+from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, keep, kept_for, time_text
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Side, Verdict
@@ -96,12 +96,13 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
         fix = draft([publisher], timing.lifespan, once.age)
         yield behaviour_finding("BP106", message, [subscriber], beside=[life_of], assumed=[*assumed, _CLOCKS], fix=fix)
         return
-    kept = [is_one_of(each, timing.kept) for each in (publisher, subscriber)]
+    kept, stored = keep(publisher, subscriber), kept_for(publisher, subscriber)
     certain = [is_one_of(each, timing.certain) for each in (publisher, subscriber)]
-    if not timing.kept[0] or None in kept or None in certain:
+    if not timing.kept[0] or kept is None or None in certain:
         return
+    expired = kept and stored is not None and stored < once.age
     # A late joiner that is sent kept samples best effort may still miss them, but not for certain.
-    lost = {AT_TOKEN: not all(kept), UNBUFFERED: True, BUFFERED: False}
+    lost = {AT_TOKEN: expired or not kept, UNBUFFERED: True, BUFFERED: False}
     if reading is not None:
         lost = {reading: lost[reading]}
     if not any(lost.values()):
@@ -113,7 +114,8 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     policies = [timing.kept[0]]
     # A sample that is sent just before may be under way for as long.
     severity = Severity.ERROR if reading is not None and once.age else None
-    under_way = f"a sample is under way for less than {time_text(once.age)}" if once.age else _IN_ORDER
+    spare = once.age - (stored or 0 if expired and lost.get(AT_TOKEN) else 0)
+    under_way = f"a sample is under way for less than {time_text(spare)}" if once.age else _IN_ORDER
     worlds = {} if reading is not None else worlds
     yield behaviour_finding(
         "BP107",

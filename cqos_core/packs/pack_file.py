@@ -200,7 +200,11 @@ _Meant: TypeAlias = Annotated[dict[str, Many], Field(min_length=1, max_length=1)
 TimingModel: Final = create_model(  # `{gap: POLICY, kept: {POLICY: [VALUE, …]}, …}`, with the names of `Timing`
     "TimingModel",
     __base__=_Model,
-    **{each.name: (str if each.default == "" else _Meant, each.default) for each in fields(Timing)},  # type: ignore[call-overload]
+    **{  # type: ignore[call-overload]
+        each.name: (str if each.default == "" else _Meant, each.default)
+        for each in fields(Timing)
+        if each.default is not None
+    },
 )
 
 

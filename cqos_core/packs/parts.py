@@ -13,7 +13,7 @@ from cqos_core.model.system import Setting
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from cqos_core.language.expression import Operand
+    from cqos_core.language.expression import Condition, Operand
     from cqos_core.language.values import Value
     from cqos_core.model.system import Endpoint, Place, Settings
     from cqos_core.packs.logs import Misfit
@@ -165,7 +165,10 @@ class Timing:
         asserted_on_topic: kinds of liveliness that only samples on the topic assert.
         asserted_by_participant: those that any sample of the participant asserts.
         lifespan: how long a sample lives, from when it is published, wherever it is.
-        kept: the durability with which samples are kept for subscribers that come later.
+        kept: the durability with which samples are kept for subscribers that come later. An end that has no such policy is not asked.
+        replayed: when, with that, the last sample of a publisher reaches a subscriber that comes later; None: always.
+        kept_for: how long it is kept for them, where that limits neither its time on the network nor in queues of subscribers.
+        expires: when `kept_for` has an effect; None: always.
         certain: the reliability with which these get them.
         unlimited: the history that keeps all samples.
         depth: how many samples are kept otherwise.
@@ -181,6 +184,9 @@ class Timing:
     asserted_by_participant: tuple[str, tuple[str, ...]] = ("", ())
     lifespan: str = ""
     kept: tuple[str, tuple[str, ...]] = ("", ())
+    replayed: Condition | None = None
+    kept_for: str = ""
+    expires: Condition | None = None
     certain: tuple[str, tuple[str, ...]] = ("", ())
     unlimited: tuple[str, tuple[str, ...]] = ("", ())
     depth: str = ""

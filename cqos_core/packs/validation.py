@@ -64,7 +64,7 @@ def _parts(pack: RulePack) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]
 
 def _timing(pack: RulePack) -> Iterator[str]:
     known = {policy.name: policy for policy in pack.policies}
-    for part in fields(pack.timing):
+    for part in (each for each in fields(pack.timing) if each.default is not None):
         stated = getattr(pack.timing, part.name)
         name, values = (stated, ()) if isinstance(stated, str) else stated
         if name and name not in known:
@@ -77,7 +77,7 @@ def _timing(pack: RulePack) -> Iterator[str]:
 
 _TIME: Final = "a policy of endpoints"
 _TIMES: Final = {
-    **dict.fromkeys(("gap", "lease", "lifespan"), "a duration of endpoints"),
+    **dict.fromkeys(("gap", "lease", "lifespan", "kept_for"), "a duration of endpoints"),
     **dict.fromkeys(("depth", "strength"), "a count of endpoints"),
     **dict.fromkeys(("period", "latched"), "a policy of topics"),
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from datetime import datetime, timezone
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
@@ -102,6 +103,7 @@ def main() -> int:
     if lacking is not None:
         sys.stderr.write(f"budgets are not measured: {lacking}\n")
         return 0
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     rows = [row(case) for case in CASES]
     DOCUMENT.write_text(
         f"""# Conformance of budgets
@@ -110,6 +112,8 @@ Written by `python -m tests.conformance.budgets` from runs on Cyclone DDS {versi
 interface of a network namespace of their own. The bytes are those of IP packets for each sample, as the kernel counts them. `history` is
 the memory of a writer that keeps its last samples, divided by their number. [Time and budgets](time-and-budgets.md) says how C-QoS
 computes the figures.
+
+Measured on {datetime.now(timezone.utc).date().isoformat()}, commit {commit.stdout[:12]}. Nothing in these runs is random, so they have no seed.
 
 | kind | size of a sample | MTU | computed | measured | difference |
 | ---- | ---------------- | --- | -------- | -------- | ---------- |

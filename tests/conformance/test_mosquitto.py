@@ -1,13 +1,14 @@
 """The MQTT pack against a running Mosquitto: what it predicts, and what arrives."""
 
 import os
+import time
 
 import pytest
 
 if os.environ.get("CI") != "true":
     pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed: pip install paho-mqtt")
 
-from tests.conformance.mosquitto import Client, program, running, version
+from tests.conformance.mosquitto import PATIENCE, Client, program, running, version
 from tests.conformance.mqtt_table import DEPARTURES, DOCUMENT, document, sections
 
 MISSING = program() is None
@@ -53,3 +54,22 @@ def test_a_broker_is_gone_when_its_block_is_left():
         assert client.reason == "Success"
         client.close()
     assert broker.process.returncode is not None
+
+
+def test_an_expiry_ends_no_message_that_has_left_the_broker():
+    """So it bounds no age, and a subscriber that keeps what it did not ask for yet still has it."""
+    with running() as broker:
+        reader, writer = Client(broker), Client(broker)
+        reader.subscribe([("t", 1)])
+        reader.paho.loop_stop()
+        writer.publish("t", 1, expiry=1, retain=True)
+        time.sleep(2.2)
+        late = Client(broker)
+        late.subscribe([("t", 1)])
+        assert late.collect() == []
+        until = time.monotonic() + PATIENCE
+        while not reader.messages and time.monotonic() < until:
+            reader.paho.loop(0.1)
+        assert [each.topic for each in reader.messages] == ["t"]
+        for each in (reader, writer, late):
+            each.close()

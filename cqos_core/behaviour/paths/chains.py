@@ -232,10 +232,12 @@ class _Follower:
         bound = gap.value if gap is not None and gap.value is not None and not gap.nothing else None
         period = self.period(pairs[-1][0])
         exact = period is not None and bound is not None and bound >= period
+        # What is kept for a while somewhere on the way may be under way for longer than that.
+        living = all(publisher.pack.timing.lifespan for publisher, _ in pairs)
         return _Arrival(
             way,
             False if False in passing else None if None in passing else True,
-            age.value if age is not None and age.value is not None and not age.nothing else None,
+            age.value if age is not None and age.value is not None and not age.nothing and living else None,
             TimeRange(period or 0, bound),
             tuple(rule.because for rule in gap.lost) if gap is not None and bound is None else (),
             "" if exact or bound is None else f"`{pairs[-1][0].id}` keeps the gap that its settings promise",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack
+from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack, Timing
 from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.broker_policies import IMPLEMENTATION
 from cqos_mqtt.costs import COSTS
 from cqos_mqtt.endpoint_policies import QOS
 from cqos_mqtt.evidence import PROOFS
+from cqos_mqtt.guarantee_terms import GETS_RETAINED, NEVER_EXPIRES
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.panel import PANEL
@@ -43,6 +44,16 @@ DIALECTS: Final = {
     "yaml": Dialect(),
     "bpmn": Dialect(bare_unit="s", writes={"name": "", "subscription_identifier": "subscription_id"}, words=("off",)),
 }
+
+# Retained messages are kept until they expire in the broker. Pings of the client's library show that it is there, whatever it
+# sends, and no field of MQTT promises how often that is.
+TIMING: Final = Timing(
+    kept=("retain", ("true",)),
+    replayed=GETS_RETAINED,
+    kept_for="message_expiry_interval",
+    expires=~NEVER_EXPIRES,
+    period="period",
+)
 
 DERIVATIONS: Final = (
     Derivation(
@@ -95,6 +106,7 @@ PACK: Final = RulePack(
     codes=CODES,
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     panel=PANEL,
+    timing=TIMING,
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
     validated=True,
 )
