@@ -10,7 +10,6 @@ import os
 import re
 import sys
 from dataclasses import field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.files.ignoring import patterns
@@ -29,6 +28,7 @@ from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from cqos_core.files.ignoring import Patterns
     from cqos_core.importers.forms import Entry
@@ -151,20 +151,25 @@ def config_for(path: str | Path, texts: Mapping[str, bytes] | None = None) -> Co
 
 def find_config(path: str | Path) -> Path | None:
     """Return the nearest ``cqos.toml``, or ``pyproject.toml`` with ``[tool.cqos]``, in or above ``path``."""
-    start = Path(os.path.abspath(path))  # noqa: PTH100 - `resolve` would leave the folder for that of a link's target
-    folders = start.parents if start.is_file() else (start, *start.parents)
-    for folder in folders:
-        if (folder / NAME).is_file():
-            return _shown_path(folder / NAME)
-        shared = folder / SHARED_NAME
-        if shared.is_file() and _has_our_table(shared):
+    # Not `pathlib`, which takes 3 ms to import. `resolve` would leave the folder for that of a link's target.
+    folder = os.path.abspath(path)  # noqa: PTH100
+    if os.path.isfile(folder):  # noqa: PTH113
+        folder = os.path.dirname(folder)  # noqa: PTH120
+    while True:
+        own, shared = (os.path.join(folder, name) for name in (NAME, SHARED_NAME))  # noqa: PTH118
+        if os.path.isfile(own):  # noqa: PTH113
+            return _shown_path(own)
+        if os.path.isfile(shared) and _has_our_table(shared):  # noqa: PTH113
             return _shown_path(shared)
-    return None
+        inner, folder = folder, os.path.dirname(folder)  # noqa: PTH120
+        if folder == inner:
+            return None
 
 
-def _has_our_table(file: Path) -> bool:
+def _has_our_table(path: str) -> bool:
     try:
-        text = decode(file.read_bytes())
+        with open(path, "rb") as file:  # noqa: PTH123
+            text = decode(file.read())
     except OSError:
         return False
     try:
@@ -190,9 +195,11 @@ def _our_table(document: Any) -> Any:
     return document
 
 
-def _shown_path(file: Path) -> Path:
+def _shown_path(path: str) -> Path:
     """Return the path as a person would write it here."""
-    here = Path.cwd()
+    from pathlib import Path
+
+    file, here = Path(path), Path.cwd()
     return file.relative_to(here) if file.is_relative_to(here) else file
 
 
@@ -220,16 +227,21 @@ def _load(
         return Config()
     try:
         open_text = texts.get(os.path.realpath(path))
-        data = Path(path).read_bytes() if open_text is None else open_text
+        if open_text is None:
+            with open(path, "rb") as file:  # noqa: PTH123 - see `find_config`
+                open_text = file.read()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         problems.append(Problem("CQ007", f"cannot open {shown(path)}: {reason}", named_at or Place(path)))
         return Config()
+    data = open_text
     reading = Reading(Source(path, data), problems, [])
     entry = _read(reading)
     if entry is None:
         return Config(path, sources={path: data})
     base = Config()
+    from pathlib import Path
+
     for extended in entry.get(EXTENDS) or ():
         beside = str(Path(path).parent / extended.text)
         base = _load(beside, (*trail, path), extended.place, problems, texts).over(base)
@@ -237,6 +249,8 @@ def _load(
 
 
 def _config(path: str, data: bytes, entry: Entry) -> Config:
+    from pathlib import Path
+
     folder = Path(path).parent
     baseline, show = entry.get(BASELINE), entry.get(SHOW)
     return Config(
@@ -284,6 +298,8 @@ def _read(reading: Reading) -> Entry | None:
         message = _AT.sub("", str(error)).strip()
         reading.problem("CQ001", f"this is not TOML: {message[:1].lower()}{message[1:]}", Place(name, line, column))
         return None
+    from pathlib import Path
+
     prefix: _Path = _TABLE if Path(name).name == SHARED_NAME else ()
     table = _our_table(document) if prefix else document
     lines = dict(_stated_lines(text))

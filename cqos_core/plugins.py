@@ -459,7 +459,8 @@ def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
         infos: list[Any] = []
         getattr(manager.hook, kind.hook)(register=infos.append)
         for info in infos:
-            _refuse_malformed(kind, info)
+            if not origin.shipped:  # tests hold our own
+                _refuse_malformed(kind, info)
             owner = "it itself" if (kind.name, info.name) in taken else None
             present = getattr(plugins, kind.name).get(info.name)
             if present is not None and not getattr(present, "gives_way", False):

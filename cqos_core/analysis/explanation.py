@@ -12,7 +12,7 @@ from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
-from cqos_core.checking.topic import check_topic, refusing, verdict_between
+from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
@@ -27,7 +27,6 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.matching.outline import Outline
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-from cqos_core.matching.peer_values import settled
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError

@@ -7,9 +7,8 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.checking.partners import reported_alone
-from cqos_core.checking.topic import TopicResult
+from cqos_core.checking.topic import TopicResult, settled
 from cqos_core.language.relation import positions
-from cqos_core.matching.peer_values import settled
 from cqos_core.matching.topic_shape import judge_shape
 from cqos_core.model.system import PUBLISHER
 

@@ -7,6 +7,7 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
+from cqos_core.checking.findings import Made
 from cqos_core.checking.team import topic_spellings
 from cqos_core.language.name_index import NameIndex
 from cqos_core.model.remarks import core_finding
@@ -15,9 +16,8 @@ from cqos_core.model.report import Finding, Severity
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from cqos_core.checking.findings import Made
-    from cqos_core.matching.pipeline import RuleFinder
-    from cqos_core.model.system import Acceptance
+    from cqos_core.matching.pipeline import Context, RuleFinder
+    from cqos_core.model.system import Acceptance, System
 
 
 def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:
@@ -95,14 +95,17 @@ class Accepting:
         return (index if each.place is None else each.place), each.rule
 
 
-def with_acceptances(
-    made: Sequence[Made], acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date
-) -> tuple[list[Made], list[Finding]]:
-    """Mark accepted findings; report entries that are unused, expired, or name no rule."""
-    accepting = Accepting(acceptances, find_rule, today)
+def as_people_said(made: Sequence[Made], system: System, context: Context) -> list[Made]:
+    """Apply severities and acceptances; report acceptances that are unused, expired, or name no rule."""
+    made = with_severities(made, system.severities, context.find_rule)
+    if not system.accept:
+        return made
+    today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
+    accepting = Accepting(system.accept, context.find_rule, today)
     marked = [accepting.marked(one) for one in made]
     used = {index for _, excuses in marked for index in excuses}
-    return [one for one, _ in marked], accepting.said(used)
+    said = [Made(finding, (), frozenset()) for finding in accepting.said(used)]
+    return [*(one for one, _ in marked), *with_severities(said, system.severities, context.find_rule)]
 
 
 def _about(acceptance: Acceptance) -> str:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.checking.acceptance import with_acceptances, with_severities
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
-from cqos_core.checking.partners import partners
-from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
@@ -21,7 +17,6 @@ from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.model.spelling import KnownNames
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -91,7 +86,11 @@ def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
 def _starts(system: System) -> list[Finding]:
     everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     stating = [each for each in everybody if each.starts_after]
-    known = {each.id for each in everybody} if stating else set()
+    if not stating:
+        return []
+    from cqos_core.model.spelling import KnownNames
+
+    known = {each.id for each in everybody}
     names = KnownNames(known)
     findings = []
     for stated in stating:
@@ -121,7 +120,12 @@ def assemble(
 
         made, divided = with_behaviour(made, [*groups], problems, packs)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
-    lonely, unmatched = partners(system, results, packs, resolved.endpoints)
+    lonely: list[Finding] = []
+    unmatched = 0
+    if any(result.lonely for result in judged):
+        from cqos_core.checking.partners import partners
+
+        lonely, unmatched = partners(system, results, packs, resolved.endpoints)
     plain = [
         *stated_findings(system, resolved, context, problems),
         *participant_findings(resolved.endpoints),
@@ -134,11 +138,10 @@ def assemble(
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     if system.hypothetical:
         made = _only_tried(made, packs)
-    made = with_severities(made, system.severities, context.find_rule)
-    if system.accept:
-        today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
-        made, said = with_acceptances(made, system.accept, context.find_rule, today)
-        made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
+    if system.severities or system.accept:
+        from cqos_core.checking.acceptance import as_people_said
+
+        made = as_people_said(made, system, context)
     findings = _with_templates([one.finding for one in one_per_cause(made)], system, resolved)
     paired = (name for result in judged for name in result.paired)
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
@@ -324,8 +327,13 @@ def judge_topics(
 ) -> JudgedTopics:
     """Judge all topics; ``judged`` may know the result of one, or calls its last argument to judge it."""
     system = pipeline.system
-    teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
-    pipeline.asked = words_asked(teams)
+    teams: Mapping[int, NameIndex[TeamCheck]] = {}
+    problems: list[Finding] = []
+    if system.checks:
+        from cqos_core.checking.team import bind_checks, words_asked
+
+        teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
+        pipeline.asked = words_asked(teams)
     excused = naming_endpoints(system.accept)
     results: dict[TopicKey, TopicResult] = {}
     topics = pipeline.topics

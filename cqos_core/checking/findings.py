@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedies
 from cqos_core.language.domains import Choice
-from cqos_core.language.values import Anything, Depends, Value, is_plain
+from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
-from cqos_core.matching.peer_values import START_ORDER
+from cqos_core.matching.pairing import member_ids
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.later import later
+from cqos_core.model.remarks import VERBS
 from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.outline import Outline
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.model.report import Remedy
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
@@ -268,9 +269,7 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
         topic=topic.shown,
         verdict=_verdict(spoken),
         sides=tuple(sides),
-        remedies=()
-        if spoken.failed or draft.more
-        else later(lambda: remedies(topic, spoken, list(draft.publishers), list(draft.subscribers))),
+        remedies=() if spoken.failed or draft.more else later(lambda: _remedies(topic, draft)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -359,7 +358,7 @@ def merged(findings: Sequence[Finding]) -> Finding:
     return replace(
         first,
         sides=tuple(sides),
-        remedies=later(lambda: merged_remedies(findings)),
+        remedies=later(lambda: _merged_remedies(findings)),
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
@@ -418,7 +417,7 @@ def _together(made: Sequence[Made]) -> Made:
             message=_guarantees_open(first.sides, words, _assumptions(worlds), made[0].cause)
             if made[0].guarantee
             else first.message,
-            remedies=later(lambda: merged_remedies(findings)),
+            remedies=later(lambda: _merged_remedies(findings)),
             more_codes=tuple(sorted({finding.code for finding in findings} - {first.code})),
             notes=tuple(dict.fromkeys(note for finding in findings for note in finding.notes)),
             worlds=worlds,
@@ -447,3 +446,15 @@ def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Res
         clause=rule.clause,
         help=rule.help or None,
     )
+
+
+def _remedies(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> tuple[Remedy, ...]:
+    from cqos_core.checking.fixes import remedies
+
+    return remedies(topic, draft.spoken, list(draft.publishers), list(draft.subscribers))
+
+
+def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
+    from cqos_core.checking.fixes import merged_remedies
+
+    return merged_remedies(findings)

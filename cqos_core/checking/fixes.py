@@ -12,6 +12,8 @@ from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solve import restated, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
+from cqos_core.matching.pairing import member_ids
+from cqos_core.model.remarks import VERBS
 from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.rewrites import edits_of
@@ -25,21 +27,12 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
-VERBS: Final[dict[str, tuple[str, str]]] = {
-    PUBLISHER: ("offers", "offer"),
-    SUBSCRIBER: ("requests", "request"),
-}
 LEVELS: Final = (ENDPOINT, "participant")
 """What an endpoint has for itself."""
 _PARTNERS_ASKED: Final = 20
 """How many groups of partners each changed endpoint is tried with before a change is offered."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
-
-
-def member_ids(groups: Iterable[EndpointGroup]) -> tuple[str, ...]:
-    """Return the ids of all endpoints of ``groups``, sorted."""
-    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
 
 
 def remedies(

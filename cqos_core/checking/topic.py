@@ -8,18 +8,14 @@ from functools import cached_property, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cqos_core.behaviour.paths.bridge_reachability import connected
 from cqos_core.checking.findings import Made, headline, make, shown, sides_of, subject
-from cqos_core.checking.team import TeamCheck, team_findings
 from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
-from cqos_core.matching.pairing import bridges_of
-from cqos_core.matching.peer_values import settled
+from cqos_core.matching.pairing import bridges_of, group
 from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.matching.topic_shape import QUIET, judge_shape
-from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -27,6 +23,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from cqos_core.checking.team import TeamCheck
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.topic_shape import Apart, Row, ShapeResult
@@ -70,7 +67,7 @@ class TopicResult:
         return (
             *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
-            *(team_findings(self.topic, self.checks) if self.checks is not None else ()),
+            *(_of_team(self.topic, self.checks) if self.checks is not None else ()),
             *_within_participants(self.topic, self.groups),
         )
 
@@ -105,6 +102,16 @@ def check_topic(
     if outcomes is QUIET and team is None and one.endpoint.participant != other.endpoint.participant:
         found.made = ()
     return found
+
+
+def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
+    """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
+    topic = group(endpoints, acceptances)
+    if any(endpoint.profile.from_peers for endpoint in endpoints):
+        from cqos_core.matching.peer_values import settle
+
+        settle(topic)
+    return topic
 
 
 def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> Verdict:
@@ -162,7 +169,7 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
     for met in judged.met:
         met_by_any |= met
     alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
-    over_bridges = connected(topic, judged.met)
+    over_bridges = _over_bridges(topic, judged.met)
     ends = _ends_of_bridges(topic.subscribers)
     loud: _Splits = {}
     quiet: _Splits = {}
@@ -286,6 +293,20 @@ def _split_finding(topic: MatchedTopic, draft: Outline[EndpointGroup], *, quiet:
     return replace(made, finding=finding, merge_key=("own", object()))
 
 
+def _of_team(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Made]:
+    from cqos_core.checking.team import team_findings
+
+    return team_findings(topic, checks)
+
+
+def _over_bridges(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
+    if not any(endpoint.bridge for endpoint in topic.endpoints):
+        return [0] * len(met)
+    from cqos_core.behaviour.paths.bridge_reachability import connected
+
+    return connected(topic, met)
+
+
 def _within_participants(topic: MatchedTopic, groups: Sequence[Group]) -> list[Made]:
     if not any(group.internal for group in groups):
         return []
@@ -298,6 +319,8 @@ def _within_participants(topic: MatchedTopic, groups: Sequence[Group]) -> list[M
     ]
     owners = sorted({subscriber.participant.participant.id for _, subscriber in inside})
     more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
+    from cqos_core.model.codes import CODES
+
     finding = Finding(
         code="CQ406",
         name=CODES["CQ406"].name,

@@ -68,12 +68,12 @@ class Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is called, or say which one may have been meant."""
-        from cqos_core.model.spelling import nearest
-
         known = self.list_commands(ctx)
         if args[0] in _APART and args[0] not in known:
             raise click.UsageError(f"`cqos {args[0]}` is not installed: pip install '{_APART[args[0]]}'", ctx)
         if args[0] not in known and not args[0].startswith("-"):
+            from cqos_core.model.spelling import nearest
+
             near = nearest(args[0], known)
             meant = f" Did you mean `{near}`?" if near else f" There are {', '.join(known)}."
             raise click.UsageError(f"There is no command `{args[0][:60]}`.{meant}", ctx)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -288,7 +287,7 @@ class _Check:
 
     def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
         reader, wishes = self.reader.nearest(unit.path), self.wishes
-        system = tried_out(reader.whole(unit.systems), reader.protocol)
+        system = reader.tried(unit.systems)
         report = self.counted(self._judged(system, reader, step))
         if (wishes.fix or wishes.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 
-from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import READS_SYSTEMS, Assignment, AssignmentType, Registered, nearest, packs_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
-from cqos_core.files.merging import merge
 from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.importers.source import OPTIONS, VARIABLES
 from cqos_core.matching.pipeline import context, with_options
@@ -250,7 +248,7 @@ class InputReader:
         from cqos_core.files.applying import read_texts
 
         systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
-        return tried_out(self.whole(systems), self.protocol)
+        return self.tried(systems)
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -276,9 +274,23 @@ class InputReader:
             raise click.UsageError("`-` reads standard input, which is closed.")
         return read_stream(self.options.stdin_name, sys.stdin.buffer)
 
+    def tried(self, systems: Sequence[System]) -> System:
+        """Return ``systems`` as one, with endpoints that use the profiles where it has profiles alone."""
+        whole = self.whole(systems)
+        if whole.endpoints:
+            return whole
+        from cqos_core.checking.trial import tried_out
+
+        return tried_out(whole, self.protocol)
+
     def whole(self, systems: Sequence[System]) -> System:
         """Return ``systems`` as one, with the configuration under what they say and the command line over it."""
-        merged = merge(systems)
+        if len(systems) == 1:
+            merged = systems[0]
+        else:
+            from cqos_core.files.merging import merge
+
+            merged = merge(systems)
         # The configuration is no source of the system: it is not what was checked.
         system = replace(self.config.apply_to(merged), sources=merged.sources)
         for pack_id, name, value in self.options.assumptions:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import nearest
-from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import load_plugins
 
@@ -65,6 +64,8 @@ def _rules(option: str, values: Sequence[str], known: Mapping[str, Sequence[str]
 
 def _known(context: Context) -> Mapping[str, Sequence[str]]:
     """Map the codes, names, and former codes and names of all rules to the codes that have them now, in lower case."""
+    from cqos_core.model.codes import CODES
+
     found: list[Rule | CodeInfo] = [*CODES.values()]
     for pack_id in load_plugins().packs:
         pack = context.find_pack(pack_id)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.model.encoding import decode
@@ -54,6 +53,8 @@ class Ignored:
         """Begin in ``folder``; what the files ``.gitignore`` above it say holds too, as far up as the repository goes."""
         self._excluded = excluded
         self._by_folder: dict[str, tuple[Patterns, ...]] = {}
+        from pathlib import Path
+
         start = os.path.abspath(folder)  # noqa: PTH100 - links stay as they are written
         above = [start, *map(str, Path(start).parents)]
         root = next((at for at, each in enumerate(above) if Path(each, _REPOSITORY).exists()), 0)
@@ -85,6 +86,8 @@ class Ignored:
 
 
 def _read(folder: str) -> tuple[Patterns, ...]:
+    from pathlib import Path
+
     file = Path(folder, _FILE)
     try:
         text = decode(file.read_bytes()) if file.is_file() else ""

@@ -9,7 +9,6 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
-from cqos_core.files.unread import unread
 from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
@@ -128,6 +127,8 @@ def read_source(
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
     if info is None:
+        from cqos_core.files.unread import unread
+
         raise InputError([unread(source, plugins)])
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:

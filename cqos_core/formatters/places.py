@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from cqos_core.model.excerpt import exact, span
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
@@ -22,7 +20,12 @@ class Places:
     def __init__(self, findings: Iterable[Finding], sources: Mapping[str, bytes]) -> None:
         """Find the exact places of everything ``findings`` point at."""
         self._sources = sources
-        self._exact = exact((place for finding in findings for place in _places(finding)), sources)
+        places = [place for finding in findings for place in _places(finding)]
+        self._exact: Mapping[Place, Place] = {}
+        if places:
+            from cqos_core.model.excerpt import exact
+
+            self._exact = exact(places, sources)
 
     def exact(self, place: Place) -> Place:
         """``place`` with its column where the source tells it, else as it is."""
@@ -30,6 +33,8 @@ class Places:
 
     def excerpt(self, place: Place) -> Excerpt | None:
         """The line of ``place`` and what to mark in it; None without the source or a line."""
+        from cqos_core.model.excerpt import span
+
         return span(self.exact(place), self._sources)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from unicodedata import category, east_asian_width
 
 # They shape emoji and Persian words, have no width of their own and reorder nothing.
 _JOINERS = "\u200c\u200d"
@@ -52,6 +51,8 @@ def cells(text: str) -> int:
 
 
 def _width(character: str) -> int:
+    from unicodedata import category, east_asian_width
+
     if character in _JOINERS or category(character) in {"Mn", "Me"}:
         return 0
     return 2 if east_asian_width(character) in {"W", "F"} else 1

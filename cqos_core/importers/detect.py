@@ -29,6 +29,14 @@ def head_text(head: bytes) -> str:
     return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")
 
 
+_EXCEPTION = regular_expression(rb"#[ \t]*cqos:[ \t]*[a-zA-Z]")
+
+
+def may_have_exceptions(data: bytes) -> bool:
+    """Say whether a system file may have comments such as ``# cqos: ignore[ROS101] reason``."""
+    return _EXCEPTION.search(data.replace(b"\0", b"")) is not None
+
+
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
 _FLOW_VERSION_KEY = regular_expression(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")

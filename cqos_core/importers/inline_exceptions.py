@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import yaml
 
+from cqos_core.importers.detect import may_have_exceptions
 from cqos_core.importers.reading import shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import regular_expression
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Profile, Settings, System
 
-_HINT: Final = regular_expression(rb"#[ \t]*cqos:[ \t]*[a-zA-Z]")
 _WORD: Final = "ignore"
 _COMMENT: Final = regular_expression(r"(?:^|(?<=[ \t]))#[ \t]*cqos:[ \t]*(?P<text>(?P<word>[a-zA-Z]+).*)", re.MULTILINE)
 _FORM: Final = regular_expression(r"ignore\[(?P<rules>[^\]]*)\][ \t]*(?P<reason>.*)")
@@ -33,7 +33,7 @@ _Covered = dict[tuple[str, int], dict[tuple[str, str], None]]
 
 def take_inline_exceptions(system: System) -> None:
     """Add the acceptances in comments of the YAML sources of ``system``; a note reports each comment that is none."""
-    marked = [(name, data) for name, data in system.sources.items() if _HINT.search(data.replace(b"\0", b""))]
+    marked = [(name, data) for name, data in system.sources.items() if may_have_exceptions(data)]
     covered = _covered(system) if marked else {}
     for name, data in marked:
         lines = Lines(decode(data))

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.tree import MappingNode, SequenceNode, is_null
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -122,5 +121,7 @@ def listed(words: Iterable[str], last: str = "or") -> str:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """``; did you mean `x`?`` to end a sentence with, empty where nothing is near."""
+    from cqos_core.model.spelling import nearest
+
     found = nearest(word, known)
     return f"; did you mean `{found}`?" if found else ""

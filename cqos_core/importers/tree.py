@@ -6,7 +6,6 @@ flag, nothing) only where it matters. So `no`, `1:30` and `2027-01-01` are text.
 
 from __future__ import annotations
 
-import json
 from dataclasses import field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -110,6 +109,8 @@ _LONGEST_NUMBER = 40
 def whole_number(node: ScalarNode) -> int | None:
     """Return the integer a plain scalar stands for, None where it stands for something else or is absurdly long."""
     text = node.text
+    if node.plain and text.isascii() and text.isdigit() and len(text) <= _LONGEST_NUMBER:
+        return int(text)
     if not node.plain or len(text) > _LONGEST_NUMBER or not _INTEGER.fullmatch(text):
         return None
     return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
@@ -167,4 +168,6 @@ def quoted_where_needed(node: ScalarNode) -> str:
 
 
 def _quoted(text: str) -> str:
+    import json
+
     return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(text, ensure_ascii=False))

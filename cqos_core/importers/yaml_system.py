@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.inline_exceptions import take_inline_exceptions
+from cqos_core.importers.detect import may_have_exceptions
 from cqos_core.importers.instances import Multiplier, TooManyError, variables
 from cqos_core.importers.reading import collect, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
@@ -143,7 +143,10 @@ def read(source: Source, context: ReadContext) -> System:
     order = {name: index for index, name in enumerate(loader.sources)}
     if loader.problems:
         raise InputError(sorted(loader.problems, key=lambda problem: _position(problem.place, order)))
-    take_inline_exceptions(builder.system)
+    if any(map(may_have_exceptions, builder.system.sources.values())):
+        from cqos_core.importers.inline_exceptions import take_inline_exceptions
+
+        take_inline_exceptions(builder.system)
     builder.system.notes.sort(key=lambda note: _position(note.place, order))
     return builder.system
 

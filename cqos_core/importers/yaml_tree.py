@@ -23,7 +23,6 @@ from yaml.events import (
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
-from cqos_core.importers.yaml_errors import explain
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import ImportNote, Place
 
@@ -82,12 +81,18 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
         pass
     except yaml.YAMLError as error:
         if not _looks_like_json(reading.source.data):
-            explain(reading, error)
+            _explain(reading, error)
             return composer.tree
         earlier = reading.problems[before:]
         del reading.problems[before:]
         return _read_json(reading, error, earlier)
     return composer.tree
+
+
+def _explain(reading: Reading, error: yaml.YAMLError) -> None:
+    from cqos_core.importers.yaml_errors import explain
+
+    explain(reading, error)
 
 
 def _looks_like_json(data: bytes) -> bool:
@@ -114,7 +119,7 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
             reading.problem("CQ001", f"this is not JSON: {error}", where)
         else:
             reading.problems += earlier
-            explain(reading, yaml_error)
+            _explain(reading, yaml_error)
         return Tree()
     return composer.tree
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError
-from cqos_core.model.regular import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -289,12 +288,13 @@ def as_condition(value: object) -> Condition:
     return Test(HOLDS, value)
 
 
-_DEFINED: Final = regular_expression(r"[a-z][a-z0-9_]*")
-
-
 def define(name: str, part: Part) -> Part:
     """Name a part of conditions: they print the name, and its definition once. It means what ``part`` means."""
-    if not _DEFINED.fullmatch(name) or keyword.iskeyword(name):
+    if (
+        not (name.isidentifier() and name.isascii() and name == name.lower())
+        or name[0] == "_"
+        or keyword.iskeyword(name)
+    ):
         raise ConditionError(f"`{name}` names no definition: use snake_case, and no word of Python")
     defined = Term(part.scope, part.name) if isinstance(part, Term) else copy(part)  # a policy cannot change
     defined.label = name

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
     import re
@@ -51,7 +51,7 @@ class NameIndex(Generic[T]):
         found: set[int] = set()
         for name in names:
             found.update(self._exact.get(name, ()))
-            found.update(number for number, pattern in self._like(name) if fnmatchcase(name, pattern))
+            found.update(number for number, pattern in self._like(name) if fits(name, pattern))
         return [self._values[number] for number in sorted(found)]
 
     def candidates(self, name: str) -> list[T]:

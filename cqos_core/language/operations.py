@@ -6,12 +6,12 @@ Open values are a `Range`, or None for what is not known. An answer that they le
 from __future__ import annotations
 
 import operator
-from fnmatch import fnmatchcase
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import INFINITE, KNOWN, Range
+from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -142,7 +142,7 @@ OPERATIONS: Final = {
     "": Operation(bool, _is_set),
     "in_": Operation(_among, _open_among),
     "overlaps": over_known(_overlap),
-    "matches": over_known(fnmatchcase),
+    "matches": over_known(fits),
     "first": over_known(_first),
 }
 """By the name of an operator or function of the language."""

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 INFINITE: Final = 2**63 - 1
 """An infinite duration in nanoseconds, and an unlimited count."""
+START_ORDER: Final = "start order"
+"""What the values depend on that follow from the order in which endpoints start."""
 MAXIMUM_WORLDS: Final = 64
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
-from cqos_core.language.values import Anything, Depends, FromPeers, is_plain
+from cqos_core.language.values import START_ORDER, Anything, Depends, FromPeers, is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Hop, Meetings
-from cqos_core.matching.peer_values import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
+from cqos_core.matching.peer_values import PUBLISHERS_FIRST, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting

@@ -117,6 +117,11 @@ class MatchedTopic:
         return TopicShape(self.pack, *sides)
 
 
+def member_ids(groups: Iterable[EndpointGroup]) -> tuple[str, ...]:
+    """Return the ids of all endpoints of ``groups``, sorted."""
+    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
+
+
 def naming_endpoints(acceptances: Sequence[Acceptance]) -> NameIndex[int]:
     """Return the indices of the acceptances that name endpoints, by the ids that they name."""
     return NameIndex((each.endpoint, index) for index, each in enumerate(acceptances) if each.endpoint is not None)

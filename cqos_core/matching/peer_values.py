@@ -15,6 +15,7 @@ from cqos_core.language.relation import positions
 from cqos_core.language.values import (
     INFINITE,
     MAXIMUM_WORLDS,
+    START_ORDER,
     Anything,
     Depends,
     FromPeers,
@@ -30,12 +31,10 @@ from cqos_core.model.system import PUBLISHER
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from cqos_core.language.name_index import NameIndex
     from cqos_core.language.policy import Policy
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
-START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
 _DEEPEST: Final = 50
@@ -44,17 +43,10 @@ _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
 
-def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
-    """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
-    topic = group(endpoints, acceptances)
-    if any(endpoint.profile.from_peers for endpoint in endpoints):
-        settle(topic)
-    return topic
-
-
 def settled_profiles(endpoints: Sequence[Resolved]) -> dict[int, QosProfile]:
     """Return the values of the endpoints of one topic, those from peers too, by the identity of the endpoint."""
-    topic = settled(endpoints)
+    topic = group(endpoints)
+    settle(topic)
     groups = (*topic.publishers, *topic.subscribers)
     return {id(endpoint): members.profile for members in groups for endpoint in members.endpoints}
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.domains import as_text
 from cqos_core.matching.wire import topics
-from cqos_core.model.codes import find_code
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
@@ -38,6 +37,12 @@ RuleFinder: TypeAlias = Callable[[str], "Rule | CodeInfo | None"]
 """Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
 
 
+def _find_core_code(code: str) -> CodeInfo | None:
+    from cqos_core.model.codes import find_code
+
+    return find_code(code)
+
+
 @dataclass(frozen=True, slots=True)
 class Context:
     """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day.
@@ -46,7 +51,7 @@ class Context:
     """
 
     find_pack: Callable[[str], RulePack | None]
-    find_rule: RuleFinder = find_code
+    find_rule: RuleFinder = _find_core_code
     default_protocol: str | None = None
     known_packs: frozenset[str] = frozenset()
     today: date | None = None
@@ -135,7 +140,7 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
         return extra.get(pack_id) or plugins.pack(pack_id)
 
     def find_rule(code: str) -> Rule | CodeInfo | None:
-        own = find_code(code)
+        own = _find_core_code(code)
         if own is not None:
             return own
         for pack in (*extra.values(), *(found for name in plugins.packs if (found := plugins.pack(name)))):

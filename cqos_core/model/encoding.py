@@ -53,7 +53,8 @@ def encoding_of(data: bytes) -> str:
         return "utf-16-le"
     if data[:2] == b"\0<":
         return "utf-16-be"
-    declared = _DECLARATION.match(data[:_DECLARATION_LIMIT])
+    head = data[:_DECLARATION_LIMIT]
+    declared = _DECLARATION.match(head) if b"<?xml" in head else None
     if declared is None:
         return "utf-8"
     name = declared[1].decode("ascii")

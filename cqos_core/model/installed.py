@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import re
 import sys
 from functools import cache
 from importlib.machinery import PathFinder
@@ -87,7 +86,7 @@ def _entries(group: str) -> list[InstalledEntry]:
             continue
         distribution = InstalledDistribution(_headers(folder))
         for name, value in _of_group(text, group):
-            if not re.fullmatch(r"[A-Za-z_][\w.]*", value):
+            if not all(map(str.isidentifier, value.split("."))):
                 raise UnusualError
             found.append(InstalledEntry(name, value, distribution))
     return found
@@ -130,7 +129,10 @@ def _folders_on(paths: tuple[str, ...]) -> dict[str, str]:
 
 
 def _normalised(name: str) -> str:
-    return re.sub(r"[-_.]+", "_", name).lower()
+    name = name.replace("-", "_").replace(".", "_").lower()
+    while "__" in name:
+        name = name.replace("__", "_")
+    return name
 
 
 def _headers(folder: str) -> Headers:
@@ -159,4 +161,4 @@ def _read(folder: str, name: str) -> str:
 
 def normalised(distribution: str) -> str:
     """Spell the name of a distribution as all its spellings are compared."""
-    return re.sub(r"[-_.]+", "-", distribution.strip()).lower()
+    return _normalised(distribution.strip()).replace("_", "-")

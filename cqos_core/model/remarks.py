@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Severity, Side
-from cqos_core.model.spelling import KnownNames
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Place
+
+VERBS: Final[dict[str, tuple[str, str]]] = {
+    PUBLISHER: ("offers", "offer"),
+    SUBSCRIBER: ("requests", "request"),
+}
+"""What a side does, as a verb of it and as an imperative."""
 
 
 def core_finding(
@@ -26,6 +32,8 @@ def core_finding(
     severity: Severity | None = None,
 ) -> Finding:
     """Make a finding of the core under one of its own codes."""
+    from cqos_core.model.codes import CODES
+
     info = CODES[code]
     return Finding(
         code=code,
@@ -55,6 +63,8 @@ def suggestion(name: str, known: Iterable[str] | KnownNames) -> str:
 
     Where many names are looked up in many, make `KnownNames` once.
     """
+    from cqos_core.model.spelling import KnownNames
+
     known = known if isinstance(known, KnownNames) else KnownNames(known)
     near = known.nearest(name)
     hint = f"did you mean `{near}`? " if near else ""

@@ -7,10 +7,10 @@ Everything here is a plain value. Importers fill it, `resolve` reads it, no othe
 from __future__ import annotations
 
 from dataclasses import field
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -149,8 +149,8 @@ class Scope(Constant):
         return (
             self.role in {None, role}
             and (part is None or self.part in {None, part})
-            and (self.topic == "*" or fnmatchcase(topic, self.topic))
-            and not any(fnmatchcase(topic, pattern) for pattern in self.but)
+            and (self.topic == "*" or fits(topic, self.topic))
+            and not any(fits(topic, pattern) for pattern in self.but)
         )
 
 

@@ -10,9 +10,7 @@ from cqos_core.language.expression import in_, option
 from cqos_core.language.policy import BOTH, ENDPOINT, Policy
 from cqos_core.language.vocabulary import Vocabulary, role_of, scope_of
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import ConditionError
 from cqos_core.packs.rule import SEVERITIES
-from cqos_core.packs.validation import Mistake, rule_mistakes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -88,14 +86,3 @@ def bind_rule(rule: Rule, vocabulary: Vocabulary) -> BoundRule:
     # A guarantee is one of pairs, even where it rests on one side alone.
     scope = "pair" if rule.guarantee else scope_of(rule.condition)
     return BoundRule(rule, bind(rule.condition, vocabulary), scope, rule.role or role_of(rule.condition))
-
-
-def mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
-    """Yield what is wrong with a rule."""
-    at = ("rules", rule.code)
-    try:
-        bound = bind_rule(rule, vocabulary)
-    except ConditionError as error:
-        yield Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}")
-    else:
-        yield from (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import field
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -59,7 +59,7 @@ def plain_address(participant: str, settings: Mapping[str, str]) -> str:  # noqa
 
 def shell_pattern(pattern: str, address: str) -> bool:
     """Read patterns over addresses as the shell reads those over file names."""
-    return fnmatchcase(address, pattern)
+    return fits(address, pattern)
 
 
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:

@@ -12,9 +12,7 @@ from cqos_core.language.policy import ENDPOINT, LEVELS, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.language.vocabulary import Function, Vocabulary
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import PackError
-from cqos_core.packs import catalogue
-from cqos_core.packs.bound_rule import BoundRule, bind_rule, mistakes_of
+from cqos_core.packs.bound_rule import BoundRule, bind_rule
 from cqos_core.packs.costs import Costs
 from cqos_core.packs.guarantee import WORDS, unstated
 from cqos_core.packs.meeting import Meeting, Wire
@@ -31,7 +29,6 @@ from cqos_core.packs.parts import (
     nothing_follows,
     nothing_summed,
 )
-from cqos_core.packs.validation import Mistake, mistakes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -120,15 +117,9 @@ class RulePack:
         """
         if self.validated:
             return
-        found = list(mistakes(self))
-        try:
-            for rule in sorted(self.rules, key=lambda rule: rule.code):
-                found += mistakes_of(rule, self.vocabulary)
-        except PackError as error:  # without distinct policies no condition can be parsed
-            found.append(Mistake(("policies",), str(error)))
-        if found:
-            listed = "\n  ".join(mistake.message for mistake in found)
-            raise PackError(f"rule pack `{self.id}` is not well formed:\n  {listed}", found)
+        from cqos_core.packs.validation import validate
+
+        validate(self)
 
     @cached_property
     def bound_rules(self) -> tuple[BoundRule, ...]:
@@ -265,4 +256,6 @@ class RulePack:
 
     def describe(self) -> dict[str, Any]:
         """Describe the pack for machines: enough to draw a property panel for a protocol never seen before."""
-        return catalogue.describe_pack(self)
+        from cqos_core.packs.catalogue import describe_pack
+
+        return describe_pack(self)

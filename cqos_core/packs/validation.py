@@ -11,9 +11,10 @@ from cqos_core.language.domains import Choice, Count, Duration, is_unit
 from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUNCTIONS
 from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, PerRole
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
-from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.problems import ConditionError, InvalidValueError, PackError
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.bound_rule import bind_rule
 from cqos_core.packs.panel import values_of
 from cqos_core.packs.rule import SEVERITIES
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.expression import Node
     from cqos_core.language.policy import Meaning, Policy
+    from cqos_core.language.vocabulary import Vocabulary
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -34,6 +36,34 @@ class Mistake(NamedTuple):
 
     at: tuple[str, ...]
     message: str
+
+
+def validate(pack: RulePack) -> None:
+    """Bind every rule and read every default.
+
+    Raises:
+        PackError: naming every mistake found.
+    """
+    found = list(mistakes(pack))
+    try:
+        for rule in sorted(pack.rules, key=lambda rule: rule.code):
+            found += _mistakes_of(rule, pack.vocabulary)
+    except PackError as error:  # without distinct policies no condition can be parsed
+        found.append(Mistake(("policies",), str(error)))
+    if found:
+        listed = "\n  ".join(mistake.message for mistake in found)
+        raise PackError(f"rule pack `{pack.id}` is not well formed:\n  {listed}", found)
+
+
+def _mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
+    """Yield what is wrong with a rule."""
+    at = ("rules", rule.code)
+    try:
+        bound = bind_rule(rule, vocabulary)
+    except ConditionError as error:
+        yield Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}")
+    else:
+        yield from (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
 
 
 def mistakes(pack: RulePack) -> Iterator[Mistake]:

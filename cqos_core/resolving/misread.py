@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import NEED, Policy
-from cqos_core.model.spelling import distance, folded
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
 from cqos_core.resolving.resolved import Stated
 
@@ -32,6 +31,8 @@ def may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> l
 
 def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
     """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
+    from cqos_core.model.spelling import distance, folded
+
     written = folded(name)
     return {
         index

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
-from fnmatch import fnmatchcase, translate
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import Setting
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.resolved import Layer, Stated
@@ -19,9 +17,10 @@ from cqos_core.resolving.resolved import Layer, Stated
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Preset
+    from cqos_core.packs.parts import Convention, Preset
     from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import ResolvedParticipant
 
@@ -155,6 +154,8 @@ class Profiles:
         """The names that an endpoint may use."""
         known = self._names.get(id(pack))
         if known is None:
+            from cqos_core.model.spelling import KnownNames
+
             parts = {each.name for own in self._system.profiles.values() for each in own.base if each.scope.part}
             presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
             known = self._names[id(pack)] = KnownNames((*self._system.profiles.keys() - parts, *presets))
@@ -201,9 +202,9 @@ def base_layer(pack: RulePack, preset: str) -> Layer:
 
 
 @cache
-def _conventional(pack: RulePack) -> re.Pattern[str]:
-    """What matches every topic that any convention of a pack is for."""
-    return re.compile("|".join(translate(convention.pattern) for convention in pack.conventions))
+def _conventions(pack: RulePack) -> NameIndex[Convention]:
+    """The conventions of a pack by the patterns of their topics."""
+    return NameIndex((convention.pattern, convention) for convention in pack.conventions)
 
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
@@ -211,13 +212,11 @@ def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], boo
     """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
     layers = []
     external = False
-    may_be = key is not None and _conventional(pack).match(key)
-    for convention in pack.conventions if may_be else ():
-        if key is not None and fnmatchcase(key, convention.pattern):
-            settings = {
-                pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
-                for name, text in convention.settings.items()
-            }
-            layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
-            external = external or convention.external
+    for convention in _conventions(pack).matching(key) if key is not None else ():
+        settings = {
+            pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
+            for name, text in convention.settings.items()
+        }
+        layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
+        external = external or convention.external
     return tuple(layers), external

@@ -20,7 +20,6 @@ from cqos_core.language.values import (
     normalise,
 )
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.excerpt import key_of
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -173,6 +172,8 @@ class SettingsReader:
                 continue
             if index is None or not can_be_stated(pack.policies[index]):
                 # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
+                from cqos_core.model.excerpt import key_of
+
                 wrong = [each for each in others if fields or near_policies(pack, levels, each)]
                 shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
                 for written, near in shown.items():

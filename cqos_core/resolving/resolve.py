@@ -15,9 +15,6 @@ from cqos_core.model.memory import MOST_LETTERS, keep, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases, Draft
-from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
-from cqos_core.resolving.left_over import left_over
-from cqos_core.resolving.overlays import Overlays
 from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
 from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
 from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
@@ -31,7 +28,6 @@ from cqos_core.resolving.resolved import (
     Stated,
     intern,
 )
-from cqos_core.resolving.starts import Starts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -40,6 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Endpoint, Participant, Settings, System
     from cqos_core.packs.meeting import NameProblem, Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.overlays import Overlays
+    from cqos_core.resolving.starts import Starts
 
 
 _NAMED: dict[tuple[Any, ...], Naming] = {}
@@ -105,10 +103,14 @@ class Resolver:
     @cached_property
     def overlays(self) -> Overlays:
         """The overlays of the system."""
+        from cqos_core.resolving.overlays import Overlays
+
         return Overlays(self.system, self.reader)
 
     @cached_property
     def _starts(self) -> Starts:
+        from cqos_core.resolving.starts import Starts
+
         return Starts(self.system)
 
     @cached_property
@@ -131,6 +133,8 @@ class Resolver:
                 self.participants.resolved(participant, pack)
         for pack in self.result.packs.values():
             if pack.sum_up is not nothing_summed:
+                from cqos_core.resolving.completion import sum_up
+
                 sum_up(pack, self.result.endpoints)
         self.report_rest()
         return self.result
@@ -141,6 +145,8 @@ class Resolver:
             pack = self._pack_of(protocol)
             if pack is None or (pack.complete is nothing_follows and pack.sum_up is nothing_summed):
                 continue
+            from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant
+
             self.completed = True
             stated = [each for each in self.system.endpoints if self._protocol_of(each) == pack.id]
             owners = {each.participant for each in stated}
@@ -208,6 +214,8 @@ class Resolver:
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
         if self._packless or self._name_problems or any(each.needs for each in self.system.endpoints):
+            from cqos_core.resolving.left_over import left_over
+
             self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
         if self.system.overlays:
             self.overlays.report()

@@ -20,11 +20,11 @@ from cqos_core.analysis.planning.slots import (
     values_in_play,
     weighed,
 )
+from cqos_core.checking.topic import settled
 from cqos_core.language.formulas import ReadValues, Variable, formula_of
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.solver import Task
 from cqos_core.language.values import FromPeers
-from cqos_core.matching.peer_values import settled
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.behaviour.paths.growth import LEAST_FACTOR, grown, memory_of, traffic_of
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
+from cqos_core.checking.topic import settled
 from cqos_core.language.solve import restated
 from cqos_core.language.values import is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import apart
-from cqos_core.matching.peer_values import settled
 from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:

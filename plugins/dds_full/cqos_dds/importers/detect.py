@@ -25,6 +25,8 @@ _TYPES: Final = regular_expression(_ELEMENT + rb"types[\s>/]")
 
 def claims_dds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is DDS-XML: libraries of QoS, domains, participants or applications."""
+    if b"<" not in head:
+        return False
     text, root = _read(head)
     if _LIBRARY.match(text, root):
         return True
@@ -38,6 +40,8 @@ def claims_dds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signat
 
 def claims_fastdds_xml(name: str, head: bytes) -> bool:
     """Say whether these are XML profiles of Fast DDS."""
+    if b"<" not in head:
+        return False
     text, root = _read(head)
     return (
         _ROOT.match(text, root) is not None and _FAST.search(text, root) is not None and not claims_dds_xml(name, head)

@@ -12,7 +12,7 @@ _ASYNCAPI_IN_FLOW: Final = regular_expression(r"""[{,]\s*["']?asyncapi["']?\s*:"
 _PROTOCOL: Final = regular_expression(r"""\bprotocol["']?\s*:\s*["']?([A-Za-z0-9-]+)""")
 _FLOW: Final = regular_expression(r"(?:\s++|#[^\n]*+|---)*+\{")
 _MQTT: Final = regular_expression(r"mqtt", re.IGNORECASE)
-_CONTEXT: Final = regular_expression(r'"@context"\s*:')
+_CONTEXT: Final = regular_expression(r'"@context"\s*:', part='"@context"')
 _THING: Final = regular_expression(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
 _FORM: Final = regular_expression(r'"mqv:|"mqtts?://|"mqtts?\+')
 _FLOWS: Final = regular_expression(r"\s*\[\s*\{")
@@ -20,7 +20,7 @@ _TAB: Final = regular_expression(r'"type"\s*:\s*"tab"|"wires"\s*:\s*\[')
 _CUT: Final = 65_536
 """Bytes of a head that may not be the whole file."""
 _NODE: Final = regular_expression(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
-_PARAMETERS: Final = regular_expression(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
+_PARAMETERS: Final = regular_expression(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE, "ros__parameters")
 _BRIDGED: Final = regular_expression(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
 _DIRECTIVE: Final = regular_expression(
     r"^[ \t]*(?:listener[ \t]+\d+|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
@@ -35,12 +35,16 @@ _LOGGED: Final = regular_expression(
     r"Received (?:SUBSCRIBE from .|PUBLISH from .* \(d\d, q\d, r\d, m\d+, '))",
     re.MULTILINE,
 )
+_LOG_WORDS: Final = ("mosquitto version", "New client connected", "Received ")
+"""Each line that `_LOGGED` finds has one of these."""
 _TOPIC: Final = regular_expression(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
 
 
 def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is an AsyncAPI document in which MQTT is spoken of."""
     text = head_text(head)
+    if "asyncapi" not in text:
+        return False
     key = _ASYNCAPI_IN_FLOW if _FLOW.match(text) else _ASYNCAPI
     return key.search(text) is not None and _MQTT.search(text) is not None
 
@@ -64,7 +68,7 @@ def claims_wot(name: str, head: bytes) -> bool:  # noqa: ARG001
 def claims_node_red(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether these are flows of Node-RED with MQTT nodes; in long ones these may come later."""
     text = head_text(head)
-    if _FLOWS.match(text) is None:
+    if not text.lstrip().startswith("[") or _FLOWS.match(text) is None:
         return False
     return _NODE.search(text) is not None or (len(head) >= _CUT and _TAB.search(text) is not None)
 
@@ -90,4 +94,5 @@ def claims_mqtt_client(name: str, head: bytes) -> bool:  # noqa: ARG001
 
 def claims_mosquitto_log(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is a log of Mosquitto."""
-    return _LOGGED.search(head_text(head)) is not None
+    text = head_text(head)
+    return any(words in text for words in _LOG_WORDS) and _LOGGED.search(text) is not None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.importers.detect import head_text
+from cqos_core.importers.detect import claims_yaml, head_text
 from cqos_core.model.regular import re, regular_expression
 
-_COUNT: Final = regular_expression(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)
-_ENDPOINT: Final = regular_expression(r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE)
+_COUNT: Final = regular_expression(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE, " count:")
+_ENDPOINT: Final = regular_expression(
+    r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE, "Endpoint type:"
+)
 _BEFORE: Final = r"(?:\s++|\#[^\n]*+|%[^\n]*+|---)*+"
 _BAG: Final = regular_expression(_BEFORE + r"""(?:\{\s*)?(["']?)rosbag2_bagfile_information\1\s*:""")
 _KEY: Final = regular_expression(r"""^(?:"[^"\n]*"[ \t]*|'[^'\n]*'[ \t]*|[^\s#:'"%\-][^\n]*?):(?=\s)""", re.MULTILINE)
@@ -29,13 +31,14 @@ def claims_topic_info(name: str, head: bytes) -> bool:  # noqa: ARG001 - the sig
 
 def claims_rosbag2(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is the description of a rosbag2 recording, whatever the file is called."""
-    return _BAG.match(head_text(head)) is not None
+    text = head_text(head)
+    return "rosbag2_bagfile_information" in text and _BAG.match(text) is not None
 
 
-def claims_rosbag2_overrides(name: str, head: bytes) -> bool:  # noqa: ARG001
+def claims_rosbag2_overrides(name: str, head: bytes) -> bool:
     """Say whether this is a file for `--qos-profile-overrides-path`: full topic names with policies below them."""
     text = head_text(head)
-    if _PARAMETERS in text or _POLICY.search(text) is None:
+    if _PARAMETERS in text or claims_yaml(name, head) or _POLICY.search(text) is None:
         return False
     if _FLOW.match(text) is not None:
         return True
