@@ -50,7 +50,7 @@ def forget():
             judge.refusing_rules,
             verdicts.verdicts_of,
         ),
-        *(profiles.conventions, profiles._conventional, profiles.base_layer),
+        *(profiles.conventions, profiles._conventions, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
