@@ -9,7 +9,7 @@ from cqos_ros2.learn.creating import Given, apply, library_of, parameter
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, lineage, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
-from cqos_ros2.learn.program import Attribute, Call, Name, fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.program import Attribute, Call, Name, Return, fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
 from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
 
@@ -141,6 +141,11 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
         return invoke(
             functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
         )
+    if len(functions) > 1 and all(
+        len(each.body) == 1 and isinstance(each.body[0], Return) and not each.owner for each in functions
+    ):
+        values = [invoke(each, None, given.arguments, given.keywords, walk) for each in functions]
+        return values[0] if all(same(each, values[0]) for each in values) else _several(values, functions[0])
     if len(functions) == 1 and functions[0].static:
         return invoke(
             functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments

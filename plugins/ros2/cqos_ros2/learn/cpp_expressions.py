@@ -207,13 +207,9 @@ def _call(node: Node, file: CppFile) -> Expression:
     types = template_arguments(function)
     place = file.place(node)
     if function.type == "field_expression":
-        of = expression(function.child_by_field_name("argument"), file)
-        name = function.child_by_field_name("field")
-        last = plain_name(name) if name is not None else ""
-        if last == "emplace_back" and types:
-            return Call(Name(types[0]), arguments, (), (), place)
-        return Call(Attribute(of, last), arguments, (), types, place)
-    if function.type == "primitive_type":
+        return _method(function, arguments, types, place, file)
+    cast = function.type == "parenthesized_expression" and text_of(function).endswith("_t)")  # it reads like a call
+    if function.type == "primitive_type" or cast:
         return arguments[0] if len(arguments) == 1 else NotFollowed(text_of(node)[:60], arguments)
     if function.type not in _NAMES:
         return Call(expression(function, file), arguments, (), types, place)
@@ -229,6 +225,17 @@ def _call(node: Node, file: CppFile) -> Expression:
     if last == "bind" and arguments:
         return _bound(arguments)
     return Call(Name(name_text), arguments, (), types, place)
+
+
+def _method(
+    function: Node, arguments: tuple[Expression, ...], types: tuple[str, ...], place: Place, file: CppFile
+) -> Expression:
+    of = expression(function.child_by_field_name("argument"), file)
+    name = function.child_by_field_name("field")
+    last = plain_name(name) if name is not None else ""
+    if last == "emplace_back" and types:
+        return Call(Name(types[0]), arguments, (), (), place)
+    return Call(Attribute(of, last), arguments, (), types, place)
 
 
 def _bound(arguments: tuple[Expression, ...]) -> Expression:

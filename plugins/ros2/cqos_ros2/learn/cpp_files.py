@@ -29,6 +29,7 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Return,
+    Variable,
     fits,
     last_part,
 )
@@ -61,6 +62,8 @@ _TRANSPARENT: Final = frozenset(
 _BRANCHES: Final = ("preproc_else", "preproc_elif")
 _BLOCKS: Final = frozenset(("compound_statement", "labeled_statement", "ERROR"))
 _ARGUMENTS: Final = re.compile(r"<.*>")
+_LONGEST_MACRO: Final = 300
+_PLAIN_NAMES: Final = frozenset(("type_identifier", "identifier"))
 _VALUE_TYPES: Final = frozenset(("argument_list", "initializer_list"))
 
 
@@ -76,10 +79,12 @@ def parser() -> Parser:
     return tree_sitter.Parser(tree_sitter.Language(tree_sitter_cpp.language()))
 
 
-def read_macros(root: Node, file: CppFile) -> None:
-    """Take the macros of a file that stand for a text or a number."""
+def read_macros(root: Node, file: CppFile, parse: Parser, program: Program) -> None:
+    """Take the macros of a file that stand for a text or a number, and those that are like a function with one expression."""
     for node in _walk(root):
-        if node.type == "preproc_def":
+        if node.type == "preproc_function_def":
+            _function_macro(node, file, parse, program)
+        elif node.type == "preproc_def":
             value = text_of(node.child_by_field_name("value"))
             name = text_of(node.child_by_field_name("name"))
             if value.startswith('"') and value.endswith('"') and value.count('"') == 2:  # noqa: PLR2004 - its two quotes
@@ -89,6 +94,21 @@ def read_macros(root: Node, file: CppFile) -> None:
             else:
                 continue
             file.macros[name] = found if file.macros.get(name, found) == found else NotFollowed(name)
+
+
+def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) -> None:
+    name, value = text_of(node.child_by_field_name("name")), text_of(node.child_by_field_name("value"))
+    listed = node.child_by_field_name("parameters")
+    if len(value) > _LONGEST_MACRO or listed is None or "#" in value:
+        return
+    tree = parse.parse(f"auto made = {value};".encode()).root_node
+    found = next((each for each in tree.named_children), None)
+    if tree.has_error or found is None or found.type != "declaration" or len(tree.named_children) > 1:
+        return
+    place = file.place(node)
+    for _, made, _ in _declared(found, file):
+        parameters = tuple(Variable(text_of(each)) for each in listed.named_children)
+        program.functions.setdefault(name, []).append(Function(name, parameters, (Return(made, place),), place))
 
 
 def _walk(node: Node) -> Iterator[Node]:
@@ -351,12 +371,25 @@ def _declared(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, str]
             if value is not None:
                 yield declared_name(child), _initial(type_text, value, file), type_text
         elif child.type == "function_declarator":
-            continue
+            given = _given(child, file)
+            if given:
+                yield declared_name(child), Call(Name(type_text), given, (), (), file.place(child)), type_text
         elif child.type in {"identifier", "qualified_identifier"}:
             made = Call(Name(type_text), (), (), (), file.place(child))
             yield declared_name(child), made, type_text
         else:
             yield declared_name(child), NotFollowed(text_of(child)[:60]), type_text
+
+
+def _given(node: Node, file: CppFile) -> tuple[Expression, ...]:
+    """Return the arguments of `Talker talker(node, topic)`, which reads like the declaration of a function; none where it is one."""
+    listed = node.child_by_field_name("parameters")
+    parts = [] if listed is None else [each for each in listed.named_children if each.type != "comment"]
+    alone = [each.type == "parameter_declaration" and len(each.named_children) == 1 for each in parts]
+    types = [each.child_by_field_name("type") for each in parts]
+    if not all(alone) or any(each is None or each.type not in _PLAIN_NAMES for each in types):
+        return ()
+    return tuple(expression(each, file) for each in types)
 
 
 def _if(node: Node, file: CppFile) -> Iterator[Statement]:

@@ -8,19 +8,33 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, lineage
-from cqos_ros2.learn.frames import MOST_ENDPOINTS, TooMuchError
+from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError
 from cqos_ros2.learn.program import without_arguments
-from cqos_ros2.learn.qualities import as_qos
-from cqos_ros2.learn.values import MISSING, Either, Instance, Made, NodeRecord, Qos, Resolved, Template, Word
+from cqos_ros2.learn.qualities import as_qos, number_of
+from cqos_ros2.learn.values import (
+    MISSING,
+    Either,
+    Instance,
+    Made,
+    NodeRecord,
+    Qos,
+    Resolved,
+    Template,
+    Test,
+    Word,
+    joined,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Call
     from cqos_ros2.learn.table import Position, Row
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)(?:::|\.|/)(msg|srv|action)(?:::|\.|/)(?:\w+\.)?([A-Za-z]\w*)")
+_RAW: Final = "raw"
+"""The transport of a message as it is."""
 _DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
 _SIMPLE: Final = (str, int, float, bool, list)
 
@@ -51,9 +65,8 @@ class Given:
 
 def node_for(row: Row, given: Given, receiver: Any, walk: Walk) -> NodeRecord | None:
     """Return the node that a call belongs to: what it is called on or given, else the one that the walk is in."""
-    asked = receiver if row.on else given.at(row.position("node"))
-    if isinstance(asked, Instance):
-        found = asked.node or asked.members.get("#node")
+    for asked in (given.at(row.position("node")), receiver):
+        found = asked.node or asked.members.get("#node") if isinstance(asked, Instance) else None
         if isinstance(found, NodeRecord):
             return found
     return walk.current
@@ -64,7 +77,10 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     place = given.call.place
     walk.made_at.add((place.source, place.line or 0))
     node = node_for(row, given, receiver, walk)
-    made = Instance(None, library=row.call)
+    types = {str(number): walk.frame.types.get(each, each) for number, each in enumerate(given.types)}
+    made = Instance(None, library=row.call, types=types)
+    if "makes" in row.values and "topic_is" not in row.values and not given.arguments and not given.keywords:
+        return made  # it will be told what to make
     if node is None:
         walk.homeless.append(place)
         return made
@@ -82,10 +98,42 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         name = Unknown(row.text("unknown_topic"), place)
     qos = quality(row, given, walk)
     overridable = _overridable(row, given, node)
-    record(node, walk, Made(row.text("makes"), name, type_of(row, given, walk), qos, place, overridable=overridable))
+    type_found = type_of(row, given, receiver, walk)
+    for decided, full, kind in _transported(row, given, name, type_found, node):
+        walk.conditions.append(decided)
+        record(node, walk, Made(row.text("makes"), full, kind, qos, place, overridable=overridable))
+        walk.conditions.pop()
     for beside, type_name in row.values.get("beside", {}).items():
         record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place))
     return made
+
+
+def _transported(
+    row: Row, given: Given, name: Any, type_found: Any, node: NodeRecord
+) -> Iterator[tuple[Condition, Any, Any]]:
+    """Yield the topics that a subscription over a transport may have: `raw` is the topic itself, any other stands below it."""
+    if "transport" not in row.values:
+        yield Condition(), name, type_found
+        return
+    asked = given.at(row.position("transport"))
+    if asked is MISSING or asked is None:
+        parameter = row.text("transport_parameter")
+        declare(node, parameter, _RAW)
+        asked = Template(f"${{{parameter}}}")
+    other = Unknown("the transport decides about it")
+    if asked == _RAW:
+        yield Condition(), name, type_found
+    elif isinstance(asked, str):
+        yield Condition(), _below(name, asked), other
+    elif isinstance(asked, Template) and asked.parameter:
+        yield Condition((Test(asked.parameter, (_RAW,)),)), name, type_found
+        yield Condition((Test(asked.parameter, (_RAW,), negated=True),)), _below(name, asked), other
+    else:
+        yield Condition(), Unknown("the transport decides about the topic", given.call.place), other
+
+
+def _below(name: Any, transport: str | Template) -> Any:
+    return joined([name, "/", transport]) if isinstance(name, (str, Template)) else name
 
 
 def _overridable(row: Row, given: Given, node: NodeRecord) -> tuple[str, ...]:
@@ -131,8 +179,10 @@ def topic(value: Any) -> Any:
 
 
 def _beside(name: Any, last: str) -> Any:
-    if isinstance(name, str):
-        return f"{name.rpartition('/')[0]}/{last}" if "/" in name else last
+    text = name.text if isinstance(name, Template) else name if isinstance(name, str) else ""
+    if text and "}" not in text.rpartition("/")[2]:
+        whole = f"{text.rpartition('/')[0]}/{last}" if "/" in text else last
+        return Template(whole) if isinstance(name, Template) else whole
     return Unknown("it stands beside a topic that is not known", None)
 
 
@@ -160,7 +210,7 @@ def quality(row: Row, given: Given, walk: Walk) -> Any:
     return Qos(default) if default else Unknown("the call states no quality of service", given.call.place)
 
 
-def type_of(row: Row, given: Given, walk: Walk) -> Any:
+def type_of(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     """Return the type of an endpoint as ROS 2 writes it, or why it is not known."""
     position = row.position("type")
     if position is None:
@@ -169,6 +219,9 @@ def type_of(row: Row, given: Given, walk: Walk) -> Any:
         if position.template >= len(given.types):
             return Unknown("its template argument is left out")
         return type_name(given.types[position.template], walk)
+    if position.of_object is not None:
+        stated = receiver.types.get(str(position.of_object)) if isinstance(receiver, Instance) else None
+        return Unknown("the object does not say it") if stated is None else type_name(stated, walk)
     if position.keyword and position.text == position.keyword and "/" in position.text:
         return position.text
     value = given.at(position)
@@ -208,13 +261,15 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     if "several" in row.values:
         return _several(given.at(row.position("several")), given.at(row.position("prefix")), node)
     name = given.at(row.position("name"))
+    name = row.values.get("name_is", name) if name is MISSING else name
     if isinstance(name, Template):
         name = name.text
     if not isinstance(name, str) or not name or node is None:
         value: Any = Unknown("the name of a parameter is not known")
     else:
         default = given.at(row.position("default"))
-        declare(node, name, default)
+        default = row.values.get("default_is", default) if default is MISSING else default
+        declare(node, name, number_of(default, walk) if isinstance(default, Word) else default)
         value = Template(f"${{{name}}}")
     into = given.expression(row.position("into"))
     if into is not None:

@@ -24,7 +24,9 @@ from cqos_ros2.learn.program import (
     Pairs,
     Parts,
     Reference,
+    inner_type,
     last_part,
+    without_arguments,
 )
 from cqos_ros2.learn.values import (
     Code,
@@ -154,8 +156,25 @@ def member(instance: Instance, name: str, walk: Walk) -> Any:
             instance.members[name] = value = _initial(cls, name, instance, walk)
             return value
         if name in cls.fields:
+            made = None if elsewhere else _declared_member(cls, name, walk)
+            if made is not None:
+                instance.members[name] = made
+                return made
             return Unknown(elsewhere or f"`{name}` has no value before it is used")
     return _MISSING
+
+
+def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
+    """Return what a member is without a value in its class: a constant that is defined outside, or an object of a library; else None."""
+    stated = [value for full, value in walk.program.constants.get(name, []) if full == f"{cls.name}::{name}"]
+    if len(stated) == 1:
+        return evaluate(stated[0], walk)
+    written = cls.fields[name]
+    plain = without_arguments(written)
+    plain = without_arguments(walk.program.aliases.get(last_part(plain), plain))
+    if inner_type(written) != written or not walk.table.is_class(plain):
+        return None
+    return evaluate(Call(Name(written), (), (), (), cls.place), walk)
 
 
 def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
@@ -357,7 +376,7 @@ def _replace(target: Expression, old: Any, new: Any, walk: Walk) -> None:
 def _operation(expression: Operation, walk: Walk) -> Any:
     values = [evaluate(each, walk) for each in expression.operands]
     sign = expression.operator
-    if sign == "+" and all(isinstance(each, (str, Template)) for each in values):
+    if sign == "+" and all(isinstance(each, (str, Template, Either)) for each in values):
         return joined(values)
     if sign in {"==", "!="}:
         return _equal(values, negated=sign == "!=")

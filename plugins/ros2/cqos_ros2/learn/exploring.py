@@ -4,40 +4,33 @@ from __future__ import annotations
 
 import posixpath
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import Given
-from cqos_ros2.learn.evaluating import lineage
 from cqos_ros2.learn.frames import Condition, Frame, TooMuchError, Walk
 from cqos_ros2.learn.functions import method_of
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import (
-    Assign,
     Attribute,
     Call,
-    Closure,
-    Do,
     Function,
-    If,
-    Loop,
     Name,
     Reference,
-    Return,
+    calls_in,
     fits,
-    inner_type,
     last_part,
-    without_arguments,
 )
-from cqos_ros2.learn.values import Instance, NodeRecord, Template
+from cqos_ros2.learn.unreached import PLUGIN, argument, not_reached
+from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from cqos_ros2.learn.packages import Package
-    from cqos_ros2.learn.program import Class, Expression, Program, Statement
+    from cqos_ros2.learn.program import Class, Program
     from cqos_ros2.learn.table import Table
 
 _MOST_CALLBACKS: Final = 300
@@ -62,7 +55,15 @@ class Explored:
 
 
 @dataclass(slots=True)
-class _Exploration:
+class Exploration:
+    """One language of a package while it is explored.
+
+    Attributes:
+        made_at: places of calls that were understood as making something.
+        executed: functions that were walked.
+        at_run_time: functions that change parameters while a node runs.
+    """
+
     package: Package
     program: Program
     table: Table
@@ -96,7 +97,7 @@ def explore(package: Package, tables: dict[str, Table]) -> Explored:
     """Return what the executables, components and plugins of a package make."""
     result = Explored()
     for language, program in package.programs.items():
-        found = _Exploration(package, program, tables[language], result)
+        found = Exploration(package, program, tables[language], result)
         found.at_run_time = _at_run_time(program, tables[language])
         if language == "cpp":
             _programs(found)
@@ -104,7 +105,7 @@ def explore(package: Package, tables: dict[str, Table]) -> Explored:
             _plugins(found)
         else:
             _scripts(found)
-        _not_reached(found)
+        not_reached(found)
     result.gaps += [("what a file creates", cause, place) for cause, place in package.gaps]
     return result
 
@@ -132,7 +133,7 @@ def _at_run_time(program: Program, table: Table) -> set[str]:
 # C++
 
 
-def _programs(found: _Exploration) -> None:
+def _programs(found: Exploration) -> None:
     """Walk `main` of each executable."""
     mains = [each for each in found.program.functions.get("main", []) if each.place.source in found.package.own]
     for name, sources in found.package.executables.sources.items():
@@ -153,7 +154,7 @@ def _main(main: Function, walk: Walk) -> None:
     )
 
 
-def _components(found: _Exploration) -> None:
+def _components(found: Exploration) -> None:
     """Walk the classes that are registered as components."""
     by_class = {plugin: name for name, plugin in found.package.executables.components.items()}
     registered = dict(found.program.registered)
@@ -188,14 +189,14 @@ def _object(cls: Class, walk: Walk) -> None:
     construct(cls, Given(made, [Unknown("what a component is given")] * count, {}, ()), walk)
 
 
-def _plugins(found: _Exploration) -> None:
+def _plugins(found: Exploration) -> None:
     """Walk the classes that pluginlib loads: each is a fragment, whose names begin with that of the plugin."""
     for written, place in found.program.plugins.items():
         cls = found.program.find_class(written)
         if cls is None:
             found.result.gaps.append((f"the plugin {written}", "its class is not in what was read", place))
             continue
-        record = NodeRecord(cls.name, "", "", place)
+        record = NodeRecord(cls.name, PLUGIN, "", place)
 
         def start(walk: Walk, cls: Class = cls, record: NodeRecord = record) -> None:
             walk.current = record
@@ -211,7 +212,7 @@ def _plugins(found: _Exploration) -> None:
                         invoke(
                             method,
                             instance,
-                            [_plugin_argument(each.name, each.type, record, walk) for each in method.parameters],
+                            [argument(each.name, each.type, record, walk) for each in method.parameters],
                             {},
                             walk,
                         )
@@ -221,19 +222,10 @@ def _plugins(found: _Exploration) -> None:
             found.result.fragments[cls.name.strip(":")] = record
 
 
-def _plugin_argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
-    known = walk.table.node_class(without_arguments(inner_type(without_arguments(type_name))))
-    if known is not None:
-        return Instance(None, library=known[0], node=record)
-    if "string" in type_name and "name" in name:
-        return Template("${plugin}")
-    return Unknown("what a plugin is given")
-
-
 # Python
 
 
-def _scripts(found: _Exploration) -> None:
+def _scripts(found: Exploration) -> None:
     """Walk the functions that console scripts name, and the files that are installed as programs."""
     executables = found.package.executables
     for name, (module, function) in executables.scripts.items():
@@ -313,112 +305,3 @@ def _callbacks(walk: Walk) -> None:
             )
         finally:
             walk.conditions.pop()
-
-
-# What no walk came to
-
-
-def _not_reached(found: _Exploration) -> None:
-    """Note the creating calls that no walk came to, with the nodes that may make them."""
-    names = {row.call for rows in found.table.calls.values() for row in rows if "makes" in row.values}
-    last = {last_part(each) for each in names}
-    for functions in found.program.functions.values():
-        for function in functions:
-            if function.place.source not in found.package.own and id(function) not in found.executed:
-                continue
-            for each in calls_in(function.body, function.initializers):
-                name = (
-                    last_part(each.function.text)
-                    if isinstance(each.function, Name)
-                    else each.function.name
-                    if isinstance(each.function, Attribute)
-                    else ""
-                )
-                place = each.place
-                if (
-                    without_arguments(name) not in last
-                    or (place.source, place.line or 0) in found.made_at
-                    or _forwards(each, function)
-                ):
-                    continue
-                _blame(found, function, place)
-
-
-def _forwards(call: Call, function: Function) -> bool:
-    """Whether a call only hands on the type parameter of its function: a wrapper."""
-    return any(each in function.templates for each in call.types)
-
-
-def _blame(found: _Exploration, function: Function, place: Place) -> None:
-    what = f"what line {place.line} of {posixpath.basename(place.source)} creates"
-    cause = f"C-QoS found nothing that calls `{function.last}`"
-    if id(function) in found.executed:
-        cause = "what it is called on, or a condition before it, is not followed"
-    nodes = [*(node for nodes in found.result.nodes.values() for node in nodes), *found.result.fragments.values()]
-    owners = [node for node in nodes if function.owner and _is_of(found, node.cls, function.owner)]
-    owners = owners or _of_file(found, place.source)
-    for node in owners:
-        node.gaps[what, cause] = place
-    if not owners:
-        found.result.gaps.append((what, cause, place))
-
-
-def _of_file(found: _Exploration, path: str) -> list[NodeRecord]:
-    """Return the nodes of the programs that a file belongs to; of all where it belongs to none."""
-    folder, executables = found.package.folder, found.package.executables
-    programs = [
-        name
-        for name, sources in executables.sources.items()
-        if path in {posixpath.join(folder, each) for each in sources}
-    ]
-    programs += [
-        name
-        for name, (module, _) in executables.scripts.items()
-        if path == posixpath.join(folder, f"{module.replace('.', '/')}.py")
-    ]
-    programs += [name for name, each in executables.files.items() if path == posixpath.join(folder, each)]
-    return [node for name, nodes in found.result.nodes.items() if name in programs or not programs for node in nodes]
-
-
-def _is_of(found: _Exploration, cls: str, owner: str) -> bool:
-    walk = Walk(found.program, found.table)
-    return any(each.name == owner for each in lineage(found.program.find_class(cls), walk))
-
-
-def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
-    """Yield every call in statements."""
-    waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
-    pending: list[Statement] = [*statements]
-    while pending:
-        each = pending.pop()
-        if isinstance(each, Assign):
-            waiting.append(each.value)
-        elif isinstance(each, Do):
-            waiting.append(each.expression)
-        elif isinstance(each, If):
-            waiting.append(each.condition)
-            pending += [*each.then, *each.otherwise]
-        elif isinstance(each, Loop):
-            pending += each.body
-        elif isinstance(each, Return) and each.value is not None:
-            waiting.append(each.value)
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, Call):
-            yield part
-            waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
-        elif isinstance(part, Closure):
-            yield from calls_in(part.function.body)
-        else:
-            waiting += _parts(part)
-
-
-def _parts(expression: Expression) -> list[Any]:
-    found: list[Any] = []
-    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
-        value = getattr(expression, name, None)
-        if isinstance(value, tuple):
-            found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
-        elif value is not None:
-            found.append(value)
-    return found

@@ -181,7 +181,7 @@ def _read_cpp(paths: list[str], workspace: Workspace, program: Program, macros: 
             continue
         file = CppFile(path, block, macros)
         trees.append((root, file))
-        read_macros(root, file)
+        read_macros(root, file, parse, program)
     for root, file in trees:
         try:
             read_definitions(root, file, program)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.model.system import Place
 
 THIS: Final = "this"
@@ -354,3 +356,42 @@ def inner_type(name: str) -> str:
     if opened and last_part(without_arguments(head)) in {"shared_ptr", "unique_ptr", "weak_ptr", "optional"}:
         return rest.rpartition(">")[0].strip()
     return plain
+
+
+def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
+    """Yield every call in statements."""
+    waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
+    pending: list[Statement] = [*statements]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, Assign):
+            waiting.append(each.value)
+        elif isinstance(each, Do):
+            waiting.append(each.expression)
+        elif isinstance(each, If):
+            waiting.append(each.condition)
+            pending += [*each.then, *each.otherwise]
+        elif isinstance(each, Loop):
+            pending += each.body
+        elif isinstance(each, Return) and each.value is not None:
+            waiting.append(each.value)
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Call):
+            yield part
+            waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
+        elif isinstance(part, Closure):
+            yield from calls_in(part.function.body)
+        else:
+            waiting += _parts(part)
+
+
+def _parts(expression: Expression) -> list[Any]:
+    found: list[Any] = []
+    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
+        value = getattr(expression, name, None)
+        if isinstance(value, tuple):
+            found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
+        elif value is not None:
+            found.append(value)
+    return found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import last_part
-from cqos_ros2.learn.values import Duration, Qos, Template, Word
+from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -72,11 +72,36 @@ def setter(qos: Qos, name: str, arguments: Sequence[Any], walk: Walk) -> Any:
         return None
     settings: dict[str, Any] = {}
     for policy, text in stated.items():
+        first = arguments[0] if len(arguments) == 1 and text == "argument" else None
+        if policy in walk.table.numbers and isinstance(first, (int, Template)) and not isinstance(first, bool):
+            return _by_number(qos, policy, first, walk.table.numbers[policy])
         given = arguments[0] if arguments else Unknown(f"{policy} is set to a value that is not known")
         if len(arguments) > 1:
             given = Unknown(f"{policy} is set from several values")
         settings[policy] = policy_value(policy, given if text == "argument" else text)
     return qos.having(settings)
+
+
+def _by_number(qos: Qos, policy: str, value: int | Template, words: Mapping[int, str]) -> Any:
+    """Return a quality of service with the policy that a number means: one for each number where a parameter has it."""
+    if isinstance(value, int):
+        return qos.having({policy: words.get(value, Unknown(f"{value} is no number of {policy}"))})
+    if not value.parameter:
+        return qos.having({policy: Unknown(f"its {policy} is not known")})
+    return Either(
+        tuple(((Test(value.parameter, (str(number),)),), qos.having({policy: word})) for number, word in words.items())
+    )
+
+
+def number_of(word: Word, walk: Walk) -> Any:
+    """Return the number of a value of an enumeration; the word itself where none is known."""
+    found = {
+        number
+        for policy, words in walk.table.numbers.items()
+        for number, known in words.items()
+        if f"_{policy}_" in word.name.lower() and _word(policy, word.name) == known
+    }
+    return found.pop() if len(found) == 1 else word
 
 
 def maker(name: str, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> Any:
@@ -181,7 +206,8 @@ def _number(value: Any) -> bool:
 
 def preset(name: str, walk: Walk) -> Qos | None:
     """Return the preset that a name of a library means; None where it means none."""
-    found = walk.table.lookup(walk.table.presets, name)
+    head, _, last = name.rpartition(".")
+    found = walk.table.lookup(walk.table.presets, head if head and walk.table.is_same(last) else name)
     return None if found is None else Qos(str(found))
 
 

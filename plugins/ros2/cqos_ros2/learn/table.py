@@ -39,9 +39,13 @@ _ROW: Final = frozenset(
         "unread",
         "topic_is",
         "qos_is",
+        "transport",
+        "transport_parameter",
     )
 )
-_PARAMETER: Final = frozenset(("call", "of", "node", "name", "default", "into", "several", "prefix"))
+_PARAMETER: Final = frozenset(
+    ("call", "of", "node", "name", "name_is", "default", "default_is", "into", "several", "prefix")
+)
 _NODE: Final = frozenset(("name", "namespace", "lifecycle"))
 _LISTS: Final = ("same", "harmless", "lifecycle", "plugin", "at_run_time", "files", "parents")
 _KEYS: Final = frozenset(("cqos_calls", "language", "nodes", "calls", "parameters", "qos", *_LISTS))
@@ -50,11 +54,12 @@ _DIRECTIONS: Final = ("publishes", "subscribes", "serves", "calls", "action_serv
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """Where an argument stands: at an index, under a keyword, among the template arguments, or it is a fixed text."""
+    """Where an argument stands: at an index, under a keyword, among the template arguments of the call or of the object, or it is a fixed text."""
 
     index: int | None = None
     keyword: str = ""
     template: int | None = None
+    of_object: int | None = None
     text: str = ""
 
 
@@ -83,6 +88,8 @@ def _position(stated: Any) -> Position:
     first, _, rest = text.partition(" ")
     if first == "template" and rest.isdigit():
         return Position(template=int(rest))
+    if first == "object" and rest.isdigit():
+        return Position(of_object=int(rest))
     if first.isdigit():
         return Position(int(first), rest)
     return Position(keyword=text, text=text)
@@ -95,7 +102,8 @@ class Table:
     Attributes:
         nodes: positions of name and namespace, by class.
         calls, parameters: rows by the last part of their names.
-        qos: makers, presets, setters, durations.
+        makers, presets, setters, durations: of qualities of service.
+        numbers: words of policies by their number.
     """
 
     language: str
@@ -106,6 +114,7 @@ class Table:
     presets: dict[str, str] = field(default_factory=dict)
     setters: dict[str, dict[str, str]] = field(default_factory=dict)
     durations: dict[str, Any] = field(default_factory=dict)
+    numbers: dict[str, dict[int, str]] = field(default_factory=dict)
     passes: frozenset[str] = frozenset()
     lists: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -127,13 +136,23 @@ class Table:
         if not method:
             return [row for row in found if _means(name, row.call)]
         own = list(classes)
-        if not own:
-            return found  # the class is not known: any of them
+        if not own:  # the class is not known: methods of nodes have names of their own, those of other classes do not
+            return [row for row in found if any(of == "node" or of in self.nodes for of in row.on)]
         for each in own:  # the nearest class first
             exact = [row for row in found if any(_means(each, of) for of in row.on)]
             if exact:
                 return exact
         return [row for row in found if row.on == ("node",)]
+
+    def is_class(self, name: str) -> bool:
+        """Whether a name is of a class of a library whose objects make something."""
+        return any(
+            _means(name, known)
+            for rows in self.calls.values()
+            for row in rows
+            for known in (row.call, *row.on)
+            if last_part(known) == last_part(name) and known not in self.nodes
+        )
 
     def lookup(self, kind: dict[str, Any], name: str) -> Any:
         """Return what one of the maps has for a name; None where it has nothing."""
@@ -195,7 +214,7 @@ def _read(path: Path, found: dict[str, Table]) -> None:
             made = Row(row["call"], (on,) if isinstance(on, str) else tuple(on), row)
             getattr(table, kind).setdefault(last_part(made.call), []).append(made)
     qos = document.get("qos") or {}
-    for key in ("makers", "presets", "setters", "durations"):
+    for key in ("makers", "presets", "setters", "durations", "numbers"):
         getattr(table, key).update(qos.get(key) or {})
     table.passes |= frozenset(qos.get("passes") or ())
     for key in _LISTS:

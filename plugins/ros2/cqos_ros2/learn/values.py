@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Place
     from cqos_ros2.learn.program import Class, Function
 
+_MOST_CASES: Final = 32
 MISSING: Final = object()
 """A parameter without a default."""
 
@@ -116,6 +117,11 @@ class Instance:
     types: dict[str, str] = field(default_factory=dict)
     node: NodeRecord | None = None
 
+    def alike(self, other: Instance) -> bool:
+        """Whether both are objects of one class of a library, made alike."""
+        mine = (self.cls, self.node, self.library, self.types, self.members)
+        return mine == (None, None, other.library, other.types, other.members) and other.cls is None is other.node
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Code:
@@ -184,7 +190,10 @@ def unknown(cause: str, place: Place | None = None) -> Unknown:
 
 
 def joined(values: list[Any]) -> Any:
-    """Return the text of several values one after the other."""
+    """Return the text of several values one after the other; one for each case where a value is one of a few."""
+    for number, each in enumerate(values):
+        if isinstance(each, Either):
+            return each_case(each, lambda one, at=number: joined([*values[:at], one, *values[at + 1 :]]))  # type: ignore[misc]
     text, holes = "", False
     for each in values:
         if isinstance(each, Template):
@@ -204,8 +213,18 @@ def joined(values: list[Any]) -> Any:
 def each_case(value: Any, function: Callable[[Any], Any]) -> Any:
     """Apply a function to a value, or to each of its alternatives."""
     if isinstance(value, Either):
-        return Either(tuple((tests, each_case(each, function)) for tests, each in value.cases))
+        return flat(tuple((tests, each_case(each, function)) for tests, each in value.cases))
     return function(value)
+
+
+def flat(cases: tuple[tuple[Tests, Any], ...]) -> Any:
+    """Return one of a few values, where a value may itself be one of a few; not known where they are too many."""
+    found = [
+        ((*tests, *inner), value)
+        for tests, each in cases
+        for inner, value in (each.cases if isinstance(each, Either) else (((), each),))
+    ]
+    return Either(tuple(found)) if len(found) <= _MOST_CASES else Unknown("one of many values")
 
 
 def same(one: Any, other: Any) -> bool:
@@ -228,6 +247,8 @@ def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Pl
     for one, other in ((then, otherwise), (otherwise, then)):
         if one is None and isinstance(other, (Instance, Code)):
             return other  # made in one branch; where it is used, it is there
+    if isinstance(then, Instance) and isinstance(otherwise, Instance) and then.alike(otherwise):
+        return then
     if tests is None or isinstance(then, Instance) or isinstance(otherwise, Instance):
         return Unknown(cause, place)
     rest = otherwise.cases if isinstance(otherwise, Either) else (((), otherwise),)

@@ -23,10 +23,13 @@ PUB = "create_publisher<std_msgs::msg::String>"
         (f'std::string t; declare_parameter("topic", "scan"); get_parameter("topic", t); {PUB}(t, 1);', "${topic}", {"depth": 1}),
         (f'int d = declare_parameter("depth", 5); {PUB}("a", rclcpp::QoS(d));', "a", {"depth": "${depth}"}),
         (f'{PUB}(std::string(get_name()) + "/a", 1);', "${node}/a", {"depth": 1}),
+        (f'int d = 4; rclcpp::QoS q(d); {PUB}("a", q);', "a", {"depth": 4}),  # it reads like the declaration of a function
+        (f'{PUB}("a", rclcpp::QoS(1).reliability((rmw_qos_reliability_policy_t)(2)));', "a", {"depth": 1, "reliability": "best_effort"}),
+        (f'{PUB}("a", QUALITY(3, RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT));', "a", {"depth": 3, "reliability": "best_effort"}),
     ],
 )  # fmt: skip
 def test_values_are_followed(cpp, body, name, qos):
-    found = cpp(body)
+    found = cpp(body, "", "#define QUALITY(depth, kind) rclcpp::QoS(depth).reliability(kind)")
     assert list(found["publishes"]) == [name]
     entry = found["publishes"][name]
     assert entry["qos"] == qos
@@ -116,6 +119,71 @@ def test_a_member_that_another_method_sets_is_unknown_in_a_callback(cpp):
     members = f'std::string t_ = "a"; void set(std::string s) {{ t_ = s; }} void tick() {{ {PUB}(t_, 1); }}'
     found = cpp("timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { tick(); });", members)
     assert all("unknown" in each for each in found["publishes"].values())
+
+
+def test_a_filter_subscribes_where_it_is_told_to(cpp):
+    """T23: without a quality of service, message_filters takes the default of rmw."""
+    found = cpp(
+        'sub_.subscribe(this, "a"); rclcpp::QoS qos(3); other_.subscribe(this, "b", qos.get_rmw_qos_profile());',
+        "message_filters::Subscriber<sensor_msgs::msg::Image> sub_; message_filters::Subscriber<sensor_msgs::msg::Image> other_;",
+    )
+    image = {"type": "sensor_msgs/msg/Image", "at": "src/driver.cpp:5"}
+    assert found["subscribes"] == {"a": {**image, "qos": "default"}, "b": {**image, "qos": {"depth": 3}}}
+
+
+def test_a_parameter_chooses_the_transport(cpp):
+    found = cpp(
+        'image_transport::TransportHints hints(this); sub_.subscribe(this, "image", hints.getTransport());',
+        "image_transport::SubscriberFilter sub_;",
+    )
+    assert found["parameters"] == {"image_transport": {"default": "raw"}}
+    assert found["subscribes"]["image"]["when"] == {"image_transport": "raw"}
+    assert found["subscribes"]["image"]["type"] == "sensor_msgs/msg/Image"
+    assert found["subscribes"]["image/${image_transport}"]["when"] == {"image_transport": {"not": "raw"}}
+    assert "type" not in found["subscribes"]["image/${image_transport}"]
+
+
+def test_a_parameter_chooses_a_policy_by_its_number(cpp):
+    found = cpp(
+        f'int kind = RMW_QOS_POLICY_RELIABILITY_RELIABLE; kind = declare_parameter("kind", kind); {PUB}("a", rclcpp::QoS(1).reliability((rmw_qos_reliability_policy_t)kind));'
+    )
+    assert found["parameters"] == {"kind": {"default": 1}}
+    assert {"when": {"kind": "2"}, "depth": 1, "reliability": "best_effort"} in found["publishes"]["a"]["qos"]
+
+
+def test_one_of_two_texts_by_a_parameter_goes_into_names(cpp):
+    found = cpp(f'auto p = declare_parameter("p", "x"); std::string t = p.empty() ? "" : p + "/"; {PUB}(t + "a", 1);')
+    assert found["publishes"]["a"]["when"] == {"p": ""}
+    assert found["publishes"]["${p}/a"]["when"] == {"p": {"not": ""}}
+
+
+def test_a_constant_of_a_class_is_defined_outside(cpp):
+    found = cpp(
+        f"{PUB}(Names::TOPIC, 1); {PUB}(OWN, 1);",
+        "static const std::string OWN;",
+        'struct Names { static const std::string TOPIC; }; const std::string Names::TOPIC = "a"; const std::string Driver::OWN = "b";',
+    )
+    assert set(found["publishes"]) == {"a", "b"}
+
+
+def test_methods_of_classes_that_are_not_known_make_nothing(cpp):
+    found = cpp('redis_->subscribe("a", 1); bus().advertise("b", 1);', "Redis * redis_;")
+    assert not {"publishes", "subscribes", "unread"} & set(found)
+
+
+def test_a_class_that_nothing_makes_is_learned_by_itself(learned, parser):
+    source = f"""
+class Part {{
+public:
+  explicit Part(const rclcpp::Node::SharedPtr & node) : node_(node) {{}}
+  void start(const std::string & topic) {{ {PUB.replace("create", "pub_ = node_->create")}("status", 2); node_->{PUB}(topic, 1); }}
+  rclcpp::Node::SharedPtr node_;
+}};
+"""
+    found = learned({"src/part.cpp": source}).document["fragments"]["Part"]["publishes"]
+    assert found["status"]["qos"] == {"depth": 2}
+    assert found["status"]["perhaps"] == "C-QoS found nothing that calls `start`"
+    assert found["(unknown 1)"]["unknown"] == "what it is given"
 
 
 def test_components_and_life_cycle(learned, parser):

@@ -1,0 +1,193 @@
+"""What no walk of a program came to: creating calls are named, and the classes that make them are walked by themselves."""
+
+from __future__ import annotations
+
+import posixpath
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.calling import invoke
+from cqos_ros2.learn.creating import Given
+from cqos_ros2.learn.evaluating import lineage
+from cqos_ros2.learn.frames import Condition, Walk
+from cqos_ros2.learn.objects import construct
+from cqos_ros2.learn.program import (
+    Attribute,
+    Call,
+    Name,
+    calls_in,
+    fits,
+    inner_type,
+    last_part,
+    without_arguments,
+)
+from cqos_ros2.learn.values import Instance, NodeRecord, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.model.system import Place
+    from cqos_ros2.learn.exploring import Exploration
+    from cqos_ros2.learn.program import Class, Function
+    from cqos_ros2.learn.table import Row, Table
+
+_MOST_CLASSES: Final = 300
+PLUGIN: Final = "${plugin}"
+"""How node files write the name of a plugin."""
+
+
+def not_reached(found: Exploration) -> None:
+    """Note the creating calls that no walk came to, with the nodes that may make them; learn what their classes would make."""
+    missed = list(_missed(found))
+    classes: dict[str, list[Function]] = {}
+    for function, place in missed:
+        _blame(found, function, place)
+        if function.owner:
+            classes.setdefault(function.owner, []).append(function)
+    for name, functions in [*classes.items()][:_MOST_CLASSES]:
+        cls = found.program.find_class(name)
+        if cls is not None and cls.name.strip(":") not in found.result.fragments:
+            _alone(found, cls, functions)
+    stated = {
+        (each.place.source, each.place.line) for record in found.result.fragments.values() for each in record.made
+    }
+    found.result.gaps = [each for each in found.result.gaps if (each[2].source, each[2].line) not in stated]
+
+
+def _missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
+    """Yield the creating calls that no walk understood, with their functions."""
+    fields = {
+        name: type_name
+        for classes in found.program.classes.values()
+        for cls in classes
+        for name, type_name in cls.fields.items()
+    }
+    for functions in found.program.functions.values():
+        for function in functions:
+            if function.place.source not in found.package.own and id(function) not in found.executed:
+                continue
+            for each in calls_in(function.body, function.initializers):
+                place = each.place
+                if (
+                    (place.source, place.line or 0) not in found.made_at
+                    and not _forwards(each, function)
+                    and any(_may_be(each, row, fields, found.table) for row in found.table.calls.get(_called(each), ()))
+                ):
+                    yield function, place
+
+
+def _may_be(call: Call, row: Row, fields: dict[str, str], table: Table) -> bool:
+    """Whether a call may be one of a row: names of methods of nodes are telling, those of other classes are not."""
+    position = row.position("topic")
+    given = len(call.arguments) + len(call.keywords)
+    if "makes" not in row.values or (position is not None and given <= (position.index or 0)):
+        return False
+    if not row.on or any(each == "node" or each in table.nodes for each in row.on):
+        return True
+    on = call.function.of if isinstance(call.function, Attribute) else None
+    name = on.name if isinstance(on, Attribute) else on.text if isinstance(on, Name) else ""
+    stated = without_arguments(inner_type(fields.get(name, "")))
+    return any(fits(each, stated) for each in row.on) if stated else False
+
+
+def _called(call: Call) -> str:
+    name = call.function.name if isinstance(call.function, Attribute) else ""
+    return without_arguments(last_part(call.function.text) if isinstance(call.function, Name) else name)
+
+
+# A class by itself
+
+
+def _alone(found: Exploration, cls: Class, functions: list[Function]) -> None:
+    """Walk a class that no followed code makes: it is a fragment, and what its methods make may never be made."""
+    record = NodeRecord(cls.name, "", "", cls.place)
+
+    def start(walk: Walk) -> None:
+        walk.current = record
+        instance = _made(cls, record, functions, walk)
+        walk.starting = False
+        if not isinstance(instance, Instance):
+            return
+        walk.current = instance.node or record
+        for function in functions:
+            if id(function) not in walk.executed:
+                walk.conditions.append(Condition(perhaps=f"C-QoS found nothing that calls `{function.last}`"))
+                given = [argument(each.name, each.type, walk.current, walk) for each in function.parameters]
+                invoke(function, instance, given, {}, walk)
+                walk.conditions.pop()
+
+    before = frozenset(found.made_at)
+    walk = found.walk(cls.name, start)
+    for each in walk.nodes:
+        if each is not record and each.cls == cls.name:
+            record = each
+    record.gaps = {key: place for key, place in record.gaps.items() if place.source in found.package.own}
+    record.made = [each for each in record.made if (each.place.source, each.place.line or 0) not in before]
+    if record.made:
+        found.result.fragments[cls.name.strip(":")] = record
+
+
+def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk) -> Any:
+    """Return an object of a class, made with what is not known, and with the node where it takes one."""
+    last = "__init__" if walk.program.language == "python" else last_part(cls.name)
+    own = [each for each in walk.program.functions.get(last, []) if fits(cls.name, each.owner or "?")]
+    chosen = next((each for each in functions if each in own), own[0] if own else None)
+    given = [argument(each.name, each.type, record, walk) for each in chosen.parameters] if chosen is not None else []
+    made = Call(Name(cls.name), (), (), (), cls.place)
+    instance = construct(cls, Given(made, given, {}, ()), walk)
+    record.gaps.clear()
+    return instance
+
+
+def argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
+    """Return what a class is given that nothing followed makes: its node where the type is one, else what is not known."""
+    known = walk.table.node_class(without_arguments(inner_type(without_arguments(type_name))))
+    if known is not None:
+        return Instance(None, library=known[0], node=record)
+    if "string" in type_name and "name" in name and record.name == PLUGIN:
+        return Template(PLUGIN)
+    return Unknown("what it is given")
+
+
+# Whose they are
+
+
+def _forwards(call: Call, function: Function) -> bool:
+    """Whether a call only hands on the type parameter of its function: a wrapper."""
+    return any(each in function.templates for each in call.types)
+
+
+def _blame(found: Exploration, function: Function, place: Place) -> None:
+    what = f"what `{function.last}` in {posixpath.basename(place.source)} creates"
+    cause = f"C-QoS found nothing that calls `{function.last}`"
+    if id(function) in found.executed:
+        cause = "what it is called on, or a condition before it, is not followed"
+    nodes = [*(node for nodes in found.result.nodes.values() for node in nodes), *found.result.fragments.values()]
+    owners = [node for node in nodes if function.owner and _is_of(found, node.cls, function.owner)]
+    owners = owners or _of_file(found, place.source)
+    for node in owners:
+        node.gaps.setdefault((what, cause), place)
+    if not owners and not any(each[:2] == (what, cause) for each in found.result.gaps):
+        found.result.gaps.append((what, cause, place))
+
+
+def _of_file(found: Exploration, path: str) -> list[NodeRecord]:
+    """Return the nodes of the programs that a file belongs to; of all where it belongs to none."""
+    folder, executables = found.package.folder, found.package.executables
+    programs = [
+        name
+        for name, sources in executables.sources.items()
+        if path in {posixpath.join(folder, each) for each in sources}
+    ]
+    programs += [
+        name
+        for name, (module, _) in executables.scripts.items()
+        if path == posixpath.join(folder, f"{module.replace('.', '/')}.py")
+    ]
+    programs += [name for name, each in executables.files.items() if path == posixpath.join(folder, each)]
+    return [node for name, nodes in found.result.nodes.items() if name in programs or not programs for node in nodes]
+
+
+def _is_of(found: Exploration, cls: str, owner: str) -> bool:
+    walk = Walk(found.program, found.table)
+    return any(each.name == owner for each in lineage(found.program.find_class(cls), walk))
