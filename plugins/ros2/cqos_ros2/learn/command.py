@@ -17,6 +17,7 @@ from cqos_core.model.remarks import plural
 if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.learning import Learned
+    from cqos_ros2.learn.packages import Parsed
 
 _MOST_GAPS: Final = 20
 
@@ -46,11 +47,14 @@ def learn(
       cqos learn ~/ws/src --package my_driver --output nodes
       cqos learn src/my_robot --check
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_ros2.learn.packages import Parsed
+
     workspace, chosen = _packages(path, packages)
     differing = 0
+    parsed = Parsed()
     for name in chosen:
         kept = _there(name, workspace, output)
-        learned = _learned(name, workspace, calls, kept[1])
+        learned = _learned(name, workspace, calls, kept[1], parsed)
         if check:
             differing += _check(learned, *kept)
         else:
@@ -93,13 +97,15 @@ def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]
     return workspace, sorted(wanted or inner.packages)
 
 
-def _learned(name: str, workspace: Workspace, calls: tuple[str, ...], kept: dict[str, Any] | None) -> Learned:
+def _learned(
+    name: str, workspace: Workspace, calls: tuple[str, ...], kept: dict[str, Any] | None, parsed: Parsed
+) -> Learned:
     from cqos_ros2.learn.learning import learn as learn_package
     from cqos_ros2.learn.packages import NoParserError
 
     try:
         with Progress(f"learning {name}"):
-            return learn_package(name, workspace, calls, kept)
+            return learn_package(name, workspace, calls, kept, parsed)
     except NoParserError:
         message = f"`{name}` has sources in C++, and their parser is not installed"
         raise InputError([Problem("CQ045", message, None, "pip install 'cqos[source]'")]) from None

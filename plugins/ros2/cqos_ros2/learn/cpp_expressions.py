@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
@@ -74,13 +74,11 @@ class CppFile:
 
     Attributes:
         path: as shown.
-        macros: values of `#define` of this file and of the headers of its package.
         body: reads the statements of a block; the reader of statements provides it.
     """
 
     path: str
     body: Callable[[Node, CppFile], tuple[Statement, ...]]
-    macros: dict[str, Expression] = field(default_factory=dict)
     depth: int = 0
 
     def place(self, node: Node) -> Place:
@@ -119,10 +117,8 @@ def arguments_of(node: Node | None, file: CppFile) -> tuple[Expression, ...]:
 
 
 def _name(node: Node, file: CppFile) -> Expression:
-    text = plain_name(node)
-    if text in file.macros:
-        return file.macros[text]
-    return Name(text)
+    del file
+    return Name(plain_name(node))
 
 
 def plain_name(node: Node) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.learn.cpp_expressions import (
@@ -93,7 +94,7 @@ def read_macros(root: Node, file: CppFile, parse: Parser, program: Program) -> N
                 found = Literal(int(value))
             else:
                 continue
-            file.macros[name] = found if file.macros.get(name, found) == found else NotFollowed(name)
+            program.constants.setdefault(name, []).append((name, found))
 
 
 def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) -> None:
@@ -271,14 +272,13 @@ def _function(node: Node, scope: str, templates: tuple[str, ...], file: CppFile,
         return
     name = _inside(scope, _ARGUMENTS.sub("", declared_name(declarator.child_by_field_name("declarator"))))
     initializers = next((each for each in node.named_children if each.type == "field_initializer_list"), None)
-    statements = () if body is None else block(body, file)
     if body is not None and body.type == "try_statement":
-        statements = block(body.child_by_field_name("body") or body, file)
+        body = body.child_by_field_name("body") or body
     static = any(each.type == "storage_class_specifier" and text_of(each) == "static" for each in node.children)
     made = Function(
         name,
         parameters_of(declarator.child_by_field_name("parameters"), file),
-        statements,
+        () if body is None else partial(_body, body, file),
         file.place(node),
         owner=name.rpartition("::")[0],
         templates=templates,
@@ -288,8 +288,16 @@ def _function(node: Node, scope: str, templates: tuple[str, ...], file: CppFile,
             _initializer(each, file) for each in initializers.named_children if each.type == "field_initializer"
         ),
         static=static,
+        source=node.text or b"",
     )
     program.functions.setdefault(made.last, []).append(made)
+
+
+def _body(node: Node, file: CppFile) -> tuple[Statement, ...]:
+    try:
+        return block(node, file)
+    except RecursionError:
+        return (Do(NotFollowed("it is nested too deeply"), file.place(node)),)
 
 
 def _initializer(node: Node, file: CppFile) -> tuple[str, tuple[Expression, ...], Place]:

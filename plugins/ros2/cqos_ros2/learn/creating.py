@@ -80,7 +80,7 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     types = {str(number): walk.frame.types.get(each, each) for number, each in enumerate(given.types)}
     made = Instance(None, library=row.call, types=types)
     if "makes" in row.values and "topic_is" not in row.values and not given.arguments and not given.keywords:
-        return made  # it will be told what to make
+        return made  # a later call says what it makes
     if node is None:
         walk.homeless.append(place)
         return made

@@ -7,23 +7,20 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import (
     THIS,
-    Assign,
     Attribute,
     Call,
     Closure,
     Conditional,
-    Do,
     Element,
-    If,
     Items,
     Literal,
-    Loop,
     Name,
     NotFollowed,
     Operation,
     Pairs,
     Parts,
     Reference,
+    assignments,
     inner_type,
     last_part,
     without_arguments,
@@ -45,10 +42,10 @@ from cqos_ros2.learn.values import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Class, Expression, Function, Statement
+    from cqos_ros2.learn.program import Class, Expression, Function
 
 _MISSING: Final = object()
 _DEEPEST: Final = 12
@@ -221,7 +218,7 @@ def _constant(text: str, walk: Walk) -> Any:
         from cqos_ros2.learn.qualities import preset
 
         return preset(text, walk) or Word(text)
-    if last in reassigned(walk):
+    if walk.program.assigned(last):
         return Unknown(f"`{text[:60]}` is set several times")
     walk.step()
     values = [
@@ -240,43 +237,6 @@ def _mentions(expression: Expression, name: str) -> bool:
     return isinstance(expression, Name) and last_part(expression.text) == name
 
 
-def reassigned(walk: Walk) -> frozenset[str]:
-    """Return the plain names that functions assign without declaring them: globals that change."""
-    if walk.reassigned is None:
-        found: set[str] = set()
-        if walk.program.language == "cpp":
-            for functions in walk.program.functions.values():
-                for function in functions:
-                    found |= {each.target.text for each in assignments(function) if isinstance(each.target, Name)}
-        walk.reassigned = frozenset(found)
-    return walk.reassigned
-
-
-def assignments(function: Function) -> Iterator[Assign]:
-    """Yield the assignments in a function that are no declarations."""
-    waiting: list[Statement] = [*function.body]
-    while waiting:
-        each = waiting.pop()
-        if isinstance(each, Assign):
-            if not each.declares:
-                yield each
-            waiting += _closures(each.value)
-        elif isinstance(each, If):
-            waiting += [*each.then, *each.otherwise]
-        elif isinstance(each, Loop):
-            waiting += each.body
-        elif isinstance(each, Do):
-            waiting += _closures(each.expression)
-
-
-def _closures(expression: Expression) -> Iterable[Statement]:
-    if isinstance(expression, Closure):
-        return expression.function.body
-    if isinstance(expression, Call):
-        return [each for part in expression.arguments for each in _closures(part)]
-    return ()
-
-
 def _set_elsewhere(instance: Instance, name: str, walk: Walk) -> str:
     """Return why a member may have another value than the walk saw; empty where it cannot."""
     for cls in lineage(instance.cls, walk):
@@ -291,21 +251,15 @@ def _set_elsewhere(instance: Instance, name: str, walk: Walk) -> str:
 def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
     found: dict[str, list[Function]] = {}
     skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
-    for functions in walk.program.functions.values():
-        for function in functions:
-            if function.owner != cls.name or function.last in skipped or function.last.startswith(("~", "on_")):
-                continue
-            for each in assignments(function):
-                target = each.target
-                name = (
-                    target.text
-                    if isinstance(target, Name)
-                    else target.name
-                    if isinstance(target, Attribute) and target.of == Name(THIS)
-                    else ""
-                )
-                if name:
-                    found.setdefault(name, []).append(function)
+    for function in walk.program.owned(cls.name):
+        if function.last in skipped or function.last.startswith(("~", "on_")):
+            continue
+        for each in assignments(function):
+            target = each.target
+            own = isinstance(target, Attribute) and target.of == Name(THIS)
+            name = target.text if isinstance(target, Name) else target.name if own else ""  # type: ignore[union-attr]
+            if name:
+                found.setdefault(name, []).append(function)
     return found
 
 

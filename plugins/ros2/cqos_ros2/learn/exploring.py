@@ -113,9 +113,10 @@ def explore(package: Package, tables: dict[str, Table]) -> Explored:
 def _at_run_time(program: Program, table: Table) -> set[str]:
     """Return the functions that change parameters while a node runs: what they set is no value of its start."""
     found: set[str] = set()
+    names = [each.encode() for each in table.lists["at_run_time"]]
     for functions in program.functions.values():
         for function in functions:
-            for each in calls_in(function.body):
+            for each in calls_in(function.body) if function.mentions(names) else ():
                 name = (
                     each.function.name
                     if isinstance(each.function, Attribute)

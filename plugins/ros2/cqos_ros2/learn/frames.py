@@ -90,7 +90,6 @@ class Walk:
     callbacks: list[Code] = field(default_factory=list)
     starting: bool = True
     homeless: list[Place] = field(default_factory=list)
-    reassigned: frozenset[str] | None = None
     setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)
     steps: int = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -11,12 +12,14 @@ import yaml
 from cqos_core.importers.source import Source
 from cqos_ros2.learn.exploring import explore
 from cqos_ros2.learn.facts import DIRECTIONS, facts
-from cqos_ros2.learn.packages import read_package
+from cqos_ros2.learn.keeping import keep, kept, key_of
+from cqos_ros2.learn.packages import Parsed, read_package
 from cqos_ros2.learn.table import tables
 from cqos_ros2.nodes.reading import read_node_file
 
 if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.learn.table import Table
 
 _HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n# Entries with `confirmed: true` are left as they are.\n"
 
@@ -45,7 +48,11 @@ class Learned:
 
 
 def learn(
-    package: str, workspace: Workspace, calls: tuple[str, ...] = (), kept: dict[str, Any] | None = None
+    package: str,
+    workspace: Workspace,
+    calls: tuple[str, ...] = (),
+    before: dict[str, Any] | None = None,
+    parsed: Parsed | None = None,
 ) -> Learned:
     """Return what the sources of a package say about its nodes.
 
@@ -53,19 +60,32 @@ def learn(
         package: its name.
         workspace: with its sources, and with those of packages that it depends on.
         calls: paths of further tables of calls.
-        kept: the node file that there is; its confirmed entries stay.
+        before: the node file that there is; what a person confirmed or corrected in it stays.
+        parsed: sources that were parsed for other packages.
 
     Raises:
         InputError: a table of calls cannot be read.
         NoParserError: it has sources in C++, and the extra ``source`` is not installed.
     """
     known = tables(calls)
-    read = read_package(package, workspace, known)
-    found = facts(read, explore(read, known))
-    document = found.document if kept is None else with_confirmed(found.document, kept)
+    folder = workspace.packages[package]
+    parsed = Parsed() if parsed is None else parsed
+    key = key_of(package, workspace, calls, parsed)
+    found = kept(package, folder, key)
+    if found is None:
+        found = _learn(package, workspace, known, parsed)
+        keep(package, folder, key, found)
+    document = found["document"] if before is None else with_confirmed(found["document"], before)
     text = written(document)
-    files = tuple(sorted(path for path in read.own if f"{os.path.relpath(path, read.folder)}:" in text))
-    return Learned(package, document, text, found.gaps, files)
+    files = tuple(path for path in found["files"] if f"{os.path.relpath(path, folder)}:" in text)
+    return Learned(package, document, text, [(what, cause, at) for what, cause, at in found["gaps"]], files)
+
+
+def _learn(package: str, workspace: Workspace, known: dict[str, Table], parsed: Parsed) -> dict[str, Any]:
+    read = read_package(package, workspace, known, parsed)
+    found = facts(read, explore(read, known))
+    plain = json.loads(json.dumps(found.document))
+    return {"document": plain, "gaps": found.gaps, "files": sorted(read.own)}
 
 
 def written(document: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ import posixpath
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
@@ -18,14 +18,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_ros2.launch.workspace import Workspace
-    from cqos_ros2.learn.program import Expression
     from cqos_ros2.learn.table import Table
 
 MOST_FILES: Final = 2_000
 """How many sources of one package are read."""
 MOST_DEPENDENCIES: Final = 12
-MOST_NESTED: Final = 400
-"""How deep the syntax of a file may be nested."""
 _TESTS: Final = frozenset(
     ("test", "tests", "benchmark", "benchmarks", "doc", "docs", "third_party", "thirdparty", "3rdparty")
 )
@@ -33,6 +30,19 @@ _TEST_NAMES: Final = re.compile(r"(test_.*|.*_test|conftest|gtest.*)\.\w+")
 _EXPORTS: Final = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b")
 """Macros before names of classes and functions, which no parser of C++ understands."""
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
+
+
+@dataclass(slots=True)
+class Parsed:
+    """Sources of a workspace that were read before.
+
+    Attributes:
+        programs: what the sources of a package define, by package and language.
+        digests: of the sources of packages.
+    """
+
+    programs: dict[tuple[str, str], Program] = field(default_factory=dict)
+    digests: dict[str, bytes] = field(default_factory=dict)
 
 
 class NoParserError(Exception):
@@ -58,43 +68,58 @@ class Package:
     gaps: list[tuple[str, Place]] = field(default_factory=list)
 
 
-def read_package(name: str, workspace: Workspace, tables: dict[str, Table]) -> Package:
+def read_package(name: str, workspace: Workspace, tables: dict[str, Table], parsed: Parsed) -> Package:
     """Return a package with its sources, and with those of the packages in the workspace that it depends on.
+
+    Args:
+        name: of the package.
+        workspace: where it is.
+        tables: calls by language.
+        parsed: what sources of packages define that were parsed before; it is added to.
 
     Raises:
         NoParserError: it has sources in C++, and their parser is not installed.
     """
     package = Package(name, workspace.packages[name])
-    for path in _files(name, workspace):
+    for path in files(name, workspace):
         last = posixpath.basename(path)
         if last in {"CMakeLists.txt", "setup.py", "setup.cfg"}:
             data = workspace.read(path, None)
             if not isinstance(data, Unknown):
                 _installed(last, data, posixpath.dirname(os.path.relpath(path, package.folder)), package.executables)
-    others = _dependencies(name, workspace)
+    others = dependencies(name, workspace)
     for language, table in tables.items():
         endings = table.lists["files"]
-        if not any(path.endswith(endings) for path in _files(name, workspace)):
+        if not any(path.endswith(endings) for path in files(name, workspace)):
             continue
+        own = _program(name, language, table, workspace, parsed)
         program = package.programs[language] = Program(language)
-        macros: dict[str, Expression] = {}
-        for each in (name, *others):
-            target = (
-                program
-                if each == name
-                else Program(language, program.classes, program.functions, program.constants, program.aliases)
-            )
-            paths = [path for path in _files(each, workspace) if path.endswith(endings)]
-            if len(paths) > MOST_FILES and each == name:
-                package.gaps.append((f"only {MOST_FILES} of its {len(paths)} files are read", Place(package.folder)))
-            _read(paths[:MOST_FILES], each, workspace, target, macros)
-            if each == name:
-                package.own |= set(paths)
-                package.gaps += target.gaps
+        for each in (own, *(_program(other, language, table, workspace, parsed) for other in others)):
+            program.add(each)
+        for key in ("registered", "plugins", "scripts", "gaps"):
+            setattr(program, key, getattr(own, key))
+        package.own |= {path for path in files(name, workspace) if path.endswith(endings)}
+        package.gaps += own.gaps
     return package
 
 
-def _files(name: str, workspace: Workspace) -> Iterator[str]:
+def _program(name: str, language: str, table: Table, workspace: Workspace, parsed: Parsed) -> Program:
+    """Return what the sources of one package define; they are parsed once."""
+    key = (name, language)
+    if key not in parsed.programs:
+        program = parsed.programs[key] = Program(language)
+        paths = [path for path in files(name, workspace) if path.endswith(table.lists["files"])]
+        if len(paths) > MOST_FILES:
+            cause = f"only {MOST_FILES} of its {len(paths)} files are read"
+            program.gaps.append((cause, Place(workspace.packages[name])))
+        if language == "cpp":
+            _read_cpp(paths[:MOST_FILES], workspace, program)
+        else:
+            _read_python(paths[:MOST_FILES], name, workspace, program)
+    return parsed.programs[key]
+
+
+def files(name: str, workspace: Workspace) -> Iterator[str]:
     """Yield the files of a package, without its tests."""
     folder = workspace.packages[name]
     for path in sorted(path for paths in workspace.files_of(name).values() for path in paths):
@@ -103,7 +128,7 @@ def _files(name: str, workspace: Workspace) -> Iterator[str]:
             yield path
 
 
-def _dependencies(name: str, workspace: Workspace) -> list[str]:
+def dependencies(name: str, workspace: Workspace) -> list[str]:
     """Return the packages of the workspace that a package depends on, near ones first."""
     found: list[str] = []
     waiting = [name]
@@ -131,12 +156,7 @@ def _installed(last: str, data: bytes, folder: str, found: Executables) -> None:
         read_cmake(data.decode("utf-8", "replace"), folder, found)
 
 
-def _read(
-    paths: list[str], package: str, workspace: Workspace, program: Program, macros: dict[str, Expression]
-) -> None:
-    if program.language == "cpp":
-        _read_cpp(paths, workspace, program, macros)
-        return
+def _read_python(paths: list[str], package: str, workspace: Workspace, program: Program) -> None:
     from cqos_ros2.learn.python_files import read_module
 
     for path in paths:
@@ -160,7 +180,7 @@ def _module(path: str, package: str, workspace: Workspace) -> str:
     return ".".join(inner) or package
 
 
-def _read_cpp(paths: list[str], workspace: Workspace, program: Program, macros: dict[str, Expression]) -> None:
+def _read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
     from cqos_ros2.learn.cpp_expressions import CppFile
 
     try:
@@ -169,37 +189,16 @@ def _read_cpp(paths: list[str], workspace: Workspace, program: Program, macros: 
         parse = parser()
     except ImportError:
         raise NoParserError from None
-    trees: list[tuple[Any, CppFile]] = []
     for path in sorted(paths, key=lambda each: not each.endswith((".h", ".hpp", ".hh", ".hxx"))):
         data = workspace.read(path, Place(path))
         if isinstance(data, Unknown):
             program.gaps.append((data.cause, Place(path)))
             continue
         root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
-        if _deeper(root, MOST_NESTED):
-            program.gaps.append(("it is nested too deeply", Place(path)))
-            continue
-        file = CppFile(path, block, macros)
-        trees.append((root, file))
+        file = CppFile(path, block)
         read_macros(root, file, parse, program)
-    for root, file in trees:
         try:
             read_definitions(root, file, program)
         except RecursionError:
-            program.gaps.append(("it is nested too deeply", Place(file.path)))
+            program.gaps.append(("it is nested too deeply", Place(path)))
     complete(program)
-
-
-def _deeper(root: Any, limit: int) -> bool:
-    """Whether a syntax tree is deeper than a limit."""
-    cursor, depth = root.walk(), 0
-    while True:
-        if cursor.goto_first_child():
-            depth += 1
-            if depth > limit:
-                return True
-            continue
-        while not cursor.goto_next_sibling():
-            depth -= 1
-            if not cursor.goto_parent():
-                return False

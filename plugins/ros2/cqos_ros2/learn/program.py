@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from cqos_core.model.system import Place
 
+_Found = TypeVar("_Found")
 THIS: Final = "this"
 """What a method calls its object, in both languages."""
 
@@ -233,25 +234,39 @@ class Variable:
     kind: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, slots=True)
 class Function:
     """A function, method or lambda.
 
     Attributes:
         name: qualified: ``demo::Talker::on_timer``, ``demo.talker.Talker.on_timer``.
+        statements: its body, or what reads it when it is asked for.
         owner: the qualified name of its class; empty where it has none.
         templates: names of its own type parameters.
-        bases: of a constructor: initializers of members and base classes, in their order.
+        initializers: of a constructor: for members and base classes, in their order.
+        source: its text; empty where it is not kept.
     """
 
     name: str
     parameters: tuple[Variable, ...]
-    body: tuple[Statement, ...]
+    statements: tuple[Statement, ...] | Callable[[], tuple[Statement, ...]]
     place: Place
     owner: str = ""
     templates: tuple[str, ...] = ()
     initializers: tuple[tuple[str, tuple[Expression, ...], Place], ...] = ()
     static: bool = False
+    source: bytes = b""
+
+    @property
+    def body(self) -> tuple[Statement, ...]:
+        """Its statements."""
+        if not isinstance(self.statements, tuple):
+            self.statements = self.statements()
+        return self.statements
+
+    def mentions(self, names: Iterable[bytes]) -> bool:
+        """Whether one of some names may stand in it: a search in its text is cheaper than reading it."""
+        return not self.source or any(each in self.source for each in names)
 
     @property
     def last(self) -> str:
@@ -305,17 +320,57 @@ class Program:
     plugins: dict[str, Place] = field(default_factory=dict)
     scripts: dict[str, Function] = field(default_factory=dict)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
+    _known: dict[str, Class | None] = field(default_factory=dict)
+    _owned: dict[str, list[Function]] = field(default_factory=dict)
+    _assigned: dict[str, bool] = field(default_factory=dict)
+
+    def add(self, other: Program) -> None:
+        """Take what the files of a package that this one depends on define."""
+        _extend(self.classes, other.classes)
+        _extend(self.functions, other.functions)
+        _extend(self.constants, other.constants)
+        self.aliases.update({name: found for name, found in other.aliases.items() if name not in self.aliases})
 
     def find_class(self, name: str) -> Class | None:
         """Return the one class that a name means; None where none or several fit."""
+        if name not in self._known:
+            self._known[name] = self._find_class(name)
+        return self._known[name]
+
+    def _find_class(self, name: str) -> Class | None:
         plain = without_arguments(name)
         plain = self.aliases.get(plain, plain)
         return _only([each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)])
+
+    def owned(self, cls: str) -> list[Function]:
+        """Return the methods of a class by its qualified name."""
+        if not self._owned:
+            for functions in self.functions.values():
+                for each in functions:
+                    self._owned.setdefault(each.owner, []).append(each)
+        return self._owned.get(cls, [])
+
+    def assigned(self, name: str) -> bool:
+        """Whether a function of C++ assigns a plain name without declaring it: a global that changes, perhaps."""
+        if name not in self._assigned:
+            functions = (each for found in self.functions.values() for each in found) if self.language == "cpp" else ()
+            self._assigned[name] = any(
+                isinstance(each.target, Name) and each.target.text == name
+                for function in functions
+                if function.mentions((name.encode(),))
+                for each in assignments(function)
+            )
+        return self._assigned[name]
 
     def find_functions(self, name: str) -> list[Function]:
         """Return the functions that a name may mean."""
         plain = without_arguments(name)
         return [each for each in self.functions.get(last_part(plain), []) if fits(each.name, plain)]
+
+
+def _extend(mine: dict[str, list[_Found]], theirs: dict[str, list[_Found]]) -> None:
+    for name, found in theirs.items():
+        mine.setdefault(name, []).extend(found)
 
 
 def _only(found: list[Class]) -> Class | None:
@@ -395,3 +450,28 @@ def _parts(expression: Expression) -> list[Any]:
         elif value is not None:
             found.append(value)
     return found
+
+
+def assignments(function: Function) -> Iterator[Assign]:
+    """Yield the assignments in a function that are no declarations."""
+    waiting: list[Statement] = [*function.body]
+    while waiting:
+        each = waiting.pop()
+        if isinstance(each, Assign):
+            if not each.declares:
+                yield each
+            waiting += _closures(each.value)
+        elif isinstance(each, If):
+            waiting += [*each.then, *each.otherwise]
+        elif isinstance(each, Loop):
+            waiting += each.body
+        elif isinstance(each, Do):
+            waiting += _closures(each.expression)
+
+
+def _closures(expression: Expression) -> Iterable[Statement]:
+    if isinstance(expression, Closure):
+        return expression.function.body
+    if isinstance(expression, Call):
+        return [each for part in expression.arguments for each in _closures(part)]
+    return ()

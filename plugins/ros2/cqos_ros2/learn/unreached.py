@@ -62,8 +62,11 @@ def _missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
         for cls in classes
         for name, type_name in cls.fields.items()
     }
+    names = [each.encode() for each in found.table.calls]
     for functions in found.program.functions.values():
         for function in functions:
+            if not function.mentions(names):
+                continue
             if function.place.source not in found.package.own and id(function) not in found.executed:
                 continue
             for each in calls_in(function.body, function.initializers):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2.launch.workspace import Workspace
+    from cqos_ros2.learn.packages import Parsed
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
 _OURS: Final = b"cqos_nodes"
@@ -38,6 +39,7 @@ class Library:
     problems: list[Problem] = field(default_factory=list)
     unread: dict[str, str] = field(default_factory=dict)
     _learned: dict[str, list[NodeFile]] = field(default_factory=dict)
+    _parsed: Parsed | None = None
     _read: dict[str, list[NodeFile]] = field(default_factory=dict)
 
     def node(self, package: str, executable: str) -> tuple[NodeFile, Entry] | None:
@@ -93,12 +95,13 @@ class Library:
 
     def _learn(self, package: str, workspace: Workspace) -> list[NodeFile]:
         from cqos_ros2.learn.learning import learn
-        from cqos_ros2.learn.packages import NoParserError
+        from cqos_ros2.learn.packages import NoParserError, Parsed
 
         if package not in workspace.packages:
             return []
+        self._parsed = self._parsed or Parsed()
         try:
-            learned = learn(package, workspace)
+            learned = learn(package, workspace, parsed=self._parsed)
         except NoParserError:
             self.unread[package] = "its sources in C++ were not read: pip install 'cqos[source]'"
             return []

@@ -77,3 +77,9 @@ def python(learned):
         return found
 
     return of
+
+
+@pytest.fixture(autouse=True)
+def _no_memory(tmp_path_factory, monkeypatch):
+    """Keep what is learned in a folder of the test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("kept")))

@@ -121,7 +121,7 @@ def test_a_member_that_another_method_sets_is_unknown_in_a_callback(cpp):
     assert all("unknown" in each for each in found["publishes"].values())
 
 
-def test_a_filter_subscribes_where_it_is_told_to(cpp):
+def test_a_filter_subscribes_with_a_later_call(cpp):
     """T23: without a quality of service, message_filters takes the default of rmw."""
     found = cpp(
         'sub_.subscribe(this, "a"); rclcpp::QoS qos(3); other_.subscribe(this, "b", qos.get_rmw_qos_profile());',
