@@ -9,6 +9,7 @@ import type Canvas from 'diagram-js/lib/core/Canvas';
 
 import { keepOrder } from './keep_order';
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
+import { easeNaming } from './naming';
 
 /** Descriptors of what C-QoS writes into a diagram, by prefix. */
 export type ModdleExtensions = Readonly<Record<string, object>>;
@@ -32,6 +33,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
       defaultLabelColor: 'var(--shape-label)',
     },
   });
+  easeNaming(modeler);
   new ResizeObserver(() => modeler.get<Canvas>('canvas').resized()).observe(container);
   return modeler;
 }

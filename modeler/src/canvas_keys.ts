@@ -14,10 +14,7 @@ import type { Element, Parent, Shape } from 'bpmn-js/lib/model/Types';
 import { fit } from './canvas';
 import { button, make } from './layout/dom';
 import { show } from './layout/dialog';
-
-interface DirectEditing {
-  activate(shape: Shape): void;
-}
+import type { DirectEditing } from './naming';
 
 /** A kind of element that a person can add. */
 export interface Kind {
@@ -111,11 +108,7 @@ export function chooseKind(modeler: Modeler): void {
 export function add(modeler: Modeler, kind: Kind): void {
   const selection = modeler.get<Selection>('selection');
   const canvas = modeler.get<Canvas>('canvas');
-  const factory = modeler.get<ElementFactory>('elementFactory');
-  const shape =
-    kind.type === 'bpmn:Participant'
-      ? factory.createParticipantShape()
-      : factory.createShape({ type: kind.type, ...(kind.eventDefinitionType && { eventDefinitionType: kind.eventDefinitionType }) });
+  const shape = shapeOf(modeler, kind);
   const [selected] = selection.get() as Element[];
   if (selected !== undefined && canAppend(modeler, selected, shape)) {
     modeler.get<AutoPlace>('autoPlace').append(selected as Shape, shape);
@@ -132,6 +125,12 @@ export function add(modeler: Modeler, kind: Kind): void {
   if (kind.eventDefinitionType === undefined) {
     modeler.get<DirectEditing>('directEditing').activate(shape); // its name comes next; a signal event is named by its topic
   }
+}
+
+/** Make the shape of a new element, which stands nowhere yet. */
+export function shapeOf(modeler: Modeler, { type, eventDefinitionType }: Kind): Shape {
+  const factory = modeler.get<ElementFactory>('elementFactory');
+  return type === POOL.type ? factory.createParticipantShape() : factory.createShape({ type, ...(eventDefinitionType && { eventDefinitionType }) });
 }
 
 function canAppend(modeler: Modeler, source: Element, shape: Shape): boolean {

@@ -73,7 +73,7 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
     regions: {
       ...places,
       status: (text, kind) => voice.status?.(text, kind),
-      tell: (text, kind) => voice.status?.(text, kind),
+      announce: (text, kind) => voice.status?.(text, kind),
       notice: (id, notice) => voice.notice?.(id, notice),
       badge: (tab, count) => voice.badge?.(tab, count),
       show: (tab) => voice.show?.(tab),

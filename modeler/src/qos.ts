@@ -53,7 +53,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
       matrix.show(view);
       beside.show(view);
       panel.update();
-      tellVerdict(workspace, view);
+      showVerdict(workspace, view);
     }
   }
   // What was too early to report is not so once a person turns to something else.
@@ -65,7 +65,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
   };
   live.onState((state) => {
     markers.stale(state.phase === 'away' || state.phase === 'refused');
-    tellPhase(workspace, state, enterToken);
+    showPhase(workspace, state, enterToken);
     if (state.phase === 'refused' && !state.needsToken) {
       problems.refused(state);
       beside.show(view);
@@ -83,7 +83,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
     panel.update();
     live.changed();
     if (cause === 'import') {
-      setTimeout(() => tellChecking(workspace, live.state), SOON);
+      setTimeout(() => showChecking(workspace, live.state), SOON);
     }
   });
   workspace.onCompanions(() => {
@@ -116,13 +116,13 @@ const AWAY = 'service';
 const SOON = 400;
 
 /** Say that the first check of a diagram is still under way. */
-function tellChecking({ regions, document }: Workspace, { phase }: LiveState): void {
+function showChecking({ regions, document }: Workspace, { phase }: LiveState): void {
   if (phase === 'checking') {
     regions.status(`Checking ${document().name}…`, 'busy');
   }
 }
 
-function tellPhase(workspace: Workspace, { phase, message, problems, needsToken }: LiveState, enterToken: () => void): void {
+function showPhase(workspace: Workspace, { phase, message, problems, needsToken }: LiveState, enterToken: () => void): void {
   const { regions } = workspace;
   if (phase === 'away') {
     regions.notice(AWAY, {
@@ -163,7 +163,7 @@ function verdictWords(report: Report): readonly [words: string, kind: StatusKind
     : [`Unknown: ${unknown} of ${all}`, 'warning'];
 }
 
-function tellVerdict(workspace: Workspace, view: View): void {
+function showVerdict(workspace: Workspace, view: View): void {
   const open = view.findings.filter((each) => each.accepted === undefined);
   const count = (severity: Severity): number => open.filter((each) => each.severity === severity).length;
   const [errors, warnings] = [count(Severity.ERROR), count(Severity.WARNING)];

@@ -71,10 +71,10 @@ export function createShell(root: HTMLElement, given: Given): Shell {
     onCompanions: besideChanged.add,
     async swap(name) {
       const companion = companions.get(name);
-      const present = { name: diagram.source.name, bytes: await diagram.bytes() };
-      if (companion !== undefined && (await desk.openCompanion(companion))) {
+      const left = companion === undefined ? null : await desk.openCompanion(companion);
+      if (left !== null) {
         removeCompanion(name);
-        addCompanion(present);
+        left.forEach(addCompanion);
       }
     },
     onExport: exported.add,
@@ -96,12 +96,12 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
   setTheme(theme());
   bindCanvasKeys(modeler);
   const commands: Command[] = [
-    ...fileCommands(modeler, diagram, desk, dressExport, (name) => frame.regions.tell(`Exported ${name}`, 'ok')),
+    ...fileCommands(modeler, diagram, desk, dressExport, (name) => frame.regions.announce(`Exported ${name}`, 'ok')),
     ...viewCommands(modeler),
     { id: 'add', label: 'Add an element', keys: 'Mod+Enter', run: () => chooseKind(modeler) },
     { id: 'panel', label: 'Show or hide the properties', run: () => frame.toggle('panel') },
     { id: 'bottom', label: 'Show or hide problems and matrix', run: () => frame.toggle('bottom') },
-    { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.tell(`Theme: ${turnTheme()}`, 'info') },
+    { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.announce(`Theme: ${turnTheme()}`, 'info') },
     { id: 'help', label: 'Keyboard help', keys: '?', run: () => showHelp(commands) },
   ];
   bindKeys(commands);

@@ -28,7 +28,7 @@ export interface Regions {
   /** Show one line at the lower edge of the page. Screen readers read it. */
   status(text: string, kind: StatusKind): void;
   /** Show a line in its place for some seconds, or until the next one. */
-  tell(text: string, kind: StatusKind): void;
+  announce(text: string, kind: StatusKind): void;
   /** Show a notice above the canvas in place of the earlier one of this name; null removes it. */
   notice(name: string, notice: Notice | null): void;
   /** Show a number at a bottom tab, or none. */
@@ -71,7 +71,7 @@ export interface Workspace {
   addCompanion(companion: Companion): void;
   removeCompanion(name: string): void;
   onCompanions(listener: () => void): Stop;
-  /** Open one of the companions as the diagram; the diagram becomes a companion. */
+  /** Open one of the companions as the diagram; the file of the diagram becomes a companion. */
   swap(name: string): Promise<void>;
   /** Say how markers look in an exported SVG: called with a copy of the drawing, before it is written. */
   onExport(listener: (svg: SVGSVGElement) => void): Stop;

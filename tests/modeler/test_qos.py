@@ -445,6 +445,56 @@ def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
     assert shown.page.locator(".qos-stale").count() == 0
 
 
+def test_a_diagram_beside_becomes_the_diagram_and_discarded_changes_are_gone(checks, tmp_path):
+    shown = checks(drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),))))
+    other = drawing(Pool("B", (Event("In", CATCH, "t", {"reliability": "reliable"}),)))
+    shown.page.get_by_role("tab", name="Other documents").click()
+    shown.page.locator('.tab-content input[type="file"]').set_input_files(written(tmp_path, "other.bpmn", other))
+    becomes(shown, incompatible=("Out",))
+    shown.page.get_by_role("button", name="Show as the diagram").click()
+    becomes(shown, incompatible=("In",))
+    assert shown.page.title() == "other.bpmn - C-QoS"
+    beside = shown.page.locator(".document")
+    assert f"{NAME}\n1 endpoint" in beside.inner_text()
+    shown.choose("In")
+    field(shown, "Reliability").select_option("best_effort")
+    becomes(shown, compatible=("In",))
+    beside.get_by_role("button", name="Show as the diagram").click()
+    dialog = shown.page.get_by_role("dialog", name="Save other.bpmn?")
+    dialog.get_by_role("button", name="Cancel").click()
+    becomes(shown, compatible=("In",))
+    beside.get_by_role("button", name="Show as the diagram").click()
+    dialog.get_by_role("button", name="Discard changes").click()
+    becomes(shown, incompatible=("Out",))
+    assert (shown.page.title(), shown.is_edited) == (f"{NAME} - C-QoS", False)
+    beside.get_by_role("button", name="Show as the diagram").click()
+    becomes(shown, incompatible=("In",))
+    assert not shown.is_edited
+
+
+def test_settings_of_the_other_end_are_used_in_one_step(checks, file):
+    stated = {"reliability": "best_effort", "deadline": "2", "lifespan": "9"}
+    shown = checks(pair(stated, {}, (Event("Preset", CATCH, "t", {"profile": "sensor_data"}),)))
+    becomes(shown, incompatible=("In", "Out"), compatible=("Preset",))
+    shown.choose("Preset")
+    offer = panel(shown).locator(".convert", has_text="A: Out has this topic, too, and states 2 settings.")
+    panel(shown).locator('[data-policy="reliability"]').wait_for()
+    assert offer.count() == 0
+    shown.choose("In")
+    offer.get_by_role("button", name="Use them here, too").click()
+    offer.wait_for(state="detached")
+    becomes(shown, compatible=("In", "Out", "Preset"))
+    shown.saved(NAME)
+    text = file.read_text()
+    event = text[text.index('id="In"') :].partition(">")[0]
+    assert 'qos:reliability="best_effort"' in event
+    assert 'qos:deadline="2"' in event
+    assert "lifespan" not in event
+    shown.press("Control+z")
+    becomes(shown, incompatible=("In", "Out"), compatible=("Preset",))
+    offer.wait_for()
+
+
 def test_a_recording_a_profile_file_and_an_asyncapi_document_bring_partners(checks):
     topics = {"ros2": "/imu/data", "dds": "alarm", "mqtt": "farm/weather"}
     domain = {"dds": ' qos:domain="3"'}

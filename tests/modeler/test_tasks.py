@@ -71,6 +71,58 @@ class Person:
         self.count += 1
         self.field(label).select_option(value)
 
+    def pad(self, action, name=""):
+        """Click an entry beside the selected shape, and type a name into the field that opens."""
+        self.click(self.page.locator(f'.djs-context-pad [data-action="{action}"]'))
+        self.type_name(name)
+        return self.selected()
+
+    def drag(self, action, x, y, name=""):
+        """Drag an entry of the palette, or of those beside the selected shape, to a place, and type a name."""
+        self.count += 1
+        box = self.page.locator(f'.entry[data-action="{action}"]').bounding_box()
+        self.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        self.page.mouse.down()
+        self.page.mouse.move(x - 30, y - 20, steps=5)
+        self.page.mouse.move(x, y, steps=5)
+        self.page.mouse.up()
+        self.type_name(name)
+
+    def drag_arrow(self, target):
+        """Drag an arrow from the selected shape to another."""
+        box = self.shown.shape(target).bounding_box()
+        self.drag("connect", box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+    def change(self, kind):
+        """Change the kind of the selected shape by the wrench."""
+        self.click(self.page.locator('.djs-context-pad [data-action="replace"]'))
+        self.click(self.page.locator(f'.djs-popup [data-id="{kind}"]'))
+        return self.selected()
+
+    def signal(self, action, topic, **qos):
+        """Append an event, and state its topic and QoS."""
+        self.pad(action)
+        self.page.wait_for_function("() => document.activeElement.matches('[data-focus=topic] input')")
+        self.count += 1
+        self.page.keyboard.type(topic)
+        self.page.keyboard.press("Enter")
+        self.state(**qos)
+
+    def state(self, **qos):
+        for label, value in qos.items():
+            (self.select if label in {"Reliability", "Durability"} else self.fill)(label.replace("_", " "), value)
+
+    def selected(self):
+        return self.page.locator(".djs-shape.selected").first.get_attribute("data-element-id")
+
+    def type_name(self, name):
+        if name:
+            self.count += 1
+            self.page.wait_for_function("() => document.activeElement.matches('.djs-direct-editing-content')")
+            self.page.keyboard.type(name)
+            self.page.keyboard.press("Enter")
+        self.page.wait_for_timeout(450)  # a person takes longer, and after a drag the canvas takes no click for as long
+
     def add(self, kind, name=""):
         """Add an element behind the selected one, and type its name."""
         made = self._added(kind)
@@ -83,8 +135,7 @@ class Person:
     def add_signal(self, kind, topic, **qos):
         made = self._added(kind)
         self.fill("Topic", topic)
-        for label, value in qos.items():
-            (self.select if label in {"Reliability", "Durability"} else self.fill)(label.replace("_", " "), value)
+        self.state(**qos)
         return made
 
     def _added(self, kind):
@@ -142,13 +193,60 @@ def test_the_case_study_is_drawn_from_nothing(opens, shared):
     person.add("Task", "Compute weather data")
     person.add_signal("Publish", "Resp weather data", **RESPONSE, Lifespan="10", Durability="transient_local")
     person.add("End", "Data sent")
+    is_the_case_study(person, shared[1])
+
+
+def is_the_case_study(person, file):
+    """Save what was drawn in at most 60 interactions: it has the elements and the verdicts of the paper's example."""
     person.sees("compatible", 4)
     assert person.count <= 60
     person.shown.saved(NAME)
-    drawn, paper = shared[1].read_text(encoding="utf-8"), (EXAMPLES / NAME).read_text(encoding="utf-8")
+    drawn, paper = file.read_text(encoding="utf-8"), (EXAMPLES / NAME).read_text(encoding="utf-8")
     assert nodes(drawn) == nodes(paper)
-    own, theirs = (cqos_core.check(each) for each in (shared[1], EXAMPLES / NAME))
+    own, theirs = (cqos_core.check(each) for each in (file, EXAMPLES / NAME))
     assert [(each.topic, each.verdict) for each in own.groups] == [(each.topic, each.verdict) for each in theirs.groups]
+
+
+def test_the_case_study_is_drawn_from_nothing_with_the_mouse(opens, shared):
+    person = Person(opens())
+    pool = person.shown.shape("Participant_1").bounding_box()
+    person.count += 1
+    person.page.mouse.dblclick(pool["x"] + 22, pool["y"] + pool["height"] / 2)
+    person.type_name("Drone")
+    person.drag("create.start-event", 220, 262, "Every six hours")
+    person.signal("append.publisher", "Req weather data", **REQUEST, Lifespan="10")
+    person.signal("append.subscriber", "Resp weather data", **RESPONSE)
+    person.pad("append.append-task", "Evaluate weather data")
+    gateway = person.pad("append.gateway", "Weather conditions?")
+    person.pad("append.end-event", "Adverse weather")
+    person.choose(gateway)
+    person.pad("append.append-task", "Take off")
+    person.pad("append.gateway")
+    split = person.change("replace-with-parallel-gateway")
+    person.pad("append.append-task", "Explore field")
+    person.pad("append.gateway")
+    join = person.change("replace-with-parallel-gateway")
+    person.choose(split)
+    person.pad("append.append-task", "Capture field images")
+    person.drag_arrow(join)
+    person.choose(join)
+    for name in ("Land", "Upload data"):
+        person.pad("append.append-task", name)
+    person.pad("append.end-event", "Data uploaded")
+    person.click(person.page.get_by_role("button", name="Fit the diagram into view"))
+    person.drag("create.participant-expanded", 300, 420, "Weather station")
+    person.drag("create.start-event", 190, 420)
+    person.click(person.panel.get_by_role("button", name="Subscribe with it"))
+    person.fill("Topic", "Req weather data")
+    person.click(person.panel.get_by_role("button", name="Use them here, too"))
+    person.pad("append.append-task", "Compute weather data")
+    person.signal("append.publisher", "Resp weather data")
+    person.click(person.panel.get_by_role("button", name="Use them here, too"))
+    person.state(Lifespan="10", Durability="transient_local")
+    person.pad("append.end-event", "Data sent")
+    is_the_case_study(person, shared[1])
+    assert all("getPad is deprecated" in each for each in person.shown.complaints)  # the wrench of bpmn-js itself
+    person.shown.complaints.clear()
 
 
 def test_the_incompatibility_of_the_paper_is_found_and_fixed(opens):

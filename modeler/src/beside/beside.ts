@@ -53,7 +53,7 @@ async function add(page: Page, files: readonly File[]): Promise<void> {
   for (const file of files) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     if (file.name === page.workspace.document().name) {
-      page.workspace.regions.tell(`The diagram is named ${file.name}, too: rename one of the two files first.`, 'error');
+      page.workspace.regions.announce(`The diagram is named ${file.name}, too: rename one of the two files first.`, 'error');
     } else {
       page.workspace.addCompanion({ name: file.name, bytes });
     }

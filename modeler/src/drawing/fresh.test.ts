@@ -22,7 +22,7 @@ function drawing(settled: () => void) {
   };
 }
 
-it('knows what was added while it is selected, and tells when it no longer is', async () => {
+it('knows what was added while it is selected, and reports when it no longer is', async () => {
   let settled = 0;
   const { fresh, add, select, clear } = drawing(() => (settled += 1));
   add('a');

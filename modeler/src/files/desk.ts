@@ -63,19 +63,21 @@ export class Desk {
     return recentFiles();
   }
 
-  /** Open a document that stood beside the diagram; false where the person or the document says no. */
-  async openCompanion({ name, bytes }: Companion): Promise<boolean> {
+  /** Open a document that stood beside the diagram; return the file of the diagram that gave way, or null where the person or the document says no. */
+  async openCompanion({ name, bytes }: Companion): Promise<readonly Companion[] | null> {
     const place = this.desktop.named.find((each) => each.name === name);
     if (!(await this.mayLeave())) {
-      return false;
+      return null;
     }
+    const left = this.desktop.diagram.source; // without changes that a person discards
     const copied = new Uint8Array(bytes);
     const source = place === undefined ? { ...NOWHERE, name, bytes: copied } : fromPlace(place, await place.read());
     const isOpen = await this.show(source);
-    if (isOpen) {
-      await this.forgetUnsaved();
+    if (!isOpen) {
+      return null;
     }
-    return isOpen;
+    await this.forgetUnsaved();
+    return left.bytes === null || left.bytes.length === 0 ? [] : [{ name: left.name, bytes: left.bytes }];
   }
 
   async openBytes(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
@@ -121,7 +123,7 @@ export class Desk {
   private async drawPools(): Promise<void> {
     const { diagram, regions } = this.desktop;
     if (await this.show({ ...diagram.source, unsaved: await diagram.pooled() })) {
-      regions.tell('Each process has a pool. Save to keep that.', 'info');
+      regions.announce('Each process has a pool. Save to keep that.', 'info');
       this.edited();
     }
   }
@@ -129,7 +131,7 @@ export class Desk {
   private failed(what: string, error: unknown): void {
     const why = error instanceof Error ? error.message : String(error);
     this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${why}` });
-    this.desktop.regions.tell(what, 'error');
+    this.desktop.regions.announce(what, 'error');
   }
 
   async mayLeave(): Promise<boolean> {
@@ -163,7 +165,7 @@ export class Desk {
     if (await this.show(drawn)) {
       await this.forgetUnsaved();
       await remember(drawn.name, drawn.handle, drawn.bytes);
-      this.desktop.regions.tell(`Opened ${drawn.name}`, 'ok');
+      this.desktop.regions.announce(`Opened ${drawn.name}`, 'ok');
     }
   }
 
@@ -172,7 +174,7 @@ export class Desk {
       const content = await place.read();
       if (await this.show(fromPlace(place, content))) {
         await this.forgetUnsaved();
-        this.desktop.regions.tell(content === null ? `${place.name} is new` : `Opened ${place.name}`, 'ok');
+        this.desktop.regions.announce(content === null ? `${place.name} is new` : `Opened ${place.name}`, 'ok');
       }
     }
   }
@@ -207,7 +209,7 @@ export class Desk {
       await this.forgetUnsaved();
     }
     this.desktop.regions.notice('disk', null);
-    this.desktop.regions.tell(`Saved ${name}`, 'ok');
+    this.desktop.regions.announce(`Saved ${name}`, 'ok');
     this.desktop.shown();
     await remember(name, handle, bytes);
   }
@@ -312,7 +314,7 @@ export class Desk {
     const place = named ?? (unsaved.handle === null ? null : handlePlace(unsaved.handle, unsaved.place ?? ''));
     const { name, original, handle, tag, text } = unsaved;
     if (await this.show({ name, bytes: original, place, handle, tag, unsaved: text })) {
-      this.desktop.regions.tell(`Recovered ${name}`, 'ok');
+      this.desktop.regions.announce(`Recovered ${name}`, 'ok');
       if (unsaved.tab !== this.tab) {
         await this.keep();
         await recovery.forget(unsaved.tab);

@@ -75,8 +75,8 @@ interface State {
   revision: number;
 }
 
-/** Make the document of a modeler; `told` is called after each import and each command. */
-export function createDiagram(modeler: Modeler, binding: Binding | null, told: (cause: 'import' | 'edit') => void): Diagram {
+/** Make the document of a modeler; `changed` is called after each import and each command. */
+export function createDiagram(modeler: Modeler, binding: Binding | null, changed: (cause: 'import' | 'edit') => void): Diagram {
   const state: State = { source: NOWHERE, original: '', written: '', done: 0, savedAt: 0, revision: 0 };
   modeler.on<{ trigger: string }>('commandStack.changed', ({ trigger }) => {
     if (trigger === 'clear') {
@@ -87,7 +87,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
       state.savedAt = -1;
     }
     state.revision += 1;
-    told('edit');
+    changed('edit');
   });
   const isEdited = (): boolean => state.done !== state.savedAt;
 
@@ -110,7 +110,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
     const isAsInFile = source.unsaved === undefined && normal === null && laidOut === null;
     Object.assign(state, { source, original, done: 0, savedAt: isAsInFile ? 0 : -1, revision: state.revision + 1 });
     state.written = source.unsaved === undefined && laidOut === null ? await written(modeler) : await rewritten(modeler, original);
-    told('import');
+    changed('import');
     const registry = modeler.get<ElementRegistry>('elementRegistry');
     const undrawn = undrawnOf(definitionsOf(modeler), (id) => registry.get(id) !== undefined);
     return { warnings: warnings.map(String), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null, undrawn };

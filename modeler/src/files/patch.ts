@@ -168,7 +168,7 @@ class Patcher {
   }
 }
 
-/** Children by what tells them apart: their id, else what they refer to, else their text, else their position. */
+/** Children by what distinguishes them: their id, else what they refer to, else their text, else their position. */
 function keyed(children: readonly Element[]): Map<string, Element> {
   const made = new Map<string, Element>();
   for (const child of children) {

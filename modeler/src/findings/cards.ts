@@ -135,7 +135,7 @@ function fix(page: Page, view: View, finding: Finding, remedy: Remedy): HTMLElem
     const fresh = fixSteps(page.diagram, page.catalogue.form, pack, remedy, view.name);
     if (fresh) {
       page.diagram.edit(fresh);
-      page.workspace.regions.tell(`${words}. Undo takes it back.`, 'info');
+      page.workspace.regions.announce(`${words}. Undo takes it back.`, 'info');
     }
   }, { class: remedy === finding.remedies[0] ? 'fix-button primary' : 'fix-button' });
   return make('div', { class: 'fix' }, apply, note);

@@ -9,7 +9,7 @@ export interface SoFar {
   isFresh(side: Finding['sides'][number], finding: Finding): boolean;
 }
 
-/** No publisher meets a subscriber. */
+/** No publisher matches a subscriber. */
 const NOTHING_COMPARED = 'CQ404';
 
 /** Return the findings that are worth a look now: all errors, and what a person would not expect. */

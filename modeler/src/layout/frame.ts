@@ -10,7 +10,7 @@ const TABS: readonly { readonly id: Tab; readonly label: string }[] = [
 ];
 
 /** For how long the status line shows a message, in milliseconds. */
-const TOLD = 6000;
+const BRIEF = 6000;
 
 /** The elements that the shell itself fills. */
 export interface Frame {
@@ -33,7 +33,7 @@ export function createFrame(root: HTMLElement): Frame {
   const work = make('main', { class: 'work' }, notices, canvas, panel, tabs.element);
   root.append(header, work, status);
   const shown = new Map<string, HTMLElement>();
-  let told: ReturnType<typeof setTimeout> | undefined;
+  let timer: ReturnType<typeof setTimeout> | undefined;
   let lasting = (): void => line('', 'info');
   function line(text: string, kind: StatusKind): void {
     status.textContent = text;
@@ -56,14 +56,14 @@ export function createFrame(root: HTMLElement): Frame {
         tabs.show(tab);
       },
       status(text: string, kind: StatusKind): void {
-        clearTimeout(told);
+        clearTimeout(timer);
         lasting = () => line(text, kind);
         lasting();
       },
-      tell(text: string, kind: StatusKind): void {
-        clearTimeout(told);
+      announce(text: string, kind: StatusKind): void {
+        clearTimeout(timer);
         line(text, kind);
-        told = setTimeout(() => lasting(), TOLD);
+        timer = setTimeout(() => lasting(), BRIEF);
       },
       notice(name: string, notice: Notice | null): void {
         shown.get(name)?.remove();

@@ -19,6 +19,7 @@ import { markSection, presetSection, protocolSection, textSection } from './choi
 import { convertSection } from './convert';
 import { elementsSection } from './elements';
 import { folded } from './folded';
+import { sameSection } from './same';
 import { factsOf, settingsSection, type Section, type Subject } from './settings';
 import { suggestSection } from './suggest';
 import { topicSection } from './topic';
@@ -36,6 +37,7 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
   const definitions = signalDefinitions(owner.part);
   const sections: Maybe[] = [
     ...definitions.map((each) => topicSection(page, shape, each)),
+    pack && sameSection(page, shape, pack),
     pack && unknownSection(page, shape, pack),
     verdictSection(page, shape.id),
     convertSection(page, shape),

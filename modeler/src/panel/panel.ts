@@ -7,6 +7,7 @@ import { protocolOf, signalDefinitions, signalOf } from '../drawing/events';
 import { button, make } from '../layout/dom';
 import { hideTip } from '../layout/tip';
 import type { Page } from '../page';
+import { offerSignals } from './context_pad';
 import { packOf } from './convert';
 import { eventSections, modelSections, poolSections, titleOf } from './owners';
 import type { Section } from './settings';
@@ -77,6 +78,7 @@ export function createPanel(page: Page): Panel {
   page.diagram.modeler.on('selection.changed', update);
   page.diagram.modeler.on('root.set', update);
   page.catalogue.onLoaded(update);
+  offerSignals(page.diagram.modeler, () => focusTopic(page));
   return {
     update,
     focusPolicy(policy) {
@@ -133,7 +135,7 @@ function hasEvents(page: Page): boolean {
   return page.diagram.registry.filter((each) => signalDefinitions(each.businessObject).length > 0).length > 0;
 }
 
-/** Buttons that add an event to the selected pool, or to the first one. */
+/** Buttons that add an event behind the selected element, or to the selected pool, or to the first one. */
 function adders(page: Page): HTMLElement[] {
   const { modeler } = page.diagram;
   const addEvent = (kind: Kind): void => {
@@ -171,7 +173,8 @@ function hintFor(page: Page, shape: Shape): HTMLElement | undefined {
     return undefined;
   }
   if (!is(owner, 'bpmn:Event')) {
-    return make('p', { class: 'hint' }, 'Signal events publish and subscribe, so they have QoS. This element has none.');
+    const words = make('p', {}, 'Signal events publish and subscribe, so they have QoS. This element has none.');
+    return make('div', { class: 'hint' }, words, ...(is(owner, 'bpmn:FlowNode') ? adders(page) : []));
   }
   const target = (label: string, type: string): HTMLElement =>
     button(label, () => {

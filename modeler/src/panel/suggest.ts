@@ -98,7 +98,7 @@ function applier(page: Page, view: View, plan: Plan): HTMLElement {
     label,
     () => {
       page.diagram.edit(plan.changes.flatMap((each) => stepsOf(each) ?? []));
-      page.workspace.regions.tell('The suggested settings are written. Undo takes them back.', 'info');
+      page.workspace.regions.announce('The suggested settings are written. Undo takes them back.', 'info');
     },
     { class: 'primary' },
   );
