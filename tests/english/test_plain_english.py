@@ -1,7 +1,8 @@
 """Every text that a person reads is plain English: no word of the ban list, no sentence over the limit.
 
 The ban list is the table in `docs/english.md`. Texts are collected from every committed file: prose of Markdown; docstrings,
-comments, string literals and names of Python; comments of proto, YAML, TOML, C++, JavaScript and shell; titles of case files.
+comments, string literals and names of Python; comments, texts and names of JavaScript and TypeScript;
+comments of proto, YAML, TOML, C++ and shell; titles of case files.
 
 `allowed.yml` holds how many hits each file still has. A count may only fall. After you have improved a text, or moved a file:
 
@@ -116,6 +117,23 @@ def comments_after(mark: str) -> Callable[[str], Iterator[Text]]:
     return found
 
 
+SCRIPT = re.compile(
+    r"/\*\*? (?P<comment>.*?) \*/|\b(?:const|let|function|class|interface|type) (?P<name>\w+)"
+    r"|^\s+(?P<member>\w+)\??[:(]|(?P<quote>['`])(?P<text>(?:(?!(?P=quote)).)* (?:(?!(?P=quote)).)*)(?P=quote)"
+)
+
+
+def script(source: str) -> Iterator[Text]:
+    """Yield comments, texts of several words, and names."""
+    yield from comments_after("//")(source)
+    for number, line in enumerate(source.splitlines(), 1):
+        for match in SCRIPT.finditer(line.partition(" // ")[0]):
+            if prose := match["comment"] or match["text"]:
+                yield Text(number, re.sub(r"\$\{.*?\}", "{…}", prose))
+            else:
+                yield Text(number, words_of(match["name"] or match["member"]), prose=False)
+
+
 def yaml_texts(source: str) -> Iterator[Text]:
     """Yield comments, and values that are sentences: titles of cases, reasons, descriptions."""
     yield from comments_after("#")(source)
@@ -129,9 +147,9 @@ READERS: dict[str, Callable[[str], Iterator[Text]]] = {
     ".py": python,
     ".proto": comments_after("//"),
     ".cpp": comments_after("//"),
-    ".js": comments_after("//"),
-    ".mjs": comments_after("//"),
-    ".ts": comments_after("//"),
+    ".js": script,
+    ".mjs": script,
+    ".ts": script,
     ".toml": comments_after("#"),
     ".yml": yaml_texts,
     ".yaml": yaml_texts,
@@ -226,6 +244,9 @@ def test_every_text_is_plain_english():
         (".py", "# a comment of\n# which\n", ["of which"]),
         (".py", "def tell_whoever(nobody): pass\n", ["nobody", "whoever"]),
         (".py", "class SomebodyElse: pass\n", ["somebody"]),
+        (".ts", "/** The line that is told. */\n", ["told"]),
+        (".ts", "let told = 1;\n  tellNobody(): void;\n", ["nobody", "told"]),
+        (".ts", "notice('Nobody listens', `${whoever}, somebody`);\n", ["nobody", "somebody"]),
         (".proto", "// Told to callers.\n", ["told"]),
         (".yml", "- name: nobody listens\n", ["nobody"]),
     ],

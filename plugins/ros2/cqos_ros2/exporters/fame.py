@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.bpmn.names import POLICY_NAMES, fold
 from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
 from cqos_core.files.exporting import Exported, judged_by
+from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
 from cqos_core.resolving.respelling import respelled
 from cqos_ros2.exporters.values import PROTOCOL, Unsayable, effective
@@ -31,6 +32,7 @@ def write(system: System, context: ExportContext) -> Exported:
         return Exported("", 0, (*others, *notes))
     diagram, elements = found
     names: dict[str, str] = {}
+    silent: list[str] = []
     count = 0
     for element, group in elements.items():
         tag, part = diagram.find(element), group[0].whole
@@ -42,11 +44,25 @@ def write(system: System, context: ExportContext) -> Exported:
         names[fold(part.endpoint.topic)] = topic
         _write_event(diagram, tag, part, topic, notes)
         count += 1
+        if part.role == PUBLISHER and not _has(diagram, _extensions(diagram, tag), "payload"):
+            silent.append(f"`{element}`")
     for tag in diagram.root.children:
         topic = names.get(fold(tag.attributes["name"].text)) if "name" in tag.attributes else None
         if topic is not None and diagram.is_a(tag, "bpmn", "signal"):
             diagram.state(tag, {"name": topic})
+    if silent:
+        notes[f"FaMe reads an event without `ros:payload` as a catch: add the payload of {', '.join(silent)} there"] = (
+            None
+        )
     return Exported(diagram.changed(), count, (*others, *notes))
+
+
+def _extensions(diagram: Diagram, tag: Tag) -> Tag | None:
+    return next(iter(diagram.children(tag, "bpmn", "extensionElements")), None)
+
+
+def _has(diagram: Diagram, extension: Tag | None, name: str) -> bool:
+    return extension is not None and bool(diagram.children(extension, "ros", name))
 
 
 def _topic(part: Resolved) -> str | None:
@@ -67,8 +83,8 @@ def _write_event(diagram: Diagram, tag: Tag, part: Resolved, topic: str, notes: 
             codes[name] = code
     written = "".join(f' {name}="{code}"' for name, code in codes.items())
     text = f"<{diagram.prefix('qos')}:policy{written}/>"
-    extension = next(iter(diagram.children(tag, "bpmn", "extensionElements")), None)
-    if part.endpoint.type and (extension is None or not diagram.children(extension, "ros", "message")):
+    extension = _extensions(diagram, tag)
+    if part.endpoint.type and not _has(diagram, extension, "message"):
         text += f'<{diagram.prefix("ros")}:message type="{escape(part.endpoint.type)}"/>'
     _extend(diagram, tag, extension, text)
 

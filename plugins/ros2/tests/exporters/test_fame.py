@@ -12,12 +12,16 @@ from cqos_core.files.loading import read_source
 from cqos_core.importers.source import Source
 from cqos_core.matching.pipeline import context
 from cqos_core.plugins import load_plugins
+from tests.command import run
 
 EXAMPLES = Path(__file__).parents[4] / "examples"
 HEAD = """<bpmn:definitions xmlns:bpmn="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">
 <bpmn:signal id="S" name="Laser scan"/><bpmn:process id="P" name="p">
 """
 TAIL = '<bpmn:startEvent id="C"><bpmn:signalEventDefinition signalRef="S"/></bpmn:startEvent></bpmn:process></bpmn:definitions>'
+
+
+PAYLOAD = "FaMe reads an event without `ros:payload` as a catch: add the payload of `T` there"
 
 
 def model(attributes="", inside=""):
@@ -75,10 +79,23 @@ def test_what_fame_wrote_stays_beside_the_policy():
     assert '<ros:payload><ros:parameter name="x" value="1"/></ros:payload>' in written
 
 
+def test_the_command_writes_topic_message_and_payload(tmp_path):
+    payload = '<ros:payload><ros:parameter name="{&quot;data&quot;" value="${weather}}"/></ros:payload>'
+    inside = f'<bpmn:extensionElements xmlns:ros="http://ros">{payload}</bpmn:extensionElements>'
+    (tmp_path / "model.bpmn").write_text(model(' qos:reliability="reliable" qos:type="std_msgs/msg/String"', inside))
+    done = run(["convert", "model.bpmn", "--to", "fame", "--no-config"], tmp_path)
+    assert (done.code, "payload" in done.err) == (0, False)
+    event = done.out[done.out.index("<bpmn:endEvent") : done.out.index("</bpmn:extensionElements>")]
+    assert 'name="laser_scan"' in event
+    assert '<ros:message type="std_msgs/msg/String"/>' in event
+    assert payload in event
+    assert 'reliability="1"' in event
+
+
 def test_values_without_a_code_are_left_out_with_a_note():
     found = fame(read(model(' qos:liveliness="best_available"')))
     assert "liveliness=" not in found.text[: found.text.index("startEvent")]
-    assert found.notes == ("`T`: liveliness is left out: FaMe has no code for best_available",)
+    assert found.notes == ("`T`: liveliness is left out: FaMe has no code for best_available", PAYLOAD)
 
 
 @pytest.mark.parametrize("attributes", [' qos:protocol="mqtt"'])
@@ -106,6 +123,6 @@ def test_events_of_other_protocols_stay(attributes):
 def test_read_back_it_gives_the_same_verdicts(stated):
     system = read(model("".join(f' qos:{name}="{value}"' for name, value in stated.items())))
     found = fame(system)
-    assert not found.notes
+    assert found.notes == (PAYLOAD,)
     assert groups(read(found.text)) == groups(system)
     assert fame(read(found.text)).text.count("<qos:policy") == 2
