@@ -70,6 +70,20 @@ def test_what_is_reported(changes, codes):
     assert reported(changed(*changes)) == codes
 
 
+def test_what_readers_of_fast_dds_confirm_goes_the_other_way():
+    def back(period: str, reliability: str) -> float | None:
+        text = FILE.replace("cyclonedds", "fastdds_2_9").replace("100ms", period).replace("best_effort", reliability)
+        text = text.replace("desk: {subscribes", "desk: {publishes: {status: }, subscribes")
+        text = text.replace("keyed: false}}", "keyed: false}, status: {period: 1s, size: 500, keyed: false}}")
+        text = text.replace("camera: {publishes", "camera: {subscribes: {status: }, publishes")
+        likely: float | None = next(each.likely for each in spent(text.encode()).loads if not each.inward)
+        return likely
+
+    assert back("100ms", "best_effort") == 664
+    assert back("100ms", "reliable") == 664 + 10 * 152
+    assert back("1ms", "reliable") == 664 + 200 * 152
+
+
 def test_an_overload_leaves_the_verdict_of_pairs_alone():
     report = check(FILE.encode())
     assert report.verdict is Verdict.COMPATIBLE

@@ -24,11 +24,14 @@ class Framing:
         whole: what comes with a sample that one packet carries.
         fragment: what comes with each packet of a sample that needs several.
         undivided: the most bytes of sample and `encapsulation` that are sent in one packet.
-        part: the most of them in each packet where they need several; they are divided evenly.
+        part: the most of them in each packet where they need several.
         encapsulation: the part of `sample` that is divided with it.
         confirmed: when the following are sent too.
         last, other: with the last packet of a sample, and with each other one.
         source: where the figures come from.
+        evenly: the packets of a sample are of about one size; else all but the last one are full.
+        answer: what a reader sends back for a sample that is confirmed.
+        answers: at most so many answers of a reader to a writer in a second.
     """
 
     value: str
@@ -43,6 +46,9 @@ class Framing:
     last: int
     other: int
     source: str
+    evenly: bool = True
+    answer: int = 0
+    answers: int = 0
 
     def packet_sizes(self, size: int, *, confirmed: bool) -> tuple[tuple[int, int], ...]:
         """Return the sizes of the packets of a sample of ``size`` bytes, each with how many there are."""
@@ -51,7 +57,7 @@ class Framing:
         if needed <= self.undivided:
             return ((first + self.whole + needed + last, 1),)
         count = -(-needed // self.part)
-        piece = -(-needed // count)
+        piece = -(-needed // count) if self.evenly else self.part
         other = self.packet + self.fragment + piece + (self.other if confirmed else 0)
         rest = self.packet + self.fragment + needed - (count - 1) * piece + last
         sizes = ((other + first - self.packet, 1), (other, count - 2), (rest, 1))

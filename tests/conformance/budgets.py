@@ -1,22 +1,26 @@
-"""Writes docs/conformance-budgets.md: traffic and memory as computed, and as measured on Cyclone DDS on loopback.
+"""Writes docs/conformance-budgets.md: traffic and memory as computed, and as measured on Cyclone DDS and Fast DDS on loopback.
 
 python -m tests.conformance.budgets    measure all cases, and write the page
 """
 
 from __future__ import annotations
 
+import atexit
 import shutil
 import subprocess
 import sys
 from datetime import datetime, timezone
+from functools import cache
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
 from cqos_core.api import read
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.matching.pipeline import Pipeline, context
+from cqos_dds.prove.fast import PROVER
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 DOCUMENT: Final = ROOT / "docs" / "conformance-budgets.md"
@@ -27,7 +31,7 @@ SIZES: Final = (500, 8_000, 28_000, 60_000)
 DESIGN: Final = """
 cqos: 1
 protocol: dds
-options: {{dds: {{implementation: cyclonedds}}}}
+options: {{dds: {{implementation: {product}}}}}
 topics: {{budget: {{period: 20ms, size: {size}, keyed: false}}}}
 participants:
   a: {{publishes: {{budget: {{reliability: {reliability}, depth: {depth}}}}}}}
@@ -41,6 +45,10 @@ wait
 """
 
 
+CYCLONE: Final = "cyclonedds"
+FAST: Final = "fastdds_2_9"
+
+
 class Case(NamedTuple):
     """One run: ``history`` measures what a writer keeps, the others what a sample takes on the wire."""
 
@@ -48,14 +56,17 @@ class Case(NamedTuple):
     size: int
     mtu: int = LOOPBACK
     samples: int = 100
+    product: str = CYCLONE
 
 
 CASES: Final = (
     *(Case(kind, size, mtu) for kind, size, mtu in product(KINDS, SIZES, (LOOPBACK, 1_500))),
     Case("history", 100_000, samples=400),
     Case("history", 20_000, samples=2_000),
+    *(Case(kind, size, mtu, 100, FAST) for kind, size, mtu in product(KINDS, (*SIZES, 150_000), (LOOPBACK, 1_500))),
 )
 FEW: Final = (Case("reliable", 8_000, samples=40), Case("best_effort", 60_000, 1_500, 40))
+FEW_FAST: Final = (Case("reliable", 500, samples=40, product=FAST), Case("best_effort", 150_000, 1_500, 40, FAST))
 
 
 def missing() -> str | None:
@@ -66,21 +77,34 @@ def missing() -> str | None:
     return None if tried.returncode == 0 else "this user may not make a network namespace"
 
 
+@cache
+def fast_program() -> str:
+    """Compile the program for Fast DDS, and return where it is."""
+    made = Path(mkdtemp()) / "budget_run"
+    atexit.register(shutil.rmtree, made.parent)
+    source = Path(__file__).with_name("budget_run.cpp")
+    libraries = ("-lfastrtps", "-lfastcdr", "-lpthread")
+    subprocess.run(["g++", "-std=c++17", "-O1", str(source), "-o", str(made), *libraries], check=True)
+    return str(made)
+
+
 def computed(case: Case) -> float:
     """Return what C-QoS computes: bytes of a sample on the wire, or in the history of the writer."""
     reliability = "best_effort" if case.kind == "best_effort" else "reliable"
-    text = DESIGN.format(size=case.size, reliability=reliability, depth=case.samples)
+    text = DESIGN.format(product=case.product, size=case.size, reliability=reliability, depth=case.samples)
     found = budgets(Pipeline(read(text.encode()), context()))
     if case.kind == "history":
         return (found.histories[0].size or 0) / case.samples
-    return found.streams[0].bytes_of_sample(case.mtu) or 0
+    (stream,) = found.streams
+    return (stream.bytes_of_sample(case.mtu) or 0) + stream.answers * len(stream.answering) / stream.per_second
 
 
 def measured(case: Case) -> float:
     """Return what was measured, in the same unit."""
 
     def end(role: str) -> str:
-        return f"{sys.executable} -m tests.conformance.budget_run {role} {case.kind} {case.size} {case.samples}"
+        program = fast_program() if case.product == FAST else f"{sys.executable} -m tests.conformance.budget_run"
+        return f"{program} {role} {case.kind} {case.size} {case.samples}"
 
     script = _SCRIPT.format(mtu=case.mtu, reader="true" if case.kind == "history" else end("read"), writer=end("write"))
     command = [*_NAMESPACE, "sh", "-c", script]
@@ -92,14 +116,13 @@ def measured(case: Case) -> float:
 def row(case: Case) -> str:
     """Return the row of the page for one case."""
     expected, found = computed(case), measured(case)
-    return (
-        f"| {case.kind} | {case.size:,} | {case.mtu:,} | {expected:,.0f} | {found:,.0f} | {found / expected - 1:+.1%} |"
-    )
+    name = {CYCLONE: "Cyclone DDS", FAST: "Fast DDS"}[case.product]
+    return f"| {name} | {case.kind} | {case.size:,} | {case.mtu:,} | {expected:,.0f} | {found:,.0f} | {found / expected - 1:+.1%} |"
 
 
 def main() -> int:
     """Measure all cases and write the page."""
-    lacking = missing()
+    lacking = missing() or PROVER.missing()
     if lacking is not None:
         sys.stderr.write(f"budgets are not measured: {lacking}\n")
         return 0
@@ -108,15 +131,15 @@ def main() -> int:
     DOCUMENT.write_text(
         f"""# Conformance of budgets
 
-Written by `python -m tests.conformance.budgets` from runs on Cyclone DDS {version("cyclonedds")}: one writer and one reader on the loopback
-interface of a network namespace of their own. The bytes are those of IP packets for each sample, as the kernel counts them. `history` is
-the memory of a writer that keeps its last samples, divided by their number. [Time and budgets](time-and-budgets.md) says how C-QoS
+Written by `python -m tests.conformance.budgets` from runs on Cyclone DDS {version("cyclonedds")} and Fast DDS {PROVER.version()}: one writer and one
+reader on the loopback interface of a network namespace of their own. The bytes are those of IP packets for each sample, as the kernel counts
+them, with what the reader sends back. `history` is the memory of a writer that keeps its last samples, divided by their number. [Time and budgets](time-and-budgets.md) says how C-QoS
 computes the figures.
 
 Measured on {datetime.now(timezone.utc).date().isoformat()}, commit {commit.stdout[:12]}. Nothing in these runs is random, so they have no seed.
 
-| kind | size of a sample | MTU | computed | measured | difference |
-| ---- | ---------------- | --- | -------- | -------- | ---------- |
+| implementation | kind | size of a sample | MTU | computed | measured | difference |
+| -------------- | ---- | ---------------- | --- | -------- | -------- | ---------- |
 """
         + "\n".join(rows)
         + "\n",

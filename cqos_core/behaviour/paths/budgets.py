@@ -52,6 +52,7 @@ class Stream:
         confirmed: samples are sent with what a reliable connection needs; None where that is not known.
         receivers: participants that certainly get all of it; `perhaps`: those that may, or get a part.
         unconfirmed: participants to which a lost sample is not sent again.
+        answering: participants that confirm samples; `answers`: the bytes in a second that each of them sends back.
         late: samples that a late joiner gets, by its participant.
         broker: the intermediary that gets all of it first; `to_broker`: the packets of a sample on that way.
     """
@@ -68,6 +69,8 @@ class Stream:
     receivers: frozenset[str]
     perhaps: frozenset[str]
     unconfirmed: frozenset[str] = frozenset()
+    answering: frozenset[str] = frozenset()
+    answers: float = 0.0
     late: tuple[tuple[str, int], ...] = ()
     header: int = _IP
     broker: str | None = None
@@ -134,7 +137,8 @@ class LinkLoad:
         facts: what is stated of it.
         inward: to its participants, else from them.
         certain: the samples that certainly go over it, once each and without headers.
-        likely: with headers, one copy for each receiver; None where an implementation is not known, or a number of instances.
+        likely: with headers, one copy for each receiver, and what confirms samples that go the other way; None where an implementation is
+            not known, or a number of instances.
         streams: what that is.
         lost: of best-effort topics, the part of samples that the link loses.
         catching_up: for a late joiner, by topic, seconds until it has got what is kept for it at the least.
@@ -251,6 +255,8 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
         frozenset(certain),
         frozenset(perhaps - certain),
         frozenset(name for name, each in confirming.items() if each is False),
+        frozenset(name for name, each in confirming.items() if each),
+        0.0 if framing is None else framing.answer * min(_SECOND / period, framing.answers),
         tuple(sorted(late.items())),
         _IP if costs.from_broker is None else _TCP,
         None if costs.to_broker is None or broker is None else broker.id,
@@ -317,12 +323,7 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
     link = facts.link
     inside = {name for name in known if any(fnmatchcase(name, each) for each in link.participants)}
     there = inside if inward else known - inside
-    over = [
-        way
-        for each in streams
-        if (way := each.towards(there)) is not None
-        and (not link.topics or any(fnmatchcase(name, want) for name in each.names for want in link.topics))
-    ]
+    over = [way for each in streams if (way := each.towards(there)) is not None and _goes(each, link)]
     over = [each for each in over if each.receivers or each.perhaps]
     # A period is that of a topic: several publishers may share it, some of them on this side.
     shared = {each.topic for each in streams if each.participant in there}
@@ -331,10 +332,20 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
         None if each.wire(facts.mtu) is None or not each.single else (each.wire(facts.mtu) or 0) * _copies(each)
         for each in over
     ]
-    likely = None if None in wires else sum(each for each in wires if each is not None)
+    back = (
+        each.answers * len(each.answering - there)
+        for each in streams
+        if each.participant in there and _goes(each, link)
+    )
+    likely = None if None in wires else sum(each for each in wires if each is not None) + sum(back)
     return LinkLoad(
         link, facts, inward, certain, likely, tuple(over), tuple(_lost(over, facts)), tuple(_late(over, facts, there))
     )
+
+
+def _goes(stream: Stream, link: StatedLink) -> bool:
+    """Whether a link carries the topic of a stream."""
+    return not link.topics or any(fnmatchcase(name, want) for name in stream.names for want in link.topics)
 
 
 def _copies(stream: Stream) -> int:
