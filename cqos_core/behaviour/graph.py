@@ -93,6 +93,10 @@ class Graph:
             return self.nodes[self.parent[at]].kind != "process" and not self.nodes[self.parent[at]].by_event
         return not (node.kind == "catch" and any(each.kind == "link" for each in node.triggers))
 
+    def idles(self, process: int) -> bool:
+        """Whether a participant may run a process without any of its start events, for nodes to which no flow leads."""
+        return self.nodes[process].has_pool and any(self.is_entry(at) for at in self.inside[process])
+
     def heard(self, at: int) -> TriggerKind:
         """Return the kind of the triggers for which the endpoints of a node stand; other triggers come from elsewhere."""
         return "signal" if any(each.kind == "signal" for each in self.nodes[at].triggers) else "message"

@@ -135,10 +135,10 @@ class _Search:
         return not self._waiting
 
     def _runs_alone(self, process: int) -> bool:
-        """Whether a process without any start event begins by itself."""
+        """Whether a process begins by itself: one without any start event, or with a node to which no flow leads."""
         graph = self._graph
         starts = any(graph.nodes[at].kind in {"start", "event_start"} for at in graph.inside[process])
-        return not starts and (graph.nodes[process].has_pool or graph.called_anywhere)
+        return graph.idles(process) or (not starts and (graph.nodes[process].has_pool or graph.called_anywhere))
 
     def _start(self, at: int) -> None:
         """Let the start event of a process wait for its triggers; without any it happens with its process."""
