@@ -228,7 +228,9 @@ class Counting:
             return None
         if "start" in kinds:
             idle = [scaled(_ALONE, self._several(at))] if graph.idles(at) else []
-            return added([*idle, *(self.bounds[each] for each in graph.inside[at] if graph.nodes[each].kind == "start")])
+            return added(
+                [*idle, *(self.bounds[each] for each in graph.inside[at] if graph.nodes[each].kind == "start")]
+            )
         return None if graph.nodes[at].by_event else self._untriggered(at)
 
     def _inside(self, around: int) -> Rate | None:

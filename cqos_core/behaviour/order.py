@@ -71,8 +71,8 @@ class Order:
         return self._arrival[last] - self._arrival[first] - timer_wait(self._graph, first)
 
     def before(self, at: int) -> Iterator[int]:
-        """Yield the events that have happened before a token arrives at a node, the nearest first."""
-        while (at := self._dominator[at]) != self._root and self._left > 0:
+        """Yield the events that have happened before a token arrives at a node, the nearest first; none where none arrives."""
+        while (at := self._dominator.get(at, self._root)) != self._root and self._left > 0:
             self._left -= 1
             if at < self._size:
                 yield at

@@ -161,12 +161,13 @@ class Simulation:
     def _set_up_one(self, process: int) -> None:
         starts = [each for each in self.inside[process] if self.flow.nodes[each].kind == "start"]
         plain = [each for each in starts if not self.flow.nodes[each].triggers]
-        if plain or not starts:
+        alone = self.flow.nodes[process].has_pool
+        if alone and (plain or not starts):
             self._instance(process, plain)
         for start in starts:
             for trigger in self.flow.nodes[start].triggers:
                 self._arm_start(process, start, trigger)
-        if starts and not plain and self.idle_starts:
+        if alone and starts and not plain and self.idle_starts:
             self._instance(process, [])
         for each in self.inside[process]:
             if self.flow.nodes[each].kind == "event_start" and not self.into[each]:
