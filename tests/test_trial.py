@@ -44,6 +44,12 @@ def test_a_profile_for_one_role_is_tried_in_that_role_without_a_partner():
     assert found.endpoints == 1
 
 
+def test_profiles_of_nearly_one_name_for_two_roles_are_no_near_miss():
+    writers = profile("camera", ref("camera/w", "publisher", part="x")), profile("camera/w", care="insured")
+    readers = profile("cammera", ref("cammera/r", "subscriber", part="x")), profile("cammera/r", care="insured")
+    assert not {each.code for each in report(*writers, *readers).findings} & {"CQ401", "CQ402", "CQ403"}
+
+
 def test_topics_that_a_profile_tells_apart_are_tried_each():
     system = world(
         profile("p", ref("p/1", "publisher", "a*", part="x"), ref("p/2", "publisher", "b?", part="x")),

@@ -28,8 +28,11 @@ def partners(
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
 ) -> tuple[list[Finding], int]:
-    """Report endpoints without any partner, and topics whose names nearly agree; of a part, only count the first."""
-    if not any(result.lonely for result in results.values()):
+    """Report endpoints without any partner, and topics whose names nearly agree; of a part, only count the first.
+
+    Of profiles that are tried, nothing: their topics have made-up names.
+    """
+    if system.hypothetical or not any(result.lonely for result in results.values()):
         return [], 0
     kinds = {each.id: each.kind for each in system.endpoints if each.kind != MESSAGE}
     # Who has no partner of its own protocol may well have one on the wire.

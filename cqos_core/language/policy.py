@@ -177,8 +177,11 @@ class Policy(Term):
             case Anything(cause):
                 return f"unknown ({cause})"
             case Depends(on, cases):
-                listed = ", ".join(f"{self.format(v)} with {on.rpartition('.')[2]}={name}" for name, v in cases)
-                return f"undetermined ({listed})"
+                shown = [(self.format(case), name) for name, case in cases]
+                if all(text == name for text, name in shown):  # the value is the option itself
+                    return f"undetermined ({', '.join(name for _, name in shown)})"
+                option = on.rpartition(".")[2]
+                return f"undetermined ({', '.join(f'{text} with {option}={name}' for text, name in shown)})"
             case FromPeers():
                 return "taken from peers"
         return self.domain.format(value)

@@ -21,7 +21,8 @@ def value_text(policy: Policy, value: Value, written: str | None) -> str:
         cases: dict[str, list[str]] = {}
         for name, case in value.cases:
             cases.setdefault(value_text(policy, case, None), []).append(name)
-        listed = "; ".join(f"{shown} with {', '.join(names)}" for shown, names in cases.items())
+        itself = all(names == [shown] for shown, names in cases.items())
+        listed = "; ".join(shown if itself else f"{shown} with {', '.join(names)}" for shown, names in cases.items())
         return f"{text} ({listed})" if text else f"undetermined ({listed})"
     return policy.format(value)
 

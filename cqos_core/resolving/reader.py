@@ -342,7 +342,8 @@ def ignored_by(pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> 
         index = pack.vocabulary.indices["option", option]
         value = options.get(index)
         if value is not None and treated(by_value, pack.policies[index], value) == NO:
-            return f"{option} {pack.policies[index].format(value)}"
+            values = [case for _, case in value.cases] if isinstance(value, Depends) else [value]
+            return f"{option} {' or '.join(map(pack.policies[index].format, values))}"
     return None
 
 
