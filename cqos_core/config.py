@@ -10,7 +10,7 @@ import os
 import re
 import sys
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.files.ignoring import patterns
 from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
@@ -296,46 +296,70 @@ def _read(reading: Reading) -> Entry | None:
         at = _AT.search(str(error))
         line, column = (int(at[1]), int(at[2])) if at and at[1] else (None, None)
         message = _AT.sub("", str(error)).strip()
-        reading.problem("CQ001", f"this is not TOML: {message[:1].lower()}{message[1:]}", Place(name, line, column))
+        advice = _unquoted(text, line, column)
+        reading.problem(
+            "CQ001", f"this is not TOML: {message[:1].lower()}{message[1:]}", Place(name, line, column), advice
+        )
         return None
     from pathlib import Path
 
     prefix: _Path = _TABLE if Path(name).name == SHARED_NAME else ()
     table = _our_table(document) if prefix else document
-    lines = dict(_stated_lines(text))
-    return CONFIG.read(_node({} if table is None else table, prefix, lines, None), reading, ".".join(_TABLE))
+    places: dict[_Path, _At] = {}
+    for path, at in _stated_places(text):
+        for length in range(1, len(path) + 1):
+            places.setdefault(path[:length], at)
+    return CONFIG.read(_node({} if table is None else table, prefix, places, _At()), reading, ".".join(_TABLE))
+
+
+def _unquoted(text: str, line: int | None, column: int | None) -> str | None:
+    """Suspect a text without quotes where a value is invalid."""
+    lines = text.split("\n")
+    rest = lines[line - 1][(column or 1) - 1 :] if line is not None and line <= len(lines) else ""
+    word = re.match(r"[A-Za-z][\w./-]*", rest)
+    return f'write a text in quotes: `"{word[0]}"`' if word else None
 
 
 _Path: TypeAlias = tuple[str | int, ...]
 
 
-def _node(value: Any, path: _Path, lines: Mapping[_Path, int], above: int | None) -> Node:
-    """Return a parsed value as a tree; what has no line of its own has that of what it is part of."""
-    line = lines.get(path, above)
+class _At(NamedTuple):
+    """Where a key is stated, and its value."""
+
+    line: int | None = None
+    key: int | None = None
+    value: int | None = None
+
+
+def _node(value: Any, path: _Path, places: Mapping[_Path, _At], above: _At) -> Node:
+    """Return a parsed value as a tree; what has no place of its own has the line of what it is part of."""
+    at = places.get(path, _At(above.line))
     if isinstance(value, dict):
-        node = MappingNode(line, None)
+        node = MappingNode(at.line, at.value)
         for name, item in value.items():
-            below = _node(item, (*path, name), lines, line)
-            node.entries[name] = (ScalarNode(name, below.line, None, plain=False), below)
+            key = places.get((*path, name), _At(at.line))
+            below = _node(item, (*path, name), places, at)
+            node.entries[name] = (ScalarNode(name, key.line, key.key, plain=False), below)
         return node
     if isinstance(value, list):
-        items = [_node(item, (*path, index), lines, line) for index, item in enumerate(value)]
-        return SequenceNode(line, None, items)
+        return SequenceNode(
+            at.line, at.value, [_node(item, (*path, index), places, at) for index, item in enumerate(value)]
+        )
     if isinstance(value, bool):
-        return ScalarNode("true" if value else "false", line, None, plain=True)
+        return ScalarNode("true" if value else "false", at.line, at.value, plain=True)
     if isinstance(value, (int, float)):
-        return ScalarNode(str(value), line, None, plain=True)
-    return ScalarNode(value if isinstance(value, str) else value.isoformat(), line, None, plain=False)
+        return ScalarNode(str(value), at.line, at.value, plain=True)
+    return ScalarNode(value if isinstance(value, str) else value.isoformat(), at.line, at.value, plain=False)
 
 
 _PART = r"""(?:[A-Za-z0-9_-]+|"[^"\\]*"|'[^']*')"""
 _DOTTED = rf"{_PART}(?:\s*\.\s*{_PART})*"
 _HEADER = regular_expression(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?")
-_STATED = regular_expression(rf"\s*({_DOTTED})\s*=")
+_STATED = regular_expression(rf"\s*({_DOTTED})\s*=\s*")
 _LONG_STRING = regular_expression("\"\"\"|'''")
 
 
-def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:
+def _stated_places(text: str) -> Iterator[tuple[_Path, _At]]:
     """Yield where tables and keys are stated, as far as the beginnings of lines tell; tomllib keeps no places."""
     table: _Path = ()
     counts: dict[_Path, int] = {}
@@ -348,9 +372,9 @@ def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:
             continue
         if header := _HEADER.fullmatch(line):
             table = _indexed(_parts(header[2]), counts, new=header[1] == "[[")
-            yield table, number
+            yield table, _At(number, header.start(2) + 1, header.start(2) + 1)
         elif stated := _STATED.match(line):
-            yield (*table, *_parts(stated[1])), number
+            yield (*table, *_parts(stated[1])), _At(number, stated.start(1) + 1, stated.end() + 1)
 
 
 def _parts(dotted: str) -> tuple[str, ...]:

@@ -125,7 +125,7 @@ class TestReading:
             "quick": "true",
             "names": "[a, b c]",
         }
-        assert config.options["alpha"]["mode"].place == Place("cqos.toml", 9)
+        assert config.options["alpha"]["mode"].place == Place("cqos.toml", 9, 8)
         assert config.severities == {"X101": "off"}
         (check,) = config.checks
         assert (check.name, check.where, check.because) == ("c", (("role", "subscriber"),), "so")
@@ -134,7 +134,7 @@ class TestReading:
             ("kind", "exactly", ("x",)),
         ]
         assert check.require[0].place == Place("cqos.toml", 20)
-        assert check.place == Place("cqos.toml", 17)
+        assert check.place == Place("cqos.toml", 17, 3)
         (accepted,) = config.accept
         assert (accepted.rule, accepted.topic, accepted.until) == ("X102", "t", "2027-01-31")
         assert list(config.sources) == ["cqos.toml"]
@@ -182,22 +182,22 @@ class TestProblems:
             depth = { atleast = 1 }
             """) == [
             (
-                "CQ006 cqos.toml:1: the configuration has no key `pack`; did you mean `packs`? (allowed: extends, protocol,"
+                "CQ006 cqos.toml:1:1: the configuration has no key `pack`; did you mean `packs`? (allowed: extends, protocol,"
                 " options, severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
-            "CQ011 cqos.toml:2: `fail_on` must be error or warning, found `eror`; did you mean `error`?",
+            "CQ011 cqos.toml:2:11: `fail_on` must be error or warning, found `eror`; did you mean `error`?",
             "CQ011 cqos.toml:3: `show[1]` must be notes, not-checked or subscribers, found `all`",
             (
-                "CQ006 cqos.toml:4: the configuration has no key `description` (allowed: extends, protocol, options,"
+                "CQ006 cqos.toml:4:1: the configuration has no key `description` (allowed: extends, protocol, options,"
                 " severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
-            "CQ009 cqos.toml:7: `format` must be a text, found a list",
+            "CQ009 cqos.toml:7:12: `format` must be a text, found a list",
             "CQ011 cqos.toml:8: `X` must be error, warning, note or off, found `quiet`",
             (
-                "CQ009 cqos.toml:11: `alpha` must be a map of options, found `strict` "
+                "CQ009 cqos.toml:11:9: `alpha` must be a map of options, found `strict` "
                 "(options are by rule pack: `options: {PACK: {alpha: strict}}`)"
             ),
-            "CQ010 cqos.toml:18: a check needs `because` (the reason, for later readers)",
+            "CQ010 cqos.toml:18:3: a check needs `because` (add `because: …`: the reason, for later readers)",
             (
                 "CQ006 cqos.toml:26: `depth` cannot be required `atleast`; did you mean `at_least`? (allowed: exactly,"
                 " at_least, at_most, one_of, not; a bare value means exactly)"
@@ -228,7 +228,7 @@ class TestProblems:
 
     def test_our_table_of_another_kind(self):
         (problem,) = problems("[tool]\ncqos = 3\n", "pyproject.toml")
-        assert problem == "CQ009 pyproject.toml:2: `tool.cqos` must be a map (the configuration), found `3`"
+        assert problem == "CQ009 pyproject.toml:2:8: `tool.cqos` must be a map (the configuration), found `3`"
 
 
 class TestExtending:
@@ -283,14 +283,14 @@ class TestExtending:
         write("a/base.toml", "extends = '../cqos.toml'")
         (problem,) = problems("extends = 'a/base.toml'")
         circle = f"cqos.toml → {Path('a/base.toml')} → {Path('a/../cqos.toml')}"
-        assert problem == f"CQ008 {Path('a/base.toml')}:1: `{Path('a/../cqos.toml')}` extends itself: {circle}"
+        assert problem == f"CQ008 {Path('a/base.toml')}:1:11: `{Path('a/../cqos.toml')}` extends itself: {circle}"
 
     def test_problems_of_all_files_are_reported(self):
         write("a.toml", "x = 1")
         found = problems("extends = ['a.toml', 'nowhere.toml']\ny = 1")
         assert [problem.split(": ")[0] for problem in found] == [
-            "CQ006 cqos.toml:2",
-            "CQ006 a.toml:1",
+            "CQ006 cqos.toml:2:1",
+            "CQ006 a.toml:1:1",
             "CQ007 cqos.toml:1",
         ]
 

@@ -7,6 +7,7 @@ back as an `Entry`, typed by its keys.
 from __future__ import annotations
 
 import re
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
@@ -16,7 +17,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
@@ -48,8 +49,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
         if not isinstance(node, MappingNode):
-            listed_instead = isinstance(node, SequenceNode)
-            advice = "write each as `name: …`, without a dash" if listed_instead else _missing_blank(node)
+            advice = _as_map(node) if isinstance(node, SequenceNode) else _missing_blank(node)
             self.refuse(node, reading, name, advice)
             return None
         found = {}
@@ -65,6 +65,17 @@ class MapOf(Shape[dict[str, Member[T]]]):
         """Any name, values of one schema."""
         values = self.shape.schema(shared)
         return named(values if self.empty else nullable(values))
+
+
+def _as_map(node: SequenceNode) -> str:
+    """Say how the parts of a list are written as a map, by the first of them."""
+    first = node.items[0] if node.items else None
+    if isinstance(first, ScalarNode) and first.text:
+        return f"write each with a colon, without dashes or brackets: `{first.text}:`"
+    names = first.entries if isinstance(first, MappingNode) else {}
+    value = next((names[word][1] for word in ("name", "id") if word in names), None)
+    name = value.text if isinstance(value, ScalarNode) else "name"
+    return f"write each as `{name}: …`, without a dash"
 
 
 class ListOf(Shape[list[T]]):
@@ -171,7 +182,7 @@ class Form(Shape[Entry]):
         name: of the schema's part; ``expected`` is what people call the thing (``a participant``).
         short: the key that a bare text stands for, as in ``topic: profile``; None where a map is wanted.
         others: the shape of settings, which may stand beside the form's own keys; None where nothing may.
-        never: names that are no settings, because they are keys of a form nearby.
+        never: names that are no settings, because they are keys of a form nearby, with where they belong.
         one_of: at least one of these keys is required.
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
     """
@@ -184,7 +195,7 @@ class Form(Shape[Entry]):
         *,
         short: str | None = None,
         others: Shape[Setting] | None = None,
-        never: tuple[str, ...] = (),
+        never: Mapping[str, str] = MappingProxyType({}),
         one_of: tuple[str, ...] = (),
         hints: tuple[str, ...] = (),
     ) -> None:
@@ -231,8 +242,8 @@ class Form(Shape[Entry]):
                 setting = others.read(value, reading, name)
                 if setting is not None:
                     settings[name] = setting
-            elif (glued := _glued(key, value, reading)) is not None:
-                settings.setdefault(*glued)
+            elif (glued := _glued(key, value, reading, next(reversed(settings), ""))) is not None:
+                settings[glued[0]] = glued[1]
         if self.required and (not self._complete(node, reading) or None in map(values.get, self.required)):
             return None
         return Entry(reading.place(node), values, settings)
@@ -243,7 +254,8 @@ class Form(Shape[Entry]):
         missing = [name for name in self.required if name not in stated]
         for name in missing:
             help_text = self.keys[name].help.rstrip(".")
-            reading.problem("CQ010", f"{self.expected} needs `{name}`", node, help_text[0].lower() + help_text[1:])
+            advice = f"add `{name}: …`: {help_text[0].lower()}{help_text[1:]}"
+            reading.problem("CQ010", f"{self.expected} needs `{name}`", node, advice)
         if self.one_of and stated.isdisjoint(self.one_of):
             missing += self.one_of
             words = listed(f"`{name}`" for name in self.one_of)
@@ -254,7 +266,8 @@ class Form(Shape[Entry]):
         known = tuple(self.keys)
         message = f"{self.expected} has no key {shown(key.text)}{did_you_mean(key.text, known)}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
-        reading.problem("CQ006", message, key, f"allowed: {', '.join(known)}{more}")
+        elsewhere = f"{advice}; " if (advice := self.never.get(key.text)) else ""
+        reading.problem("CQ006", message, key, f"{elsewhere}allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Refer to the one definition of this form."""
@@ -320,12 +333,20 @@ def _missing_blank(node: Node) -> str | None:
     return f"write a blank after the colon: `{glued[1]}: {glued[2]}`" if glued else None
 
 
-def _glued(key: ScalarNode, value: Node, reading: Reading) -> tuple[str, Setting] | None:
-    """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known."""
+def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple[str, Setting] | None:
+    """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known.
+
+    ``before`` is the setting before it: in ``{deadline: 0,5s}`` a comma stands for a decimal point.
+    """
     if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
         return None
     if reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":"):
         return None  # an empty value states nothing
+    line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
+    if before and (number := re.search(r"[:\s](\d+),$", line)) and re.match(r"\d", key.text):
+        message = f"a comma ends a value, so `{before}` is `{number[1]}` and `{key.text}` a key without a value"
+        reading.warn("CQ020", message, key, f"write a decimal point: `{before}: {number[1]}.{key.text}`")
+        return before, Setting(f"{number[1]},{key.text}", reading.place(key), message, reported="CQ020")
     name, mark, text = key.text, "", ""
     if (found := re.search("[:=]", key.text)) is not None:
         name, mark, text = key.text[: found.start()].strip(), found[0], key.text[found.end() :].strip()
@@ -354,8 +375,9 @@ class SettingsMap(Shape["Settings"]):
             for key, value in node.entries.values()
             if not is_null(value)
         }
-        glued = dict(filter(None, (_glued(key, value, reading) for key, value in node.entries.values())))
-        return glued | {name: setting for name, setting in read.items() if setting is not None}
+        entries = zip(node.entries.values(), ("", *node.entries), strict=False)
+        glued = dict(filter(None, (_glued(key, value, reading, before) for (key, value), before in entries)))
+        return {name: setting for name, setting in read.items() if setting is not None} | glued
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, any setting."""

@@ -54,6 +54,7 @@ NEEDS: Final = Key(
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
+_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
     "endpoint",
@@ -70,7 +71,7 @@ PUBLISHED: Final = Form(
     tuple(key for key in ENDPOINT.keys.values() if key is not NEEDS),
     short=PROFILE.name,
     others=SETTING,
-    never=(NEEDS.name,),
+    never=_NEEDS_ELSEWHERE,
     hints=ENDPOINT.hints,
 )
 
@@ -92,7 +93,7 @@ _DIRECTIONS: Final = tuple(key.name for key in (PUBLISHES, SUBSCRIBES, SERVES, C
 
 
 def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
-    never = tuple(other for other in _DIRECTIONS if other != key.name)
+    never = {other: "write it at the participant" for other in _DIRECTIONS if other != key.name}
     # A group without endpoints is a slip: `publishers:` for `publishes:`.
     required = replace(key, required=True, help=f"{key.help} Without groups, write `{key.name}:` at the participant.")
     expected = f"a group that {key.name}"
@@ -147,13 +148,20 @@ PARTICIPANT: Final = Form(
         PARTICIPANT_OPTIONS,
     ),
     others=FLAT_SETTING,
+    never={PROFILE.name: "write it at an endpoint, or at a group of endpoints", **_NEEDS_ELSEWHERE},
     hints=_PARTICIPANT_SETTINGS,
 )
 
 # Topics, profiles, brokers, bridges
 
 TOPIC: Final = Form(
-    "topic", "a topic", (EXTERNAL, PROTOCOL), short=TYPE.name, others=SETTING, hints=("topic_settings",)
+    "topic",
+    "a topic",
+    (EXTERNAL, PROTOCOL),
+    short=TYPE.name,
+    others=SETTING,
+    never={PROFILE.name: "write it at each endpoint of the topic", **_NEEDS_ELSEWHERE},
+    hints=("topic_settings",),
 )
 PROFILE_FORM: Final = Form(
     "profile", "a profile", (BASE_PROFILE,), others=SETTING, hints=(*_ENDPOINT_SETTINGS, "broker_settings")

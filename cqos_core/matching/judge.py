@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
 from cqos_core.matching.rule_set import EndRules, MeetingsLeftOpen, PairRules, TopicRules
@@ -365,3 +366,13 @@ def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosPr
     values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
     opened = [value for value in values if isinstance(value, (Anything, Depends))]
     return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.reported for value in opened)
+
+
+def needs_misread(spoken: Violation, subscriber: QosProfile) -> bool:
+    """Whether a rule is about a requirement that was not understood, which is a finding of its own."""
+    policies = subscriber.pack.policies
+    return any(
+        use.second and policies[use.index].level == NEED and isinstance(value, Anything) and value.reported
+        for use in spoken.bound.bound.uses
+        for value in (subscriber.values[use.index],)
+    )

@@ -24,6 +24,7 @@ from cqos_core.matching.judge import (
     is_silent,
     judge_endpoint,
     meeting_rules,
+    needs_misread,
     of_end,
     pair_rules,
     passed_over,
@@ -381,7 +382,9 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_
 def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
     """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
-    if spoken.unknown and already_reported(spoken, publishers.profile, subscribers.profile):
+    if spoken.unknown and (
+        already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
+    ):
         return
     hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
     if not hits:

@@ -91,6 +91,16 @@ _TYPED_WRONG: Final = 2
 """Letters that are a typing error; a name that begins with what was written is nearer than one of more wrong letters."""
 
 
+def same_start(word: str, known: Iterable[str]) -> str | None:
+    """Return the only name that begins with the first half of ``word``, of four letters at least; None where none or several do."""
+    half = folded(word)[: max(_SAME_START, (len(folded(word)) + 1) // 2)]
+    alike = [name for name in known if len(half) >= _SAME_START and folded(name).startswith(half)]
+    return alike[0] if len(alike) == 1 else None
+
+
+_SAME_START: Final = 4
+
+
 class KnownNames:
     """Names that exist; made once where many others are looked up in them.
 

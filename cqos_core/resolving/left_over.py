@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.model.codes import CODES
-from cqos_core.model.remarks import core_finding, plural, suggestion
+from cqos_core.model.remarks import core_finding, listed, plural, suggestion
 from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.system import PUBLISHER
 from cqos_core.resolving.reader import by_place
@@ -70,7 +70,7 @@ def _packless(left_out: Mapping[str, Sequence[Endpoint]], known: Collection[str]
         help_text = (
             f"{suggestion(protocol, known)}; `cqos packs` lists them"
             if protocol
-            else "state `protocol:` in the file, or give --protocol ID"
+            else f"state `protocol:` in the file, or give --protocol ID; known: {listed(sorted(known)) or 'none'}"
         )
         place = min(endpoints, key=lambda endpoint: endpoint.id).place
         yield core_finding("CQ201", message, place=place, role="endpoint", members=ids, help=help_text)

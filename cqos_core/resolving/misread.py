@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.policy import NEED, Policy
+from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC, Policy
+from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
 from cqos_core.resolving.resolved import Stated
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
@@ -59,6 +60,65 @@ def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code
         for index, policy in enumerate(pack.policies)
         if policy.level in levels and may_be_stated(policy)
     }
+
+
+def meant_by(name: str, known: Sequence[str]) -> str:
+    """Say which name was probably meant, and which are known."""
+    from cqos_core.model.remarks import suggestion
+    from cqos_core.model.spelling import nearest, same_start
+
+    near = None if nearest(name, known) else same_start(name, known)
+    return f"did you mean `{near}`? {suggestion(name, known)}" if near else suggestion(name, known)
+
+
+def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> str:
+    """Say where a setting belongs that stands in a wrong place; empty where its name is known nowhere.
+
+    A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
+    """
+    inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
+    if inside:
+        return f"write {' and '.join(inside)} without `{name}` around {'it' if len(inside) == 1 else 'them'}"
+    places = [
+        where
+        for level, where in _PLACES.items()
+        if level not in levels and (index := pack.find(level, name)) is not None and may_be_stated(pack.policies[index])
+    ]
+    return f"write it {' or '.join(places)}" if places else ""
+
+
+_PLACES: Final = {
+    ENDPOINT: "at each endpoint, or in a profile that endpoints use",
+    NEED: "under `needs` of a subscriber",
+    "participant": "at the participant",
+    "option": "under `options`",
+    TOPIC: "under `topics`",
+    BROKER: "at the broker",
+}
+
+
+def _keys(text: str) -> tuple[str, ...]:
+    """Return the keys of a map in flow form."""
+    from cqos_core.language.domains import flow
+
+    try:
+        found = flow(text) if text.lstrip().startswith("{") else {}
+    except InvalidValueError:
+        return ()
+    return tuple(found) if isinstance(found, dict) else ()
+
+
+def misquoted(pack: RulePack, policy: Policy, text: str) -> str:
+    """Say what may be wrong with a text as a whole that is no value of a policy: its quotes, or that it is a map."""
+    if text[:1] in _TYPOGRAPHIC:
+        return "typographic quotes are part of a value"
+    inside = [f"`{key}`" for key in _keys(text) if pack.find(policy.level, key) is not None]
+    return (
+        f"{listed(inside)} in it {'is a setting' if len(inside) == 1 else 'are settings'} beside it" if inside else ""
+    )
+
+
+_TYPOGRAPHIC: Final = tuple("\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb")
 
 
 def with_unclear(

@@ -22,13 +22,16 @@ from cqos_core.language.values import (
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.remarks import core_finding
 from cqos_core.model.system import Cases, Setting
 from cqos_core.resolving.misread import (
     can_be_stated,
+    elsewhere,
     every_policy,
     may_be_any,
     may_be_meant,
+    meant_by,
+    misquoted,
     near_policies,
     with_unclear,
 )
@@ -178,7 +181,9 @@ class SettingsReader:
                 shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
                 for written, near in shown.items():
                     message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = suggestion(near, may_be_meant(pack, levels, grouped=bool(wrong)))
+                    advice = elsewhere(pack, levels, written, setting) or meant_by(
+                        near, may_be_meant(pack, levels, grouped=bool(wrong))
+                    )
                     self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
                 misread.update(dict.fromkeys(wrong or (name,), setting))
                 continue
@@ -232,6 +237,8 @@ class SettingsReader:
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             if not problem.near and (others := _policies_with(pack, text)):
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)
+            elif remark := misquoted(pack, policy, text):
+                problem = InvalidValueError(f"{problem.message}; {remark}", problem.expected, problem.near)
             return self._invalid(policy, problem, owner, None if stated is None else stated.setting.place, reading)
 
     def _invalid(
@@ -239,7 +246,7 @@ class SettingsReader:
     ) -> Value:
         """Report that ``owner`` states what is no value of a policy, which is not known then."""
         where = reading.place if place is None else place
-        message = f"{owner}: `{policy.name}` {problem.message}"
+        message = f"{owner}: `{policy.name.removeprefix('need.')}` {problem.message}"
         expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
         about, members = reading.about(policy)
         finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))

@@ -27,7 +27,10 @@ def resolve(written: str, context: NameContext) -> Naming:
     if wrong is None:
         return Naming(written, written)
     shown = written.encode("unicode_escape").decode() if not written.isprintable() else written
-    advice = "publish to each topic by its name" if publishing and has_wildcards(written) else ""
+    advice = (
+        "publish to each topic by its name" if publishing else "write `+` for one level, or end the filter with `#`"
+    )
+    advice = advice if has_wildcards(written) else ""
     return Naming(None, shown, (NameProblem(code, "error", f"{what} `{shown}` is not valid: {wrong}", advice),))
 
 
