@@ -13,9 +13,9 @@ from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
-from cqos_core.cli.units import units
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import NotThereError, at_same_paths
+from cqos_core.files.units import units
 from cqos_core.formatters.breaks import ComparedVersions, breaks_as_json, breaks_as_markdown, breaks_as_text
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.breaking import Break
     from cqos_core.cli.reading import InputReader
-    from cqos_core.cli.units import Unit
     from cqos_core.files.loading import Loaded
+    from cqos_core.files.units import Unit
 
 _CLEAN, _BREAKS = 0, 1
 

@@ -16,8 +16,8 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.selection import counted
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
-from cqos_core.cli.units import Watched, units
 from cqos_core.files.opening import STDIN, read_path
+from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.model.dataclass import dataclass
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
-    from cqos_core.cli.units import Unit
     from cqos_core.config import Config
     from cqos_core.files.loading import Loaded
+    from cqos_core.files.units import Unit
     from cqos_core.importers.source import Replacement
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Edit, Report
@@ -172,7 +172,7 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = wishes.quiet
     if not wishes.watch:
-        ctx.exit(_once(ctx, paths, reading, wishes).code)
+        ctx.exit(_once(ctx, paths, reading, wishes)[0])
     if STDIN in paths or wishes.fix or wishes.show_diff or wishes.write_baseline:
         raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
     from cqos_core.cli.watching import watch  # which few runs need
@@ -180,8 +180,8 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, wishes)))
 
 
-def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, wishes: Wishes) -> Watched:
-    """Check everything once."""
+def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, wishes: Wishes) -> tuple[int, list[str]]:
+    """Check everything once; return the exit code, and the files on which it depends."""
     reader = prepare(reading, paths)
     config = reader.config
     default = "statistics" if wishes.statistics else _default_format(config)
@@ -204,7 +204,7 @@ def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, w
     if wishes.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
-    return Watched(work.finish(sinks), work.files())
+    return work.finish(sinks), work.files()
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:

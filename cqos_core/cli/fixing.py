@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.cli.reading import InputReader
-    from cqos_core.cli.units import Unit
+    from cqos_core.files.units import Unit
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
 

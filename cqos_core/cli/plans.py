@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
+from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, usable
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.streams import colored, emit, say, width, write_bytes
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
+Make: TypeAlias = "Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], RepairPlan]"
+"""Makes the plan of a system, which it may read again with other texts."""
 _DONE, _OPEN = 0, 1
 
 
@@ -38,20 +42,42 @@ class PlanRun:
     show_diff: bool
 
 
-def carry_out(
-    ctx: click.Context,
-    run: PlanRun,
-    make: Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], RepairPlan],
-    words: PlanWords,
-) -> int:
-    """Read the paths as one system, make the plan, and print or write it; return the exit code.
+def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]], Callable[..., None]]:
+    """Make a command of a function that says how a plan is made; ``what`` the plan changes in files.
 
-    Args:
-        ctx: of the command.
-        run: what the command line says.
-        make: makes the plan of a system, which it may read again with other texts.
-        words: of the command.
+    The function gets the options that are its own, and the command has those of reading, writing and printing beside them.
     """
+
+    def decorate(command: Callable[..., Make]) -> Callable[..., None]:
+        @functools.wraps(command)
+        @click.pass_context
+        def run(
+            ctx: click.Context,
+            /,
+            *,
+            paths: tuple[str, ...],
+            fix: bool,
+            show_diff: bool,
+            form: str,
+            reading: ReadingOptions,
+            color: str,
+            **own: Any,
+        ) -> None:
+            ctx.exit(_carry_out(ctx, PlanRun(paths, reading, form, color, fix, show_diff), command(**own), words))
+
+        options = (
+            click.argument("paths", nargs=-1, required=True, metavar="PATH..."),
+            click.option("--fix", is_flag=True, help=f"Write the {what} to the files. Comments and layout stay."),
+            click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing."),
+            *(form_option, reading_options, color_option, debug_option),
+        )
+        return functools.reduce(lambda inner, option: option(inner), reversed(options), run)
+
+    return decorate
+
+
+def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -> int:
+    """Read the paths as one system, make the plan, and print or write it; return the exit code."""
     if STDIN in run.paths:
         raise click.UsageError("a plan changes files, and `-` is none.", ctx)
     reader = prepare(run.reading, run.paths)

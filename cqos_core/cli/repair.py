@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import color_option, debug_option, form_option
-from cqos_core.cli.plans import PlanRun, carry_out
-from cqos_core.cli.reading import ReadingOptions, reading_options
+from cqos_core.cli.plans import plan_command
 from cqos_core.formatters.plans import PlanWords
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.planning.plan import RepairPlan
+    from cqos_core.cli.plans import Make
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
@@ -32,7 +31,6 @@ _WORDS = PlanWords(
     epilog="Exit codes: 0 nothing has to change, or --fix wrote the changes; 1 changes are needed, there is no repair, or errors "
     "stay that no setting repairs; 2 wrong usage or input that cannot be read; 3 internal error."
 )
-@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option(
     "--keep",
     metavar="PATTERN",
@@ -40,25 +38,8 @@ _WORDS = PlanWords(
     help="Leave these as they are: the id of an endpoint or participant, or a file, as a shell pattern. Can be repeated.",
 )
 @click.option("--decide", is_flag=True, help="Make unknown pairs compatible, too. Without it they may stay unknown.")
-@click.option("--fix", is_flag=True, help="Write the changes to the files. Comments and layout stay.")
-@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
-@form_option
-@reading_options
-@color_option
-@debug_option
-@click.pass_context
-def repair(
-    ctx: click.Context,
-    *,
-    paths: tuple[str, ...],
-    keep: tuple[str, ...],
-    decide: bool,
-    fix: bool,
-    show_diff: bool,
-    form: str,
-    reading: ReadingOptions,
-    color: str,
-) -> None:
+@plan_command(_WORDS, "changes")
+def repair(*, keep: tuple[str, ...], decide: bool) -> Make:
     """Find the smallest repair: the changes of least weight after which nothing is incompatible.
 
     All requirements (`needs:`) hold then, too. A setting weighs less than a promise that the program must keep, one endpoint
@@ -82,5 +63,4 @@ def repair(
             system.sources, read, reader.context, keep=keep, decide=decide, importer=reader.options.importer
         )
 
-    run = PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff)
-    ctx.exit(carry_out(ctx, run, plan, _WORDS))
+    return plan

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import color_option, debug_option, form_option
-from cqos_core.cli.plans import PlanRun, carry_out
-from cqos_core.cli.reading import ReadingOptions, reading_options
+from cqos_core.cli.plans import plan_command
 from cqos_core.formatters.plans import PlanWords
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.planning.plan import RepairPlan
+    from cqos_core.cli.plans import Make
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
@@ -31,24 +30,8 @@ _WORDS = PlanWords(
     epilog="Exit codes: 0 nothing has to be stated, or --fix wrote the settings; 1 settings are suggested, or none meet the "
     "requirements; 2 wrong usage or input that cannot be read; 3 internal error."
 )
-@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
-@click.option("--fix", is_flag=True, help="Write the settings to the files. Comments and layout stay.")
-@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
-@form_option
-@reading_options
-@color_option
-@debug_option
-@click.pass_context
-def suggest(
-    ctx: click.Context,
-    *,
-    paths: tuple[str, ...],
-    fix: bool,
-    show_diff: bool,
-    form: str,
-    reading: ReadingOptions,
-    color: str,
-) -> None:
+@plan_command(_WORDS, "settings")
+def suggest() -> Make:
     """Find the weakest settings that meet all requirements, for endpoints that state no settings.
 
     A subscriber says in `needs:` what its application requires. C-QoS finds settings for it and for the publishers on its
@@ -67,4 +50,4 @@ def suggest(
 
         return find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)
 
-    ctx.exit(carry_out(ctx, PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff), plan, _WORDS))
+    return plan

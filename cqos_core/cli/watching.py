@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import click
 
 from cqos_core.cli.streams import say, say_problems
-from cqos_core.cli.units import Watched
 from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
 from cqos_core.model.problems import CqosError, InputError, describe
@@ -24,6 +23,8 @@ _UNUSABLE: Final = 2
 _PART: Final = 0.1  # of the time is for looking, at most: a large folder is looked at less often
 
 _State = dict[str, tuple[int, int, int] | None]
+Watched: TypeAlias = "tuple[int, Sequence[str]]"
+"""What one check gave: its exit code, and the files on which that depends."""
 
 
 def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]) -> int:
@@ -32,30 +33,30 @@ def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]
     What is wrong with input or configuration ends the first run only: later it may be an edit that is not finished.
     """
     before = _state(paths, importer, ())
-    last = run()
+    code, read = run()
     try:
         while True:
-            before = {**_state(paths, importer, last.files), **before}
-            changed = _change(paths, importer, last.files, before)
+            before = {**_state(paths, importer, read), **before}
+            changed = _change(paths, importer, read, before)
             say(f"{time.strftime('%H:%M:%S')} {listed(changed)} changed", head="watch:")
-            before = _state(paths, importer, last.files)
+            before = _state(paths, importer, read)
             # A file that cannot be read hides which others it includes, so those of before stay watched.
-            last = _again(run, last.files)
+            code, read = _again(run, read)
     except KeyboardInterrupt:
-        return last.code
+        return code
 
 
 def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
     try:
-        now = run()
-        return now._replace(files=[*dict.fromkeys((*now.files, *files))])
+        code, now = run()
+        return code, [*dict.fromkeys((*now, *files))]
     except InputError as error:
         say_problems(error.problems)
     except CqosError as error:
         say(describe(error), severity="error")
     except click.ClickException as error:
         error.show()
-    return Watched(_UNUSABLE, files)
+    return _UNUSABLE, files
 
 
 def _change(paths: Sequence[str], importer: str | None, files: Sequence[str], before: _State) -> list[str]:

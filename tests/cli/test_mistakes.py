@@ -1,7 +1,7 @@
 """Seventy texts as people write them by mistake, and what the command says to the letter.
 
 The first thirty were chosen from forty after a run. The other forty were listed before any of them was run: the ten that were left out,
-and thirty new ones, of which three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
+and thirty new ones. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
 them as the person who made the mistake.
 """
 

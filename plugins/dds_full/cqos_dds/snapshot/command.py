@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.sinks import check_targets
-from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.files.exporting import ExportContext
-from cqos_core.files.yaml_writer import write
+from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
+from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import CqosError, describe
@@ -43,16 +41,7 @@ _HIGHEST_DOMAIN: Final = 232
 @click.option(
     "--domain", type=click.IntRange(0, _HIGHEST_DOMAIN), default=0, show_default=True, metavar="N", help="The domain."
 )
-@click.option(
-    "--seconds",
-    type=click.FloatRange(0, 3600, min_open=True),
-    default=5.0,
-    show_default=True,
-    metavar="S",
-    help="How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.",
-)
-@click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C.")
-@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@snapshot_options(5.0, "How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.")
 @color_option
 @debug_option
 @click.pass_context
@@ -68,12 +57,10 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
       cqos snapshot dds --domain 7 --output running.yaml
       cqos diff design.yaml running.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    check_snapshot(output, (), watch=watch)
     if watch:
-        if output is not None:
-            raise click.UsageError("--watch prints changes, so there is nothing to write with --output.", ctx)
         _watch(domain, seconds)
         return
-    check_targets("--output", [] if output is None else [output], ())
     seen, looked = _look(domain, seconds, color)
     found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
     if not seen.endpoints:
@@ -84,14 +71,8 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
         )
         ctx.exit(_EMPTY)
     say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
-    plugins = load_plugins()
-    system = system_of(seen, with_ros=ros.PROTOCOL in plugins.packs)
-    exported = write(system, ExportContext(plugins.pack, settings={"profiles": "shared"}))
-    text = f"# What ran in DDS domain {domain}, as discovery tells it.\n{exported.text}"
-    if output is None:
-        emit(text)
-    else:
-        write_file(output, text)
+    system = system_of(seen, with_ros=ros.PROTOCOL in load_plugins().packs)
+    write_snapshot(system, f"# What ran in DDS domain {domain}, as discovery tells it.\n", output)
 
 
 def _watch(domain: int, seconds: float) -> None:

@@ -98,7 +98,7 @@ CODES: Final = (
         "MQTT941",
         "acl-not-read",
         "warning",
-        "The acl_file that a configuration names cannot be read, so who may publish and subscribe is not known.",
+        "The acl_file or the file of dynamic security of a broker cannot be read, so who may publish and subscribe is not known.",
         "Then nothing is concluded about access.",
         help="name both files together, or put it where the configuration says",
     ),
@@ -140,6 +140,13 @@ CODES: Final = (
         "The log of a broker says that it refused a publication or a subscription.",
         "No subscriber gets a refused publication, and a refused subscription gets nothing; neither is an endpoint of the system.",
         help="check the access control of the broker for this client and topic",
+    ),
+    CodeInfo(
+        "MQTT947",
+        "user-never-connected",
+        "note",
+        "Users that the dynamic security of a broker lets in are not in its log.",
+        "What they would subscribe and publish is not in the snapshot.",
     ),
     CodeInfo(
         "MQTT960",

@@ -18,6 +18,7 @@ from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Place, ProfileRef
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
+from cqos_mqtt.importers.dynamic_security import PLUGIN, UnclearAccessError, access_of
 from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
@@ -34,6 +35,8 @@ _PORT: Final = "1883"
 _CONF: Final = b".conf"
 _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y": 365 * 86_400}
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
+_PLUGINS: Final = ("plugin", "auth_plugin")
+_OF_PLUGINS: Final = (*_PLUGINS, "plugin_opt_config_file", "auth_opt_config_file")
 
 
 class Line(NamedTuple):
@@ -68,6 +71,8 @@ class _Reader(FileReading):
         self.listener = self.listeners[0]
         self.opens_default = False
         self.included = False
+        self.access_files = 0
+        self.dynamic = False  # the plugin whose options follow is that of dynamic security
         self.bridges: dict[str, list[Line]] = {}
         self.connection: list[Line] | None = None
         self.limits: dict[str, str] = {}
@@ -156,7 +161,7 @@ class _Reader(FileReading):
             setattr(self.listeners[0], {"port": "port", "bind_address": "host"}[line.name], line.value)
         elif take is not None:
             self.directive(line, take)
-        elif line.name == "acl_file":
+        elif line.name == "acl_file" or line.name in _OF_PLUGINS:
             self.access(line)
         elif line.name == "include_dir":
             self.include(line)
@@ -210,15 +215,35 @@ class _Reader(FileReading):
     # Access
 
     def access(self, line: Line) -> None:
-        """Read the acl_file that a line names."""
-        try:
-            opened = self.context.open(line.value, self.source.name)
-        except InputError as error:
-            why = error.problems[0].message
-            self.note("MQTT941", f"the acl_file {shown(line.value)} is not read: {why}", line.place)
+        """Read the acl_file or the file of dynamic security that a line names."""
+        if line.name in _PLUGINS:
+            self.dynamic = PLUGIN in line.value
             return
+        if line.name != "acl_file" and not self.dynamic:
+            return
+        self.access_files += 1
+        try:
+            lines = self.lines_of_access(line)
+        except (InputError, UnclearAccessError) as error:
+            why = error.problems[0].message if isinstance(error, InputError) else str(error)
+            what = "acl_file" if line.name == "acl_file" else "dynamic security in"
+            self.note("MQTT941", f"the {what} {shown(line.value)} is not read: {why}", line.place)
+            self.settings.pop("acl", None)
+        else:
+            self.settings["acl"] = Setting(json.dumps(lines, ensure_ascii=False), line.place)
+
+    def lines_of_access(self, line: Line) -> list[str]:
+        """Return the lines of access control in the file that a line names.
+
+        Raises:
+            InputError: it cannot be opened.
+            UnclearAccessError: lines cannot say what it says.
+        """
+        if self.dynamic and self.access_files > 1:
+            raise UnclearAccessError("both an acl_file and dynamic security decide")
+        opened = self.context.open(line.value, self.source.name)
         self.system.sources[opened.name] = opened.data
-        self.settings["acl"] = Setting(json.dumps(list(self.entries(opened)), ensure_ascii=False), line.place)
+        return list(self.entries(opened)) if line.name == "acl_file" else access_of(opened)
 
     def entries(self, source: Source) -> Iterator[str]:
         """Yield the lines of an acl_file as ``access who topic``."""

@@ -1,8 +1,9 @@
 """Asks the management interfaces of brokers for their clients and subscriptions, by HTTP.
 
-No broker reports who publishes. The forms below were not tried on a running broker: EMQX 5 (`/api/v5/clients`, `/api/v5/subscriptions`),
-HiveMQ 4 (`/api/v1/mqtt/clients`, with cursors) and RabbitMQ (`/api/connections`, `/api/bindings`, with the MQTT plugin). RabbitMQ
-keeps a queue for each client and QoS, whose name has both; QoS 2 is granted as 1 there, and options of 5.0 are not reported.
+No broker reports who publishes. RabbitMQ 3.10.8 was asked (`/api/connections`, `/api/queues`, `/api/bindings`, with the MQTT plugin), and tests
+have its answers. It keeps a queue for each client and QoS, whose name has both; QoS 2 is granted as 1 there. EMQX 5 and HiveMQ 4 did not run. What
+is read of them is what their documents say: EMQX `/api/v5/clients` and `/api/v5/subscriptions` (pages of the API of EMQX Cloud, v5), HiveMQ
+`/api/v1/mqtt/clients` (OpenAPI document 4.23.0, cursors in `_links.next`).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _MOST_BYTES: Final = 64 * 1024 * 1024
 _MOST_PAGES: Final = 10_000
 _PAGE: Final = 1000
 _HANDLING: Final[dict[object, str]] = {0: "send", 1: "send_if_new", 2: "do_not_send"}
-_WORDS: Final = {"SEND": "send", "SEND_IF_SUBSCRIPTION_DOES_NOT_EXIST": "send_if_new", "DO_NOT_SEND": "do_not_send"}
+_WORDS: Final = {"SEND": "send", "SEND_IF_NEW_SUBSCRIPTION": "send_if_new", "DO_NOT_SEND": "do_not_send"}
 _QUALITIES: Final = {"AT_MOST_ONCE": "0", "AT_LEAST_ONCE": "1", "EXACTLY_ONCE": "2"}
 _QUEUE: Final = re.compile(r"mqtt-subscription-(?P<client>.*)qos(?P<qos>[01])", re.DOTALL)
 _REFUSED: Final = (401, 403)
@@ -133,9 +134,19 @@ def rabbitmq(interface: Interface) -> list[SeenClient]:
     for each in interface.get("api/bindings"):
         queue = _QUEUE.fullmatch(str(each.get("destination")))
         if queue is not None and each.get("source"):
-            topic = str(each.get("routing_key")).replace("*", "+").replace(".", "/")
-            clients.setdefault(queue["client"], SeenClient(queue["client"])).subscribe(topic, {"qos": queue["qos"]})
+            client = clients.setdefault(queue["client"], SeenClient(queue["client"]))
+            client.subscribe(_filter(str(each.get("routing_key"))), {"qos": queue["qos"]})
+    for each in interface.get("api/queues"):
+        queue = _QUEUE.fullmatch(str(each.get("name")))
+        if queue is not None and queue["qos"] == "1" and queue["client"] in clients:
+            # The queue of QoS 1 is deleted with the connection, unless the session is kept.
+            clients[queue["client"]].settings["clean_start"] = "true" if each["auto_delete"] else "false"
     return list(clients.values())
+
+
+def _filter(key: str) -> str:
+    """Return the filter that a routing key stands for; RabbitMQ takes a dot in a topic for a slash."""
+    return "/".join("+" if level == "*" else level for level in key.split("."))
 
 
 class Managed(NamedTuple):
@@ -149,7 +160,7 @@ class Managed(NamedTuple):
 BROKERS: Final = {
     "emqx": Managed(emqx, ("emqx",)),
     "hivemq": Managed(hivemq, ("hivemq_ce",)),
-    "rabbitmq": Managed(rabbitmq, settings=(("granted_qos", "1"),)),
+    "rabbitmq": Managed(rabbitmq, settings=(("granted_qos", "1"), ("shared_subscription_available", "false"))),
 }
 
 

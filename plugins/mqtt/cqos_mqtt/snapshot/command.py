@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import os
 import signal
 import time
@@ -13,18 +14,16 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.sinks import check_targets
-from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.files.exporting import ExportContext
+from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
+from cqos_core.cli.streams import emit, say
 from cqos_core.files.opening import open_file, read_path
-from cqos_core.files.yaml_writer import write
 from cqos_core.formatters.changes import watched
 from cqos_core.importers.source import ReadContext
 from cqos_core.matching.pipeline import context
 from cqos_core.model.remarks import plural
-from cqos_core.model.system import Broker, ProfileRef, Setting, System
-from cqos_core.plugins import load_plugins
+from cqos_core.model.system import Broker, ImportNote, Place, ProfileRef, Setting, System
 from cqos_mqtt.importers import mosquitto_log
+from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
 from cqos_mqtt.snapshot.brokers import BROKERS, Interface, clients_of
 from cqos_mqtt.snapshot.seen import fill
 
@@ -43,16 +42,12 @@ _EMPTY = 2
     type=click.Choice(sorted(BROKERS)),
     help="Whose management interface URL is. A user is taken from CQOS_BROKER_USER and CQOS_BROKER_PASSWORD.",
 )
-@click.option("--watch", is_flag=True, help="Look again and again, and print what changed, until Ctrl-C.")
 @click.option(
-    "--seconds",
-    type=click.FloatRange(0, 3600, min_open=True),
-    default=2.0,
-    show_default=True,
-    metavar="S",
-    help="Time between two looks, with --watch.",
+    "--security",
+    metavar="FILE",
+    help="File of Mosquitto's dynamic security plugin, beside LOG: who may publish and subscribe what.",
 )
-@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@snapshot_options(2.0, "Time between two looks, with --watch.")
 @color_option
 @debug_option
 @click.pass_context
@@ -61,6 +56,7 @@ def mqtt(
     *,
     source: str,
     broker: str | None,
+    security: str | None,
     watch: bool,
     seconds: float,
     output: str | None,
@@ -74,14 +70,14 @@ def mqtt(
     \b
     Examples:
       cqos snapshot mqtt /var/log/mosquitto/mosquitto.log --output running.yaml
+      cqos snapshot mqtt mosquitto.log --security /var/lib/mosquitto/dynamic-security.json
       cqos snapshot mqtt http://localhost:18083 --broker emqx --watch
       cqos diff design.yaml running.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    check_targets("--output", [] if output is None else [output], [source])
-    if watch and output is not None:
-        raise click.UsageError("--watch prints changes, so there is nothing to write with --output.", ctx)
-    look = _asked(source, broker, ctx)
-    plugins = load_plugins()
+    check_snapshot(output, [source], watch=watch)
+    if security is not None and "://" in source:
+        raise click.UsageError("--security is for the log of Mosquitto, not for an interface.", ctx)
+    look = _asked(source, broker, security, ctx)
     if watch:
         # In the background of a shell, a program ignores interrupts unless it asks for them.
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -98,20 +94,15 @@ def mqtt(
         ctx.exit(_EMPTY)
     say(f"{source}: {found} found", severity="note", choice=color)
     system.sources = {}
-    exported = write(system, ExportContext(plugins.pack, settings={"profiles": "shared"}))
-    text = f"# What a broker of MQTT knew, by {source}.\n{exported.text}"
-    if output is None:
-        emit(text)
-    else:
-        write_file(output, text)
+    write_snapshot(system, f"# What a broker of MQTT knew, by {source}.\n", output)
 
 
-def _asked(source: str, broker: str | None, ctx: click.Context) -> Callable[[], System]:
+def _asked(source: str, broker: str | None, security: str | None, ctx: click.Context) -> Callable[[], System]:
     """Return what looks at the source."""
     if "://" not in source:
         if broker is not None:
             raise click.UsageError(f"--broker {broker} is for the address of an interface, not for a log.", ctx)
-        return partial(_logged, source)
+        return partial(_logged, source, security)
     if broker is None:
         raise click.UsageError(f"say whose interface it is, with --broker {'|'.join(sorted(BROKERS))}.", ctx)
     user, password = os.environ.get("CQOS_BROKER_USER"), os.environ.get("CQOS_BROKER_PASSWORD", "")
@@ -119,10 +110,29 @@ def _asked(source: str, broker: str | None, ctx: click.Context) -> Callable[[], 
     return partial(_reported, broker, Interface(source, secret))
 
 
-def _logged(path: str) -> System:
+def _logged(path: str, security: str | None) -> System:
     system = mosquitto_log.read(read_path(path), ReadContext(open=open_file))
     system.partial = True
+    if security is not None:
+        _secure(system, security)
     return system
+
+
+def _secure(system: System, security: str) -> None:
+    """Add who may do what, and say which users that may log in did not."""
+    file, place = read_path(security), Place(security)
+    try:
+        seen = {each.settings["username"].text for each in system.participants.values() if "username" in each.settings}
+        absent = [f"`{name}`" for name in users_of(file) if name not in seen]
+        for broker in system.brokers.values():
+            broker.settings["acl"] = Setting(json.dumps(access_of(file), ensure_ascii=False), place)
+    except UnclearAccessError as error:
+        message = f"{security} is not read as access control: {error}"
+        system.notes.append(ImportNote("MQTT941", "warning", message, place))
+        return
+    if absent:
+        message = f"{plural(len(absent), 'user')} of {security} did not connect: {', '.join(absent)}"
+        system.notes.append(ImportNote("MQTT947", "note", message, place))
 
 
 def _reported(broker: str, interface: Interface) -> System:

@@ -1,4 +1,4 @@
-"""``cqos snapshot mqtt`` sees what real clients did at a Mosquitto that runs, and reads answers of other brokers, written for these tests."""
+"""``cqos snapshot mqtt`` sees what real clients did at a Mosquitto that runs, and reads answers of other brokers."""
 
 import asyncio
 import json
@@ -205,7 +205,7 @@ def test_watching_prints_what_changes(broker: Mosquitto):
     second.leave()
 
 
-# Management interfaces: the answers are written for these tests; no such broker ran
+# Management interfaces: the answers of EMQX and HiveMQ are written by their documents, those of RabbitMQ were recorded
 
 
 class Written(BaseHTTPRequestHandler):
@@ -283,7 +283,7 @@ ANSWERS: dict[str, dict[str, Any]] = {
                     "qos": "AT_LEAST_ONCE",
                     "noLocal": True,
                     "retainAsPublished": False,
-                    "retainHandling": "DO_NOT_SEND",
+                    "retainHandling": "SEND_IF_NEW_SUBSCRIPTION",
                     "subscriptionIdentifier": None,
                 }
             ]
@@ -292,19 +292,6 @@ ANSWERS: dict[str, dict[str, Any]] = {
             "client": {"id": "old", "connection": {"keepAlive": 30, "mqttVersion": "MQTTv3_1_1", "cleanStart": True}}
         },
         "/api/v1/mqtt/clients/old/subscriptions": {"items": [{"topicFilter": "farm/1", "qos": "AT_MOST_ONCE"}]},
-    },
-    "rabbitmq": {
-        "/api/connections": [
-            {"protocol": "MQTT 5-0", "variable_map": {"client_id": "dash"}, "timeout": 60, "user": "joe"},
-            {"protocol": "MQTT 3-1-1", "variable_map": {"client_id": "old"}, "timeout": 30},
-            {"protocol": "AMQP 0-9-1"},
-        ],
-        "/api/bindings": [
-            {"source": "", "destination": "mqtt-subscription-dashqos1", "routing_key": "mqtt-subscription-dashqos1"},
-            {"source": "amq.topic", "destination": "mqtt-subscription-dashqos1", "routing_key": "farm.#"},
-            {"source": "amq.topic", "destination": "mqtt-subscription-oldqos0", "routing_key": "farm.1"},
-            {"source": "amq.topic", "destination": "others", "routing_key": "x"},
-        ],
     },
 }
 
@@ -329,12 +316,46 @@ def test_the_interface_of_a_broker_reports_its_subscriptions(interface: str, bro
     assert (dash["protocol_version"].text, old["protocol_version"].text) == ("5.0", "3.1.1")
     assert (dash["keep_alive"].text, old["keep_alive"].text) == ("60s", "30s")
     options = found["dash", "farm/#"].settings
-    if broker == "rabbitmq":
-        assert options["no_local"].unknown
-        assert dash["session_expiry_interval"].unknown
-    else:
-        assert (options["no_local"].text, options["retain_handling"].text) == ("true", "do_not_send")
-        assert dash["session_expiry_interval"].text == "7200s"
+    assert options["no_local"].text == "true"
+    assert options["retain_handling"].text == {"emqx": "do_not_send", "hivemq": "send_if_new"}[broker]
+    assert dash["session_expiry_interval"].text == "7200s"
+
+
+def test_what_rabbitmq_answered_becomes_its_clients(interface: str, monkeypatch: Any):
+    """`record_rabbitmq` says which clients there were, and what they subscribed."""
+    recorded = json.loads(Path(__file__).with_name("rabbitmq.json").read_text())
+    assert recorded["version"] == "3.10.8"
+    monkeypatch.setattr(Written, "answers", {f"/{path}": answer for path, answer in recorded["answers"].items()})
+    done = asked(interface, "rabbitmq")
+    assert done.code == 0, done.err
+    system = cqos.read(done.out.encode())
+
+    def stated_qos(each: Any) -> str:
+        shared = [system.profiles[profile.name].settings for profile in each.profiles]
+        return next(settings["qos"].text for settings in (each.settings, *shared) if "qos" in settings)
+
+    assert {(each.participant, each.topic): stated_qos(each) for each in system.endpoints} == {
+        ("dash board", "farm/+/temp"): "1",
+        ("dash board", "farm/#"): "0",
+        ("dash board", "a/b/c"): "1",  # RabbitMQ takes the dot of a.b/c for a slash, and grants 1 for 2
+        ("old", "farm/1"): "1",
+        ("old", "#"): "0",
+        ("subscription-xqos1", "x*y/z"): "1",
+        ("subscription-xqos1", "$share/g/k"): "1",
+        ("subscription-xqos1", "/lead"): "0",
+        ("gone", "left/#"): "1",
+    }
+    assert "sensor" in system.participants
+    stated = {name: each.settings for name, each in system.participants.items()}
+    assert {name: each["clean_start"].text for name, each in stated.items() if "clean_start" in each} == {
+        "dash board": "false",
+        "old": "true",
+        "subscription-xqos1": "false",
+        "gone": "false",
+    }
+    assert stated["dash board"]["protocol_version"].text == "3.1.1"
+    [broker] = system.brokers.values()
+    assert broker.settings["shared_subscription_available"].text == "false"
 
 
 def test_an_interface_that_does_not_answer_as_expected_is_named(interface: str, monkeypatch: Any):

@@ -1,8 +1,8 @@
-"""What ``cqos check`` checks as one system: whole systems, and parts put together."""
+"""What is checked as one system: whole systems, and parts put together."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.remarks import plural
@@ -33,13 +33,6 @@ class Unit:
     named: bool
     files: tuple[str, ...] = ()
     folder: str = ""
-
-
-class Watched(NamedTuple):
-    """What one check gave: its exit code, and the files on which that depends."""
-
-    code: int
-    files: Sequence[str]
 
 
 def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:

@@ -1,0 +1,51 @@
+"""What commands share that write a running system: `cqos snapshot …` of packs."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from cqos_core.cli.sinks import check_targets
+from cqos_core.cli.streams import emit, write_file
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.yaml_writer import write
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from cqos_core.model.system import System
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+def snapshot_options(seconds: float, what: str) -> Callable[[F], F]:
+    """Return the options `--seconds`, whose meaning is ``what``, `--watch` and `--output`."""
+    often = click.FloatRange(0, 3600, min_open=True)
+    options = (
+        click.option("--seconds", type=often, default=seconds, show_default=True, metavar="S", help=what),
+        click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C."),
+        click.option(
+            "--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all."
+        ),
+    )
+    return lambda command: functools.reduce(lambda inner, option: option(inner), reversed(options), command)
+
+
+def check_snapshot(output: str | None, inputs: Iterable[str], *, watch: bool) -> None:
+    """Refuse an output that cannot be written, or that a watch does not have."""
+    check_targets("--output", [] if output is None else [output], inputs)
+    if watch and output is not None:
+        raise click.UsageError("--watch prints changes, so there is nothing to write with --output.")
+
+
+def write_snapshot(system: System, head: str, output: str | None) -> None:
+    """Write a system with a comment above it, to a file or to standard output."""
+    exported = write(system, ExportContext(load_plugins().pack, settings={"profiles": "shared"}))
+    text = f"{head}{exported.text}"
+    if output is None:
+        emit(text)
+    else:
+        write_file(output, text)
