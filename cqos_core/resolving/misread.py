@@ -114,7 +114,9 @@ def misquoted(pack: RulePack, policy: Policy, text: str) -> str:
         return "typographic quotes are part of a value"
     inside = [f"`{key}`" for key in _keys(text) if pack.find(policy.level, key) is not None]
     return (
-        f"{listed(inside)} in it {'is a setting' if len(inside) == 1 else 'are settings'} beside it" if inside else ""
+        f"{' and '.join(inside)} in it {'is a setting' if len(inside) == 1 else 'are settings'} beside it"
+        if inside
+        else ""
     )
 
 
