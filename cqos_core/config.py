@@ -306,9 +306,9 @@ def _read(reading: Reading) -> Entry | None:
     prefix: _Path = _TABLE if Path(name).name == SHARED_NAME else ()
     table = _our_table(document) if prefix else document
     places: dict[_Path, _At] = {}
-    for path, at in _stated_places(text):
+    for path, stated in _stated_places(text):
         for length in range(1, len(path) + 1):
-            places.setdefault(path[:length], at)
+            places.setdefault(path[:length], stated)
     return CONFIG.read(_node({} if table is None else table, prefix, places, _At()), reading, ".".join(_TABLE))
 
 
