@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.connecting import carrier
 from cqos_ros2.learn.creating import Given, apply, library_of, parameter
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, lineage, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
-from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
+from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2.learn.program import Attribute, Call, Name, Return, fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
 from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
@@ -136,7 +137,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
         from cqos_ros2.learn.objects import construct
 
         return construct(cls, given, walk)
-    functions = arity(walk.program.find_functions(name), given)
+    functions = arity(near(name, walk), given)
     if len(functions) == 1 and not functions[0].owner:
         return invoke(
             functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
@@ -159,6 +160,9 @@ def _has_row(name: str, walk: Walk) -> bool:
 
 def _of_library(name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a call of a library, as the tables have it."""
+    carried = carrier(name, given, walk)
+    if carried is not None:
+        return carried
     known = walk.table.node_class(name)
     if known is not None:
         from cqos_ros2.learn.objects import plain_node
@@ -314,6 +318,11 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         isinstance(receiver, Either) and any(isinstance(each, Qos) for _, each in receiver.cases)
     ):
         return _on_qos(receiver, function, given, walk)
+    if isinstance(receiver, Instance) and receiver.library in walk.table.objects and name in walk.table.members:
+        receiver.members[walk.table.members[name]] = (
+            given.arguments[0] if given.arguments else Unknown("it is not stated")
+        )
+        return receiver
     found = _on_object(receiver, name, given, walk)
     if found is MISSING:
         found = _on_library(receiver, name, given, walk)

@@ -36,19 +36,27 @@ _MOST_GAPS: Final = 20
 def learn(
     ctx: click.Context, *, path: str, packages: tuple[str, ...], output: str | None, check: bool, calls: tuple[str, ...]
 ) -> None:
-    """Write node files from the sources of ROS 2 packages.
+    """Write node files from the sources of ROS 2 packages, or a system file from those of MQTT clients.
 
-    PATH is a package or a folder with packages. C-QoS reads C++ and Python as text and executes nothing. What the sources
-    do not decide stands in the node file as not known, with its cause.
+    PATH is a package or a folder with packages; in any other folder, the programs are read as clients of brokers. C-QoS
+    reads C++ and Python as text and executes nothing. What the sources do not decide is written down as not known, with
+    its cause.
 
     \b
     Examples:
       cqos learn src/my_robot
       cqos learn ~/ws/src --package my_driver --output nodes
       cqos learn src/my_robot --check
+      cqos learn firmware --output systems
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2.learn.packages import Parsed
 
+    if not packages and _without_packages(path):
+        from cqos_ros2.learn.clients_command import learn_folder
+
+        if learn_folder(path, output, calls, check=check):
+            ctx.exit(1)
+        return
     workspace, chosen = _packages(path, packages)
     differing = 0
     parsed = Parsed()
@@ -61,6 +69,13 @@ def learn(
             _write(learned, output, kept)
     if differing:
         ctx.exit(1)
+
+
+def _without_packages(path: str) -> bool:
+    """Whether a path is a folder in which no package is."""
+    from cqos_ros2.launch.workspace import find_packages
+
+    return os.path.isdir(path) and not find_packages(path).packages  # noqa: PTH112 - Path.is_dir raises where a path is too long
 
 
 def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]:
@@ -81,13 +96,7 @@ def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]
         workspace = find_packages(root_of(os.path.join(path, "package.xml")))  # noqa: PTH118
         workspace = workspace if set(inner.packages) <= set(workspace.packages) else inner
     if not inner.packages:
-        raise InputError(
-            [
-                Problem(
-                    "CQ001", f"there is no package in `{path[:120]}`", None, "a package is a folder with a package.xml"
-                )
-            ]
-        )
+        raise InputError([no_package(path)])
     for name in wanted:
         if name not in inner.packages:
             message = f"there is no package `{name[:80]}`{did_you_mean(name, inner.packages)}"
@@ -95,6 +104,12 @@ def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]
                 [Problem("CQ001", message, None, f"{plural(len(inner.packages), 'package')} in `{path[:120]}`")]
             )
     return workspace, sorted(wanted or inner.packages)
+
+
+def no_package(path: str) -> Problem:
+    """Return the problem of a folder without packages."""
+    advice = "a package is a folder with a package.xml"
+    return Problem("CQ001", f"there is no package in `{path[:120]}`", None, advice)
 
 
 def _learned(
@@ -171,10 +186,15 @@ def _write(learned: Learned, output: str | None, kept: tuple[str, dict[str, Any]
             os.makedirs(output, exist_ok=True)  # noqa: PTH103
         write_file(path, learned.text)
         emit(f"{path}: {_counted(learned)}\n")
-    for what, cause, at in learned.gaps[:_MOST_GAPS]:
-        say(f"{learned.package}: {what} is not known: {cause} ({at})", severity="note")
-    if len(learned.gaps) > _MOST_GAPS:
-        say(f"{learned.package}: {len(learned.gaps) - _MOST_GAPS} more like these", severity="note")
+    say_gaps(learned.package, learned.gaps)
+
+
+def say_gaps(name: str, gaps: list[tuple[str, str, str]]) -> None:
+    """Say what is not known, and why; the first of many."""
+    for what, cause, at in gaps[:_MOST_GAPS]:
+        say(f"{name}: {what} is not known: {cause} ({at})", severity="note")
+    if len(gaps) > _MOST_GAPS:
+        say(f"{name}: {len(gaps) - _MOST_GAPS} more like these", severity="note")
 
 
 def _counted(learned: Learned) -> str:

@@ -19,6 +19,7 @@ from cqos_ros2.learn.program import (
     Name,
     NotFollowed,
     Operation,
+    Pairs,
     Reference,
     Variable,
     last_part,
@@ -323,6 +324,8 @@ def parameters_of(node: Node | None, file: CppFile) -> tuple[Variable, ...]:
             continue
         type_text = text_of(each.child_by_field_name("type"))
         declarator = each.child_by_field_name("declarator")
+        if type_text == "void" and declarator is None:
+            continue  # `f(void)` of C
         whole = text_of(each)
         constant = whole.startswith("const ") or " const &" in whole or " const&" in whole
         name = declared_name(declarator)
@@ -353,7 +356,14 @@ def _flag(node: Node, file: CppFile) -> Expression:
 
 
 def _items(node: Node, file: CppFile) -> Expression:
-    return Items(arguments_of(node, file))
+    pairs = [each for each in node.named_children if each.type == "initializer_pair"]
+    if not pairs:
+        return Items(arguments_of(node, file))
+    found = []
+    for each in pairs:
+        names = [text_of(part).lstrip(".") for part in each.children_by_field_name("designator")]
+        found.append((Literal(".".join(names)), expression(each.child_by_field_name("value"), file)))
+    return Pairs(tuple(found))
 
 
 def _null(node: Node, file: CppFile) -> Expression:

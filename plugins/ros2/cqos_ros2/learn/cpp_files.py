@@ -256,7 +256,8 @@ def _initial(type_text: str, value: Node, file: CppFile) -> Expression:
     """Return what a declaration with a value makes: of a class, an object; else the value."""
     if value.type not in _VALUE_TYPES:
         return expression(value, file)
-    arguments = arguments_of(value, file)
+    designated = any(each.type == "initializer_pair" for each in value.named_children)
+    arguments = (expression(value, file),) if designated else arguments_of(value, file)
     if type_text == "auto" and len(arguments) == 1:
         return arguments[0]
     return Call(Name(type_text), arguments, (), ("{",) if value.type == "initializer_list" else (), file.place(value))

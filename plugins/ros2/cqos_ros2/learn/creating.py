@@ -7,9 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.connecting import connect
 from cqos_ros2.learn.evaluating import assign, lineage
 from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError
-from cqos_ros2.learn.program import without_arguments
+from cqos_ros2.learn.program import NotFollowed, without_arguments
 from cqos_ros2.learn.qualities import as_qos, number_of
 from cqos_ros2.learn.values import (
     MISSING,
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.table import Position, Row
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)(?:::|\.|/)(msg|srv|action)(?:::|\.|/)(?:\w+\.)?([A-Za-z]\w*)")
+REST: Final = NotFollowed("*")
+REST_BY_NAME: Final = "**"
 _RAW: Final = "raw"
 """The transport of a message as it is."""
 _DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
@@ -52,8 +55,16 @@ class Given:
             return MISSING
         if position.keyword and position.keyword in self.keywords:
             return self.keywords[position.keyword]
+        before = self.call.arguments[: (position.index or 0) + 1] if position.index is not None else ()
+        missing = position.index is None or len(self.arguments) <= position.index
+        if REST in before or (REST_BY_NAME in self.keywords and missing):
+            return Unknown("it may be among the rest of the arguments")
         if position.index is not None and position.index < len(self.arguments):
-            return self.arguments[position.index]
+            return (
+                self.arguments[position.index]
+                if not position.path
+                else _inside(self.arguments[position.index], position)
+            )
         return MISSING
 
     def expression(self, position: Position | None) -> Any:
@@ -63,17 +74,36 @@ class Given:
         return self.call.arguments[position.index]
 
 
+def _inside(value: Any, position: Position) -> Any:
+    """Return a member of an argument that is a structure; the mark for none where it is not set."""
+    if not isinstance(value, Instance):
+        return value if isinstance(value, Unknown) else Unknown("its fields are not followed")
+    for path in position.path:
+        found: Any = value
+        for name in path:
+            unknown = found.members.get("*", MISSING) if isinstance(found, Instance) else MISSING
+            found = found.members.get(name, unknown) if isinstance(found, Instance) else MISSING
+        if found is not MISSING:
+            return found
+    return MISSING
+
+
 def node_for(row: Row, given: Given, receiver: Any, walk: Walk) -> NodeRecord | None:
     """Return the node that a call belongs to: what it is called on or given, else the one that the walk is in."""
     for asked in (given.at(row.position("node")), receiver):
         found = asked.node or asked.members.get("#node") if isinstance(asked, Instance) else None
-        if isinstance(found, NodeRecord):
+        if isinstance(found, NodeRecord) and found.protocol == row.protocol:
             return found
-    return walk.current
+    if walk.current is not None and walk.current.protocol == row.protocol:
+        return walk.current
+    alike = [each for each in walk.nodes if each.protocol == row.protocol]
+    return alike[0] if len(alike) == 1 and row.protocol else None
 
 
 def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     """Record what a row says that a call makes; return what the call returns."""
+    if row.protocol:
+        return connect(row, given, node_for(row, given, receiver, walk), walk)
     place = given.call.place
     walk.made_at.add((place.source, place.line or 0))
     node = node_for(row, given, receiver, walk)

@@ -132,6 +132,9 @@ def local(text: str, walk: Walk) -> Any:
         return frame.names[text]
     if frame.outer is not None and text in frame.outer:
         return frame.outer[text]
+    for module, names in walk.modules.items():
+        if text in names and frame.function.name.startswith(f"{module}."):
+            return names[text]
     return _MISSING
 
 
@@ -217,14 +220,26 @@ def _constant(text: str, walk: Walk) -> Any:
     if not found:
         from cqos_ros2.learn.qualities import preset
 
-        return preset(text, walk) or Word(text)
+        return preset(text, walk) or _function(text, walk) or Word(text)
     if walk.program.assigned(last):
         return Unknown(f"`{text[:60]}` is set several times")
     walk.step()
+    if id(found[0]) in walk.constants:
+        return walk.constants[id(found[0])]
     values = [
         evaluate(each, walk) if not _mentions(each, last) else Unknown("it is made from itself") for each in found
     ]
+    if len(values) == 1 and isinstance(values[0], Instance):
+        walk.constants[id(found[0])] = values[0]
     return values[0] if all(same(each, values[0]) for each in values) else Unknown(f"`{text[:60]}` has several values")
+
+
+def _function(text: str, walk: Walk) -> Code | None:
+    """Return the function that a name means as a value."""
+    from cqos_ros2.learn.functions import near
+
+    found = near(text, walk)
+    return Code(found[0], None) if len(found) == 1 and not found[0].owner else None
 
 
 def _fits(name: str, text: str) -> bool:
@@ -299,7 +314,7 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
         else:
             frame.names[target.text] = value
     elif isinstance(target, Attribute):
-        of = evaluate(target.of, walk)
+        of = _carrier(target.of, walk) or evaluate(target.of, walk)
         if isinstance(of, (Qos, Either)):
             from cqos_ros2.learn.qualities import changed
 
@@ -308,6 +323,18 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
             of.members[target.name] = value
     elif isinstance(target, Element):
         assign(target.of, Unknown("its elements are set one by one"), walk)
+
+
+def _carrier(target: Expression, walk: Walk) -> Instance | None:
+    """Return the structure in a structure that `a.b.c = 1` sets a member of; None where it is none."""
+    if not isinstance(target, Attribute) or not walk.table.objects:
+        return None
+    of = _carrier(target.of, walk) or evaluate(target.of, walk)
+    if isinstance(of, Instance) and (of.library in walk.table.objects or of.library == "#"):
+        from cqos_ros2.learn.connecting import inner
+
+        return inner(of, target.name, walk)
+    return None
 
 
 def _declares(instance: Instance, name: str, walk: Walk) -> bool:

@@ -75,6 +75,8 @@ class Walk:
         made_at: places of calls that were understood as making something.
         executed: functions that were walked.
         callbacks: functions that are handed to something that calls them later.
+        modules: names that the files of Python have which are run.
+        constants: objects that stand at the top of files.
         starting: the walk is before the first callback can come.
     """
 
@@ -93,6 +95,8 @@ class Walk:
     setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)
     steps: int = 0
+    modules: dict[str, dict[str, Any]] = field(default_factory=dict)
+    constants: dict[int, Any] = field(default_factory=dict)
 
     def step(self) -> None:
         """Count one step.

@@ -29,6 +29,17 @@ def split_types(text: str) -> tuple[str, ...]:
     return (*found, inner[start:].strip())
 
 
+def near(name: str, walk: Walk) -> list[Function]:
+    """Return the functions that a name may mean; a plain name of Python means one of its own module."""
+    found = walk.program.find_functions(name)
+    if walk.program.language == "python" and "." not in name:
+        here = f"{walk.frame.function.name}."
+        found = [
+            each for each in found if not each.owner and here.startswith(f"{each.name.rpartition('.')[0]}.")
+        ] or found
+    return found
+
+
 def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
     """Return the methods of a class by name: its own, else those of a class that it is made from."""
     for each in lineage(cls, walk):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import call
+from cqos_ros2.learn.connecting import state
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate, lineage
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
@@ -145,6 +146,11 @@ def _library_node(instance: Instance, given: Given, walk: Walk) -> None:
     if node is None or known is None:
         return
     row = known[1]
+    node.protocol = row.protocol
+    if row.protocol:
+        node.parameters.update(row.values.get("defaults", {}))
+        state(row, given, node, walk)
+        return
     name = given.at(row.position("name"))
     node.name = name if isinstance(name, str) else Unknown("its name is not a text that is known")
     namespace = given.at(row.position("namespace"))

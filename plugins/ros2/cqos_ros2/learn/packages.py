@@ -113,9 +113,9 @@ def _program(name: str, language: str, table: Table, workspace: Workspace, parse
             cause = f"only {MOST_FILES} of its {len(paths)} files are read"
             program.gaps.append((cause, Place(workspace.packages[name])))
         if language == "cpp":
-            _read_cpp(paths[:MOST_FILES], workspace, program)
+            read_cpp(paths[:MOST_FILES], workspace, program)
         else:
-            _read_python(paths[:MOST_FILES], name, workspace, program)
+            read_python(paths[:MOST_FILES], name, workspace, program)
     return parsed.programs[key]
 
 
@@ -156,7 +156,10 @@ def _installed(last: str, data: bytes, folder: str, found: Executables) -> None:
         read_cmake(data.decode("utf-8", "replace"), folder, found)
 
 
-def _read_python(paths: list[str], package: str, workspace: Workspace, program: Program) -> None:
+def read_python(
+    paths: list[str], package: str, workspace: Workspace, program: Program, inner: str | None = None
+) -> None:
+    """Add what files of Python define; ``inner`` is the path of a file that is in no package."""
     from cqos_ros2.learn.python_files import read_module
 
     for path in paths:
@@ -165,7 +168,7 @@ def _read_python(paths: list[str], package: str, workspace: Workspace, program: 
             program.gaps.append((data.cause, Place(path)))
             continue
         try:
-            read_module(data, path, _module(path, package, workspace), program)
+            read_module(data, path, _module(path if inner is None else inner, package, workspace), program)
         except (SyntaxError, ValueError) as error:
             program.gaps.append(
                 (f"it is no Python that can be read: {str(error)[:120]}", Place(path, getattr(error, "lineno", None)))
@@ -175,12 +178,18 @@ def _read_python(paths: list[str], package: str, workspace: Workspace, program: 
 
 
 def _module(path: str, package: str, workspace: Workspace) -> str:
-    inner = Path(os.path.relpath(path, workspace.packages[package]).removesuffix(".py")).parts
+    base = workspace.packages.get(package)
+    inner = Path((path if base is None else os.path.relpath(path, base)).removesuffix(".py")).parts
     inner = inner[:-1] if inner[-1] == "__init__" else inner
     return ".".join(inner) or package
 
 
-def _read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
+def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
+    """Add what files of C and C++ define.
+
+    Raises:
+        NoParserError: their parser is not installed.
+    """
     from cqos_ros2.learn.cpp_expressions import CppFile
 
     try:

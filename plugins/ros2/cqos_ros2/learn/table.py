@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
 from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.model.installed import entry_points
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
+from cqos_core.plugins import GROUP
 from cqos_ros2.learn.program import fits, last_part
 
 if TYPE_CHECKING:
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
 
 FOLDER: Final = Path(__file__).parent / "tables"
 ENDING: Final = ".calls.yaml"
+NOT: Final = "not "
+"""How a row says that a flag means the opposite."""
 _LARGEST: Final = 1_000_000
 _LANGUAGES: Final = ("cpp", "python")
 _ROW: Final = frozenset(
@@ -41,26 +46,52 @@ _ROW: Final = frozenset(
         "qos_is",
         "transport",
         "transport_parameter",
+        "arguments",
+        "client",
+        "settings",
+        "defaults",
+        "fixed",
+        "values",
+        "new",
+        "into",
     )
 )
 _PARAMETER: Final = frozenset(
     ("call", "of", "node", "name", "name_is", "default", "default_is", "into", "several", "prefix")
 )
-_NODE: Final = frozenset(("name", "namespace", "lifecycle"))
-_LISTS: Final = ("same", "harmless", "lifecycle", "plugin", "at_run_time", "files", "parents")
-_KEYS: Final = frozenset(("cqos_calls", "language", "nodes", "calls", "parameters", "qos", *_LISTS))
+_NODE: Final = frozenset(("name", "namespace", "lifecycle", "client", "defaults", "values"))
+_LISTS: Final = (
+    "same",
+    "harmless",
+    "lifecycle",
+    "plugin",
+    "at_run_time",
+    "files",
+    "parents",
+    "handlers",
+    "starts",
+    "flags",
+)
+_KEYS: Final = frozenset(
+    ("cqos_calls", "language", "protocol", "nodes", "calls", "parameters", "qos", "objects", "setters", *_LISTS)
+)
 _DIRECTIONS: Final = ("publishes", "subscribes", "serves", "calls", "action_servers", "action_clients")
 
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """Where an argument stands: at an index, under a keyword, among the template arguments of the call or of the object, or it is a fixed text."""
+    """Where an argument stands: at an index, under a keyword, among the template arguments of the call or of the object, or it is a fixed text.
+
+    Attributes:
+        path: names of members of the argument, one after the other; several where versions of a library differ.
+    """
 
     index: int | None = None
     keyword: str = ""
     template: int | None = None
     of_object: int | None = None
     text: str = ""
+    path: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +101,16 @@ class Row:
     call: str
     on: tuple[str, ...] = ()
     values: dict[str, Any] = field(default_factory=dict)
+    protocol: str = ""
 
     def position(self, key: str) -> Position | None:
         """Return where an argument stands; None where the row names none."""
         stated = self.values.get(key)
         return None if stated is None else _position(stated)
+
+    def positions(self, stated: Any) -> list[Position]:
+        """Return the positions that a setting may stand at, the first one first."""
+        return [_position(each) for each in (stated if isinstance(stated, list) else [stated])]
 
     def text(self, key: str) -> str:
         """Return a text of the row."""
@@ -84,8 +120,11 @@ class Row:
 def _position(stated: Any) -> Position:
     if isinstance(stated, int):
         return Position(stated)
-    text = str(stated)
+    text = str(stated).removeprefix(NOT)
     first, _, rest = text.partition(" ")
+    index, _, path = first.partition(".")
+    if path and index.isdigit():
+        return Position(int(index), path=tuple(tuple(each.split(".")) for each in path.split("|")))
     if first == "template" and rest.isdigit():
         return Position(template=int(rest))
     if first == "object" and rest.isdigit():
@@ -104,6 +143,8 @@ class Table:
         calls, parameters: rows by the last part of their names.
         makers, presets, setters, durations: of qualities of service.
         numbers: words of policies by their number.
+        objects: structures and classes that only carry values: members by argument.
+        members: what methods of such objects set.
     """
 
     language: str
@@ -117,6 +158,8 @@ class Table:
     numbers: dict[str, dict[int, str]] = field(default_factory=dict)
     passes: frozenset[str] = frozenset()
     lists: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    objects: dict[str, dict[str, int]] = field(default_factory=dict)
+    members: dict[str, str] = field(default_factory=dict)
 
     def node_class(self, name: str) -> tuple[str, Row] | None:
         """Return the class of nodes that a name means."""
@@ -131,13 +174,14 @@ class Table:
             classes: the library classes of what it is called on.
             method: whether it is called on an object.
         """
-        known: dict[str, list[Row]] = getattr(self, kind)
-        found = [row for row in known.get(last_part(name), []) if bool(row.on) == method]
+        rows: dict[str, list[Row]] = getattr(self, kind)
+        found = [row for row in rows.get(last_part(name), []) if bool(row.on) == method]
         if not method:
             return [row for row in found if _means(name, row.call)]
         own = list(classes)
         if not own:  # the class is not known: methods of nodes have names of their own, those of other classes do not
-            return [row for row in found if any(of == "node" or of in self.nodes for of in row.on)]
+            known = [row for row in found if not row.protocol]
+            return [row for row in known if any(of == "node" or of in self.nodes for of in row.on)]
         for each in own:  # the nearest class first
             exact = [row for row in found if any(_means(each, of) for of in row.on)]
             if exact:
@@ -151,7 +195,7 @@ class Table:
             for rows in self.calls.values()
             for row in rows
             for known in (row.call, *row.on)
-            if last_part(known) == last_part(name) and known not in self.nodes
+            if last_part(known) == last_part(name) and (known not in self.nodes or row.protocol)
         )
 
     def lookup(self, kind: dict[str, Any], name: str) -> Any:
@@ -178,16 +222,39 @@ def _means(written: str, known: str) -> bool:
 
 
 @lru_cache(maxsize=8)
-def tables(more: tuple[str, ...] = ()) -> dict[str, Table]:
-    """Return the tables by language: the shipped ones, with those of further files.
+def tables(more: tuple[str, ...] = (), protocol: str = "") -> dict[str, Table]:
+    """Return the tables by language: the shipped ones, those of packs for one protocol, and those of further files.
 
     Raises:
         InputError: a file is no table of calls.
     """
     found = {language: Table(language) for language in _LANGUAGES}
-    for path in (*sorted(FOLDER.glob(f"*{ENDING}")), *map(Path, more)):
+    packs = [path for path in pack_tables() if _protocol(path) == protocol] if protocol else []
+    for path in (*sorted(FOLDER.glob(f"*{ENDING}")), *packs, *map(Path, more)):
         _read(path, found)
     return found
+
+
+@lru_cache(maxsize=1)
+def pack_tables() -> tuple[Path, ...]:
+    """Return the tables of calls that installed packs have, in their folders `calls`; no pack is imported for it."""
+    found: list[Path] = []
+    for each in entry_points(GROUP):
+        spec = find_spec(each.value.partition(":")[0].partition(".")[0])
+        for folder in spec.submodule_search_locations or () if spec is not None else ():
+            found += sorted((Path(folder) / "calls").glob(f"*{ENDING}"))
+    return tuple(found)
+
+
+def protocols() -> tuple[str, ...]:
+    """Return the protocols whose clients can be learned."""
+    return tuple(sorted({_protocol(path) for path in pack_tables()} - {""}))
+
+
+@lru_cache(maxsize=32)
+def _protocol(path: Path) -> str:
+    document = yaml.safe_load(path.read_bytes())
+    return str(document.get("protocol", "")) if isinstance(document, dict) else ""
 
 
 def _read(path: Path, found: dict[str, Table]) -> None:
@@ -201,22 +268,24 @@ def _read(path: Path, found: dict[str, Table]) -> None:
             path, "it is no table of calls: it needs `cqos_calls: 1` and `language: cpp` or `language: python`"
         )
     _known(document, _KEYS, path)
-    table = found[document["language"]]
+    table, protocol = found[document["language"]], str(document.get("protocol", ""))
     for name, row in (document.get("nodes") or {}).items():
         _known(row, _NODE, path)
-        table.nodes[name] = Row(name, (), row)
+        table.nodes[name] = Row(name, (), row, protocol)
     for kind, keys in (("calls", _ROW), ("parameters", _PARAMETER)):
         for row in document.get(kind) or []:
             _known(row, keys, path)
             if not isinstance(row.get("call"), str) or row.get("makes", "calls") not in _DIRECTIONS:
                 raise _refused(path, f"a row of `{kind}` needs `call`, and `makes` is one of {', '.join(_DIRECTIONS)}")
             on = row.get("of", ())
-            made = Row(row["call"], (on,) if isinstance(on, str) else tuple(on), row)
+            made = Row(row["call"], (on,) if isinstance(on, str) else tuple(on), row, protocol)
             getattr(table, kind).setdefault(last_part(made.call), []).append(made)
     qos = document.get("qos") or {}
     for key in ("makers", "presets", "setters", "durations", "numbers"):
         getattr(table, key).update(qos.get(key) or {})
     table.passes |= frozenset(qos.get("passes") or ())
+    table.objects.update(document.get("objects") or {})
+    table.members.update(document.get("setters") or {})
     for key in _LISTS:
         table.lists[key] = (*table.lists.get(key, ()), *(document.get(key) or ()))
 

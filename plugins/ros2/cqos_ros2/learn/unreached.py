@@ -38,9 +38,9 @@ PLUGIN: Final = "${plugin}"
 
 def not_reached(found: Exploration) -> None:
     """Note the creating calls that no walk came to, with the nodes that may make them; learn what their classes would make."""
-    missed = list(_missed(found))
+    calls = list(missed(found))
     classes: dict[str, list[Function]] = {}
-    for function, place in missed:
+    for function, place in calls:
         _blame(found, function, place)
         if function.owner:
             classes.setdefault(function.owner, []).append(function)
@@ -54,7 +54,7 @@ def not_reached(found: Exploration) -> None:
     found.result.gaps = [each for each in found.result.gaps if (each[2].source, each[2].line) not in stated]
 
 
-def _missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
+def missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
     """Yield the creating calls that no walk understood, with their functions."""
     fields = {
         name: type_name
@@ -62,6 +62,10 @@ def _missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
         for cls in classes
         for name, type_name in cls.fields.items()
     }
+    for name, values in found.program.constants.items():
+        made = values[0][1]
+        if isinstance(made, Call) and isinstance(made.function, Name):
+            fields.setdefault(name, made.function.text)
     names = [each.encode() for each in found.table.calls]
     for functions in found.program.functions.values():
         for function in functions:
@@ -81,11 +85,13 @@ def _missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
 
 def _may_be(call: Call, row: Row, fields: dict[str, str], table: Table) -> bool:
     """Whether a call may be one of a row: names of methods of nodes are telling, those of other classes are not."""
-    position = row.position("topic")
+    position, counts = row.position("topic"), row.values.get("arguments")
+    if counts is not None and len(call.arguments) not in counts:
+        return False
     given = len(call.arguments) + len(call.keywords)
     if "makes" not in row.values or (position is not None and given <= (position.index or 0)):
         return False
-    if not row.on or any(each == "node" or each in table.nodes for each in row.on):
+    if not row.on or (not row.protocol and any(each == "node" or each in table.nodes for each in row.on)):
         return True
     on = call.function.of if isinstance(call.function, Attribute) else None
     name = on.name if isinstance(on, Attribute) else on.text if isinstance(on, Name) else ""
@@ -128,6 +134,13 @@ def _alone(found: Exploration, cls: Class, functions: list[Function]) -> None:
     record.made = [each for each in record.made if (each.place.source, each.place.line or 0) not in before]
     if record.made:
         found.result.fragments[cls.name.strip(":")] = record
+
+
+def made_alone(name: str, walk: Walk) -> Instance | None:
+    """Return an object of a class that no followed code makes; None where it cannot be made."""
+    cls = walk.program.find_class(name)
+    made = None if cls is None else _made(cls, NodeRecord(name, "", "", cls.place), [], walk)
+    return made if isinstance(made, Instance) else None
 
 
 def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk) -> Any:

@@ -171,6 +171,8 @@ class NodeRecord:
         parameters: defaults of declared parameters.
         uses: fragments, each with what is not known of it.
         gaps: what is not known, its cause, where.
+        protocol: of a client of brokers.
+        settings: what such a client states of its connection.
     """
 
     cls: str
@@ -182,6 +184,8 @@ class NodeRecord:
     made: list[Made] = field(default_factory=list)
     uses: dict[str, Place] = field(default_factory=dict)
     gaps: dict[tuple[str, str], Place] = field(default_factory=dict)
+    protocol: str = ""
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def unknown(cause: str, place: Place | None = None) -> Unknown:

@@ -21,7 +21,7 @@ from cqos_ros2.learn.program import (
     Return,
 )
 from cqos_ros2.learn.values import Condition as Decided
-from cqos_ros2.learn.values import Template, flipped
+from cqos_ros2.learn.values import Template, Word, flipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -71,6 +71,9 @@ def _one(statement: Statement, walk: Walk) -> bool:
 def _assign(statement: Assign, walk: Walk) -> None:
     value = evaluate(statement.value, walk)
     target = statement.target
+    if isinstance(value, Word) and statement.type:
+        made = Call(Name(statement.type), (), (), (), statement.place)
+        value = evaluate(made, walk) if walk.table.lookup(walk.table.objects, statement.type) is not None else value
     if statement.declares and isinstance(target, Name):
         walk.frame.names[target.text] = value
         return

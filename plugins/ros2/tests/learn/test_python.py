@@ -63,3 +63,11 @@ def test_nothing_is_executed(learned, tmp_path):
         }
     )
     assert not mark.exists()
+
+
+def test_what_may_be_among_the_rest_of_the_arguments_is_not_known(python):
+    found = python(
+        "rest = load()\nself.create_service(String, 'a', self.f, **rest)\nself.create_publisher(String, 'b', *rest)"
+    )
+    assert "unknown" in found["serves"]["a"]["qos"]
+    assert "unknown" in found["publishes"]["b"]["qos"]
