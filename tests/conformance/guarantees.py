@@ -94,8 +94,8 @@ DDS_FAULTS: Final = (
 def cases(on: str) -> list[Case]:
     """Return the designs that run on an implementation, each with each fault."""
     if on == "mosquitto":
-        runs = import_module("tests.conformance.test_guarantees_mosquitto").RUNS
-        return [(name, design, fault) for (name, design), fault in runs]
+        runs: list[Case] = import_module("tests.conformance.second_opinion").cases()
+        return runs
     return [(name, design, fault) for (name, design), fault in product(DDS_DESIGNS.items(), DDS_FAULTS)]
 
 

@@ -18,6 +18,7 @@ from cqos_core.analysis.proving import Fault
 from cqos_core.analysis.proving.runs import claims, disagreements, meets_need, named, prepare
 from cqos_core.api import read
 from cqos_core.matching.pipeline import context
+from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version
 from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, column_of, table, titles
 from tests.conformance.guarantees import RECORDED as RUNS_RECORDED
@@ -43,8 +44,9 @@ guarantees](conformance-guarantees.md) has the same designs on {mosquitto}.
 """
 SUMMARY: Final = """A cell says for how many designs the guarantee holds in all runs of the model, of those for which C-QoS gives it. In brackets:
 how many of the other designs have a run that breaks it. `-`: C-QoS gives it to no design. Empty: the model has no such case."""
-EVERY: Final = """Each cell has three answers: whether C-QoS gives the guarantee, whether the recorded run on {mosquitto} kept it (`-`: no such
-run), and whether it holds in all runs of the model."""
+EVERY: Final = """Each cell has three answers: whether C-QoS gives the guarantee, whether {mosquitto} kept it, and whether it holds in all runs of the
+model. The run of a pair that is recorded shows `latest` to `late_join`. Of `offline` to `liveness`, whose needs are times, tests of their own
+(`tests/conformance`) show what C-QoS gives; `-` is what they do not show."""
 LIMITS: Final = """## Limits of the model
 
 - A message of QoS 0 may be dropped on each of its two ways. The broker sends a retained message of QoS 0 into an empty buffer, so only a
@@ -168,14 +170,22 @@ def _cell(word: str, column: str, runs: Iterable[dict[str, Any]]) -> str:
     return " ".join(part for part in parts if part) if here else ""
 
 
+def _seen(one: dict[str, Any], ran: dict[str, Any], word: str) -> str:
+    """Return what Mosquitto did with a guarantee; of one whose need is a time, what tests of their own have seen where C-QoS gives it."""
+    if word not in SHOWN:
+        seen = {(each.guarantee, each.fault) for each in PROOFS}
+        return "kept" if word in one["given"] and (word, column_of(one)) in seen else "-"
+    kept = ran["kept"].get(word)
+    broke = word in ran["harmed"] if kept is None else not kept
+    return "broke" if broke else "kept"
+
+
 def _answers(one: dict[str, Any], seen: dict[tuple[str, str], dict[str, Any]], word: str) -> str:
     """Return what C-QoS, Mosquitto and SPIN say of a guarantee."""
     if word not in one["holds"]:
         return ""
     ran = seen.get((one["design"], one["fault"]))
-    kept = None if ran is None else ran["kept"].get(word)
-    broke = ran is not None and (word in ran["harmed"] if kept is None else not kept)
-    mosquitto = "-" if ran is None or word not in SHOWN else "broke" if broke else "kept"
+    mosquitto = "-" if ran is None else _seen(one, ran, word)
     return f"{'yes' if word in one['given'] else 'no'}, {mosquitto}, {'holds' if one['holds'][word] else 'breaks'}"
 
 

@@ -15,10 +15,10 @@ _DEEPEST: Final = 2
 
 def random_model(random: Random) -> dict[str, str]:
     """Return the text of each of two or three pools."""
-    return {name: _Pool(random, name.lower()).text() for name in "ABC"[: random.randint(2, 3)]}
+    return {name: Pool(random, name.lower()).text() for name in "ABC"[: random.randint(2, 3)]}
 
 
-class _Pool:
+class Pool:
     """One random process."""
 
     def __init__(self, random: Random, prefix: str) -> None:

@@ -13,11 +13,13 @@ from tests.behaviour.test_cases import cases
 from tests.oracle.checks import CHECKED, NEVER, RATES, Oracle, holds, possible_faults
 from tests.oracle.random_models import random_model
 from tests.oracle.record import DOCUMENT, REASONS, RECORDED, document, drawn
+from tests.oracle.wild_models import wild_model
 
 LONG = os.environ.get("CQOS_HYPOTHESIS") == "explore"
 RUNS = 10_000 if LONG else 12
 MODELS = 1_000 if LONG else 12
 MODEL_RUNS = 200 if LONG else 12
+WILD_STEPS = 600
 
 
 @pytest.mark.explored
@@ -45,6 +47,19 @@ def test_no_run_of_a_random_model_contradicts_a_finding():
             wrong += [f"model {seed}: {claim}: run {number}" for claim in oracle.claims if holds(claim, log) is False]
     assert wrong == []
     assert claims > MODELS / 3
+
+
+@pytest.mark.explored
+def test_no_run_of_a_wild_model_contradicts_a_finding():
+    wrong, claims = [], 0
+    for seed in range(MODELS):
+        oracle = Oracle(model(wild_model(Random(seed))))  # noqa: S311
+        claims += len(oracle.claims)
+        for number in range(MODEL_RUNS // 3 if oracle.claims else 0):
+            log = oracle.run(number, steps=WILD_STEPS)
+            wrong += [f"model {seed}: {claim}: run {number}" for claim in oracle.claims if holds(claim, log) is False]
+    assert wrong == []
+    assert claims > MODELS
 
 
 def test_the_simulator_shows_a_contradiction_where_there_is_one():

@@ -22,6 +22,7 @@ _SEEN: Final = {
     "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
     "publisher_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "liveness"),
     "broker_stop": ("latest", "loss_free", "duplicate_free", "late_join", "offline"),
+    "broker_crash": ("duplicate_free",),
 }
 PROOFS: Final = tuple(
     Proof(word, fault, "mosquitto", "Mosquitto", "2.0.11") for fault, words in _SEEN.items() for word in words
