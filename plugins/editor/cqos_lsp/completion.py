@@ -34,7 +34,7 @@ from cqos_lsp.words import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
     from cqos_lsp.checking import Analysis
@@ -68,6 +68,14 @@ def cursor_in(path: str, text: str, line: int, column: int) -> Cursor | None:
     if is_configuration(path):
         return toml_cursor(text, line, column, _TABLE if FilePath(path).name == SHARED_NAME else ())
     return yaml_cursor(text, line, column)
+
+
+def ready(projects: Iterable[Project]) -> None:
+    """Load the packs and make the schemas that completion needs first."""
+    for project in projects:
+        schema_of_systems(project.all_packs)
+        for pack in project.all_packs:
+            schema_of_systems([pack])
 
 
 def schema_at(path: str, text: str, at: Cursor, project: Project) -> Schema | None:

@@ -106,9 +106,15 @@ def _setting(mark: Mark, analysis: Analysis) -> str:
 
 
 def _ends_of(mark: Mark, analysis: Analysis) -> Iterable[Resolved]:
-    if isinstance(mark.owner, Endpoint):
-        return (end for end in analysis.endpoints if end.endpoint is mark.owner and not end.is_copy)
-    return ()
+    """Return the endpoints with values that a mark stands for: a service has one for requests and one for responses."""
+    if not isinstance(mark.owner, Endpoint):
+        return ()
+    whose = mark.owner
+    return (
+        end
+        for end in analysis.endpoints
+        if end.endpoint.place == whose.place and not end.is_copy and f"{end.id}/".startswith(f"{whose.id}/")
+    )
 
 
 def _value(end: Resolved, index: int) -> str:

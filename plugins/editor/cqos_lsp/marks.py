@@ -91,7 +91,7 @@ def _settings(
     dialect: str = "yaml",
 ) -> Iterator[Mark]:
     for name, setting in settings.items():
-        if setting.place is None or setting.place.source != source or setting.derived:
+        if setting.place is None or setting.place.source != source or (setting.derived and _at_owner(setting, owner)):
             continue
         found = [
             (pack, pack.policies[index])
@@ -101,6 +101,11 @@ def _settings(
         ]
         if found:
             yield Mark("setting", setting.place, owner, name, setting, tuple(found))
+
+
+def _at_owner(setting: Setting, owner: Owner) -> bool:
+    """Whether a value that follows from others has no place of its own."""
+    return owner is None or setting.place == owner.place
 
 
 def setting_at(analysis: Analysis, marks: Iterable[Mark], line: int, column: int) -> Mark | None:

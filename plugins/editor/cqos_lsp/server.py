@@ -17,6 +17,7 @@ from pygls.uris import to_fs_path
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError, describe
 from cqos_lsp.checking import Checked, Checker
+from cqos_lsp.completion import ready
 from cqos_lsp.diagnostics import diagnostics_of, uri_of
 from cqos_lsp.features import register
 from cqos_lsp.positions import Units, encoded
@@ -95,6 +96,7 @@ class CqosServer(LanguageServer):
         self.worker = ThreadPoolExecutor(1, "check")
         self._waiting: asyncio.Task[None] | None = None
         self._settled = asyncio.Event()
+        self._ready = False
 
     def path(self, uri: str) -> str:
         """Return the real path of a document."""
@@ -124,6 +126,10 @@ class CqosServer(LanguageServer):
                 self.report(error)
             state.judged = aim
         self._settled.set()
+        if not self._ready:
+            self._ready = True
+            # The first completion would otherwise load all packs: half a second.
+            self.worker.submit(ready, state.checked.projects.values())
 
     def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> Checked:
         def step(_done: int, _all: int) -> None:
