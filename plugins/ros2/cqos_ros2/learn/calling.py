@@ -132,7 +132,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     made = maker(name, given.arguments, given.keywords, walk)
     if made is not None:
         return made
-    cls = walk.program.find_class(name)
+    cls = walk.program.find_class(name, walk.frame.function.place.source)
     if cls is not None and walk.table.node_class(name) is None and not _has_row(cls.name, walk):
         from cqos_ros2.learn.objects import construct
 

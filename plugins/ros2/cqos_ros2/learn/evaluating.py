@@ -25,6 +25,7 @@ from cqos_ros2.learn.program import (
     last_part,
     without_arguments,
 )
+from cqos_ros2.learn.qualities import OF_PRESET
 from cqos_ros2.learn.values import (
     Code,
     Condition,
@@ -295,7 +296,7 @@ def _attribute(expression: Attribute, walk: Walk) -> Any:
             else Word(f"{of.name}.{expression.name}")
         )
     if isinstance(of, Qos):
-        return dict(of.settings).get(expression.name, Unknown("a policy of a preset"))
+        return dict(of.settings).get(expression.name, OF_PRESET)
     if walk.table.is_same(expression.name):
         return of
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")

@@ -12,6 +12,7 @@ from cqos_ros2.learn.values import Code, Qos, Template
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from cqos_core.model.system import Place
     from cqos_ros2.learn.creating import Given
     from cqos_ros2.learn.frames import Frame, Walk
     from cqos_ros2.learn.program import Class, Expression, Function, Variable
@@ -30,14 +31,21 @@ def split_types(text: str) -> tuple[str, ...]:
 
 
 def near(name: str, walk: Walk) -> list[Function]:
-    """Return the functions that a name may mean; a plain name of Python means one of its own module."""
+    """Return the functions that a name may mean: those of its own module or file, else all."""
     found = walk.program.find_functions(name)
-    if walk.program.language == "python" and "." not in name:
+    if walk.program.language == "cpp":
+        return beside(found, walk.frame.function.place)
+    if "." not in name:
         here = f"{walk.frame.function.name}."
-        found = [
+        return [
             each for each in found if not each.owner and here.startswith(f"{each.name.rpartition('.')[0]}.")
         ] or found
     return found
+
+
+def beside(functions: list[Function], place: Place) -> list[Function]:
+    """Return those of some functions that stand in one file with something; all where none does: programs may have alike ones."""
+    return [each for each in functions if each.place.source == place.source] or functions
 
 
 def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
@@ -50,7 +58,7 @@ def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
             or (function.owner and walk.program.language == "cpp" and fits(each.name, function.owner))
         ]
         if found:
-            return found
+            return beside(found, each.place)
     return []
 
 

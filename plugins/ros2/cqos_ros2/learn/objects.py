@@ -10,7 +10,7 @@ from cqos_ros2.learn.connecting import state
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate, lineage
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
-from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
+from cqos_ros2.learn.functions import arity, beside, bind, hand_back, split_types
 from cqos_ros2.learn.program import Call, Name, fits, last_part, without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord
 from cqos_ros2.learn.walking import run
@@ -47,6 +47,7 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
         for each in walk.program.functions.get(last, [])
         if each.owner == cls.name or (walk.program.language == "cpp" and each.owner and fits(cls.name, each.owner))
     ]
+    own = beside(own, cls.place)
     found = arity(own, given)
     if walk.program.language == "python" and not found:
         base = next((each for name in cls.bases if (each := walk.program.find_class(name)) is not None), None)

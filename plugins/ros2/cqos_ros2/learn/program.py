@@ -320,7 +320,7 @@ class Program:
     plugins: dict[str, Place] = field(default_factory=dict)
     scripts: dict[str, Function] = field(default_factory=dict)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
-    _known: dict[str, Class | None] = field(default_factory=dict)
+    _known: dict[tuple[str, str], Class | None] = field(default_factory=dict)
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
 
@@ -331,16 +331,20 @@ class Program:
         _extend(self.constants, other.constants)
         self.aliases.update({name: found for name, found in other.aliases.items() if name not in self.aliases})
 
-    def find_class(self, name: str) -> Class | None:
-        """Return the one class that a name means; None where none or several fit."""
-        if name not in self._known:
-            self._known[name] = self._find_class(name)
-        return self._known[name]
+    def find_class(self, name: str, near: str = "") -> Class | None:
+        """Return the one class that a name means; None where none or several fit.
 
-    def _find_class(self, name: str) -> Class | None:
-        plain = without_arguments(name)
-        plain = self.aliases.get(plain, plain)
-        return _only([each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)])
+        Args:
+            name: as written.
+            near: the file in which it stands: programs of a package may have classes of one name.
+        """
+        if (name, near) not in self._known:
+            plain = without_arguments(name)
+            plain = self.aliases.get(plain, plain)
+            found = [each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)]
+            own = [each for each in found if each.place.source == near]
+            self._known[name, near] = _only(found if len(found) == 1 else own)
+        return self._known[name, near]
 
     def owned(self, cls: str) -> list[Function]:
         """Return the methods of a class by its qualified name."""

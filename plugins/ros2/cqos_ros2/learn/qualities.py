@@ -21,6 +21,7 @@ WORDS: Final = {
     "liveliness": ("automatic", "manual_by_topic", "system_default", "best_available"),
 }
 DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
+OF_PRESET: Final = Unknown("a policy of a preset")
 _IGNORED: Final = ("avoid_ros_namespace_conventions",)
 _FIELDS: Final = (*WORDS, "depth", *DURATIONS)
 _UNSET: Final = "unset"
@@ -115,6 +116,10 @@ def maker(name: str, arguments: Sequence[Any], keywords: Mapping[str, Any], walk
     fields = stated.get("fields")
     if fields is not None:
         return _structure(fields, arguments)
+    positions = stated.get("positions")
+    if positions is not None:
+        given = zip(positions, arguments, strict=False)
+        return Qos("", tuple((name, policy_value(name, value)) for name, value in given if value != OF_PRESET))
     base = str(stated.get("base", ""))
     fixed = {policy: stated[policy] for policy in WORDS if policy in stated}
     made = Qos(base).having(fixed) if fixed else Qos(base)

@@ -48,9 +48,11 @@ def not_reached(found: Exploration) -> None:
         cls = found.program.find_class(name)
         if cls is not None and cls.name.strip(":") not in found.result.fragments:
             _alone(found, cls, functions)
-    stated = {
-        (each.place.source, each.place.line) for record in found.result.fragments.values() for each in record.made
-    }
+    alone = [
+        *found.result.fragments.values(),
+        *(each for name in classes for each in found.result.nodes.get(name.strip(":"), ())),
+    ]
+    stated = {(each.place.source, each.place.line) for record in alone for each in record.made}
     found.result.gaps = [each for each in found.result.gaps if (each[2].source, each[2].line) not in stated]
 
 
@@ -127,13 +129,15 @@ def _alone(found: Exploration, cls: Class, functions: list[Function]) -> None:
 
     before = frozenset(found.made_at)
     walk = found.walk(cls.name, start)
-    for each in walk.nodes:
-        if each is not record and each.cls == cls.name:
-            record = each
-    record.gaps = {key: place for key, place in record.gaps.items() if place.source in found.package.own}
-    record.made = [each for each in record.made if (each.place.source, each.place.line or 0) not in before]
-    if record.made:
-        found.result.fragments[cls.name.strip(":")] = record
+    for each in (record, *walk.nodes):
+        each.made = [made for made in each.made if (made.place.source, made.place.line or 0) not in before]
+        each.gaps = {key: place for key, place in each.gaps.items() if place.source in found.package.own}
+    own = next((each for each in walk.nodes if each.cls == cls.name and each.made), record)
+    if own.made:
+        found.result.fragments[cls.name.strip(":")] = own
+    inner = [each for each in walk.nodes if each is not own and each.made]
+    if inner:
+        found.result.nodes.setdefault(cls.name.strip(":"), inner)
 
 
 def made_alone(name: str, walk: Walk) -> Instance | None:

@@ -212,3 +212,18 @@ def test_a_team_adds_a_call(learned, tmp_path, parser):
     cmake = "add_executable(driver src/driver.cpp)"
     found = learned({"CMakeLists.txt": cmake, "src/driver.cpp": source}, str(table)).document["nodes"]["driver"]
     assert found["publishes"]["a"]["qos"] == {"depth": 3}
+
+
+def test_programs_of_a_package_may_have_classes_of_one_name(learned, parser):
+    one = f'class Driver : public rclcpp::Node {{ public: Driver() : Node("NAME") {{ make(); }} void make() {{ {PUB}("NAME", 1); }} }}; int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}'
+    files = {f"src/{name}.cpp": one.replace("NAME", name) for name in ("left", "right")}
+    cmake = "add_executable(left src/left.cpp)\nadd_executable(right src/right.cpp)"
+    nodes = learned({"CMakeLists.txt": cmake, **files}).document["nodes"]
+    assert {name: list(each["publishes"]) for name, each in nodes.items()} == {"left": ["left"], "right": ["right"]}
+
+
+def test_a_profile_with_another_depth(cpp):
+    found = cpp(
+        f'auto p = rmw_qos_profile_sensor_data; {PUB}("a", rclcpp::QoS(rclcpp::QoSInitialization(p.history, 7), p));'
+    )
+    assert found["publishes"]["a"]["qos"] == {"profile": "sensor_data", "depth": 7}
