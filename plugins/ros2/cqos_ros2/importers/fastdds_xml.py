@@ -56,8 +56,7 @@ _PARTITION: Final = "partition"
 _NO_EFFECT: Final = tuple(
     f"{path}/"
     for path in (
-        *("topic/kind", "topic/name", "topic/dataType", "topic/resourceLimitsQos/allocated_samples"),
-        *("topic/resourceLimitsQos/extra_samples", "qos/liveliness/announcement_period", "qos/publishMode"),
+        *("topic/kind", "topic/name", "topic/dataType", "qos/liveliness/announcement_period", "qos/publishMode"),
         *(
             "qos/durabilityService",
             "qos/destinationOrder",

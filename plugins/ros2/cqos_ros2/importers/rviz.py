@@ -26,7 +26,6 @@ NODE: Final = "rviz2"
 MANAGER: Final = "Visualization Manager"
 _OURS: Final = "rviz_default_plugins/"
 _ROS1: Final = "rviz/"
-_DEPTH: Final = "5"
 # As RViz spells them, and no other way; the first is its default.
 _POLICIES: Final = {
     "History Policy": ("history", ("Keep Last", "Keep All", "System Default")),
@@ -67,6 +66,10 @@ _TYPES: Final = {
     "SetGoal": "geometry_msgs/msg/PoseStamped",
     "SetInitialPose": "geometry_msgs/msg/PoseWithCovarianceStamped",
 }
+# What the program of a display sets itself (robot_model_display.cpp, Foxy to Rolling). It holds while the keys have their defaults:
+# RViz takes the QoS of a file only where a key changes its property (Property::setValue, QosProfileProperty).
+_OWN: Final = {"RobotModel": {"durability": "transient_local", "depth": "1"}}
+_DEFAULTS: Final = {"history": "Keep Last", "reliability": "Reliable", "durability": "Volatile", "depth": "5"}
 # Last parts of topics on which a transport sends images and clouds in a type of its own.
 _TRANSPORTS: Final = frozenset(
     ("compressed", "compressedDepth", "theora", "ffmpeg", "zstd", "zlib", "draco", "cloudini")
@@ -147,8 +150,10 @@ class _Reader(Configuration):
         settings = self.qos(value) if isinstance(value, MappingNode) else {}
         if isinstance(value, ScalarNode) and self.a_flag(node, "Unreliable", otherwise=False):
             settings["reliability"] = Setting("best_effort", self.place(value), derived=True)
-        settings.setdefault("depth", Setting(_DEPTH, self.place(value), derived=True))
+        settings.setdefault("depth", Setting(_DEFAULTS["depth"], self.place(value), derived=True))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
+        if plugin in _OWN and all(_DEFAULTS.get(policy) == each.text for policy, each in settings.items()):
+            settings |= {policy: Setting(own, self.place(value), derived=True) for policy, own in _OWN[plugin].items()}
         # A display of maps always has this topic, but few map servers send updates.
         updates = key.text == "Update Topic"
         type_name = _MAP_UPDATES if updates else _TYPES.get(plugin, "")
@@ -181,7 +186,7 @@ class _Reader(Configuration):
         depth = stated(entries, "Depth")
         if depth is not None:
             if as_integer(depth) is None:
-                self.note("ROS942", f"the depth is no whole number, so RViz takes {_DEPTH}", depth)
+                self.note("ROS942", f"the depth is no whole number, so RViz takes {_DEFAULTS['depth']}", depth)
             else:
                 settings["depth"] = self.setting(depth)
         self.misspelt(entries, _KEYS, cause="RViz reads no key", effect="it takes its default")

@@ -23,21 +23,35 @@ class MadeFile(str):
         rewrites: values by the key that they replace, anywhere in the file.
         root_key: the namespace that the content is put under.
         replacements: texts and what takes their place.
+        value_rewrites: values by the text of the value that they replace, anywhere in the file.
         cause: why the result is not known, beside the file itself; empty: it is.
     """
 
-    __slots__ = ("cause", "replacements", "rewrites", "root_key")
+    __slots__ = ("cause", "replacements", "rewrites", "root_key", "value_rewrites")
 
     rewrites: dict[str, Any]
     root_key: Any
     replacements: dict[str, Any]
+    value_rewrites: dict[str, Any]
     cause: str
 
-    def __new__(cls, path: str, rewrites: dict[str, Any], root_key: Any, replacements: dict[str, Any]) -> Self:
+    def __new__(
+        cls,
+        path: str,
+        rewrites: dict[str, Any],
+        root_key: Any,
+        replacements: dict[str, Any],
+        value_rewrites: dict[str, Any],
+    ) -> Self:
         """Return the path of a file that is made of the one at ``path``."""
         made = super().__new__(cls, path)
+        made.value_rewrites = value_rewrites
         made.rewrites, made.root_key, made.replacements = rewrites, root_key, replacements
         return made
+
+    def changes(self) -> tuple[Any, ...]:
+        """Return all that is put into the file."""
+        return self.rewrites, self.root_key, self.replacements, self.value_rewrites
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +124,7 @@ class Instance:
             if isinstance(each, ParameterFile):
                 yield each.path
                 if isinstance(each.path, MadeFile):
-                    yield from (each.path.rewrites, each.path.root_key, each.path.replacements)
+                    yield from each.path.changes()
             else:
                 yield each.values if isinstance(each, ParameterValues) else each
 

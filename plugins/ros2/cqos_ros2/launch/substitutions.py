@@ -184,13 +184,13 @@ def _made_file(sub: Sub, here: Here) -> Text:
 
     rewrites, replacements = texts("param_rewrites"), texts("replacements")
     root = perform(sub.fields.get("root_key"), here)
-    unread = [name for name in ("key_rewrites", "value_rewrites") if sub.fields.get(name)]
+    values = texts("value_rewrites")
 
     def made(path: Any) -> Any:
         if not isinstance(path, str):
             return path
-        file = MadeFile(path, rewrites, root, replacements)
-        file.cause = f"`{unread[0]}` is not followed" if unread else ""
+        file = MadeFile(path, rewrites, root, replacements, values)
+        file.cause = "`key_rewrites` is not followed" if sub.fields.get("key_rewrites") else ""
         return file
 
     return lift(made, perform(sub.fields.get("source_file"), here))  # type: ignore[no-any-return]

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.packages import Parsed
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
+LEARNED: Final = "<learned>/"
+"""What the names of node files begin with that were made of sources and never written."""
 _OURS: Final = b"cqos_nodes"
 _HEAD: Final = 4096
 
@@ -111,7 +113,7 @@ class Library:
         if learned.empty:
             self.unread[package] = "its sources were read, and no node was found in them"
             return []
-        read = read_node_file(Source(f"<learned>/{package}{ENDING}", learned.text.encode()))
+        read = read_node_file(Source(f"{LEARNED}{package}{ENDING}", learned.text.encode()))
         folder = workspace.packages[package]
         for path in learned.files:
             data = workspace.read(path, None)

@@ -19,11 +19,12 @@ _PACKAGE: Final = "controller_manager"
 _SPAWNERS: Final = frozenset(("spawner", "spawner.py"))
 _MANAGER: Final = ("-c", "--controller-manager")
 _TYPE: Final = ("-t", "--controller-type")
+_NAMESPACE: Final = ("-n", "--namespace")  # until Iron
 _FLAGS: Final = frozenset(
     ("--load-only", "--stopped", "--inactive", "-u", "--unload-on-kill", "--activate-as-group", "--switch-asap")
 )
 _VALUES: Final = frozenset(
-    (*_MANAGER, *_TYPE, "--controller-manager-timeout", "--switch-timeout", "--service-call-timeout")
+    (*_MANAGER, *_TYPE, *_NAMESPACE, "--controller-manager-timeout", "--switch-timeout", "--service-call-timeout")
 )  # fmt: skip
 
 
@@ -89,12 +90,12 @@ def _spawned(instance: Instance) -> _Spawned | Unknown | None:
     if unknown is not None or instance.guards or not all(isinstance(each, str) for each in words):
         cause = unknown.cause if unknown is not None else "it depends on what the launch leaves open"
         return Unknown(f"the controllers that a spawner loads: {cause}", instance.place)
-    return _read([word for text in words for word in str(text).split()], instance)
+    return _read([word for text in words for word in str(text).split() or [""]], instance)
 
 
 def _read(words: list[str], instance: Instance) -> _Spawned | Unknown:
     names: list[str] = []
-    manager, kind, at = _PACKAGE, "", 0
+    manager, kind, namespace, at = _PACKAGE, "", str(instance.namespace), 0
     while at < len(words):
         word, _, value = words[at].partition("=")
         if word in _VALUES:
@@ -103,6 +104,7 @@ def _read(words: list[str], instance: Instance) -> _Spawned | Unknown:
                 value = words[at] if at < len(words) else ""
             manager = value if word in _MANAGER else manager
             kind = value if word in _TYPE else kind
+            namespace = f"/{value.strip('/')}" if word in _NAMESPACE and value else namespace
         elif word.startswith("-") and word not in _FLAGS:
             return Unknown(
                 f"the controllers that a spawner loads: its option `{word[:80]}` is not read", instance.place
@@ -110,4 +112,4 @@ def _read(words: list[str], instance: Instance) -> _Spawned | Unknown:
         elif not word.startswith("-"):
             names.append(word)
         at += 1
-    return _Spawned(names, expand(manager, str(instance.namespace) or "/", ""), kind)
+    return _Spawned(names, expand(manager, namespace or "/", ""), kind)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 from cqos_core.importers.reading import listed
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import MESSAGE, ImportNote
+from cqos_core.model.system import MESSAGE, ImportNote, Place
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import VERBS
+from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import BY_CODE
 from cqos_ros2.workspace.naming import source_of, unmatched
@@ -21,7 +22,6 @@ from cqos_ros2.workspace.open_ends import open_ends
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.model.system import Place
     from cqos_ros2.workspace.joining import Join, JoinedNode
 
 _LAUNCH_CODES = {"two-nodes-of-one-name": "ROS970", "section-names-no-node": "ROS971"}
@@ -219,10 +219,21 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
         message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
         yield note("ROS979", message, differing[0].placed.place, "state it, for instance `--option ros2.distro=jazzy`")
-    for (cause, place), nodes in causes.items():
+    for (cause, place), nodes in _once(causes).items():
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place
         yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
+
+
+def _once(causes: dict[tuple[str, object], list[JoinedNode]]) -> dict[tuple[str, object], list[JoinedNode]]:
+    """Return causes with those joined that differ only in their lines of node files that were not written."""
+    first: dict[str, object] = {}
+    joined: dict[tuple[str, object], list[JoinedNode]] = {}
+    for (cause, place), nodes in causes.items():
+        learned = isinstance(place, Place) and place.source.startswith(LEARNED)
+        at = first.setdefault(cause, place) if learned else place
+        joined.setdefault((cause, at), []).extend(nodes)
+    return joined
 
 
 def _few_texts(texts: list[str]) -> str:
@@ -238,9 +249,7 @@ def _not_decided(found: Join) -> Iterator[ImportNote]:
         nodes = [each for each in found.placing.undecided if any(guard.subject == subject for guard in each.guards)]
         if nodes:
             compared = listed([f"`{each}`" for each in values], "and")
-            message = (
-                f"{plural(len(nodes), 'node')} depend on `{subject}`, which is not decided (compared with {compared})"
-            )
+            message = f"{plural(len(nodes), 'node')} {'depends' if len(nodes) == 1 else 'depend'} on `{subject}`, which is not decided (compared with {compared})"
             yield note("ROS980", message, nodes[0].place)
     missing = sorted({each.package for each in found.launched.remarks if each.package})
     if missing:

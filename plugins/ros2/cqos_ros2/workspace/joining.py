@@ -44,6 +44,8 @@ KINDS: Final[dict[str, tuple[str, Role]]] = {
     "action_clients": ("action_client", PUBLISHER),
 }
 _ENVIRONMENT: Final = {"RMW_IMPLEMENTATION": "rmw", "ROS_DOMAIN_ID": "domain"}
+_ASSUMED: Final = ("rmw",)
+"""Options that a check decides for all their values where nothing states them, so that an open one needs no warning."""
 PROTOCOL: Final = "ros2"
 
 
@@ -184,7 +186,7 @@ def _options(placed: Placed) -> Settings:
         value = placed.instance.environment.get(name)
         if isinstance(value, str):
             found[option] = Setting(value, placed.place, derived=True)
-        elif value is not None:
+        elif value is not None and option not in _ASSUMED:
             found[option] = Setting("", placed.place, f"the launch leaves `{name}` open")
     return found
 

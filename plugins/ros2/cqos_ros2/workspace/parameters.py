@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.model.system import Place
 from cqos_ros2.launch.parameter_files import plain, tree_of
 from cqos_ros2.launch.started import MadeFile, ParameterFile, ParameterValues
@@ -116,7 +116,7 @@ class ParameterReader:
         path = given.path
         key: object = path
         if isinstance(path, MadeFile):
-            key = (str(path), repr(path.rewrites), repr(path.root_key), repr(path.replacements), path.cause)
+            key = (str(path), repr(path.changes()), path.cause)
         elif not isinstance(path, str):
             return first_unknown(path) or Unknown(
                 "the parameter file depends on what the launch leaves open", given.place
@@ -144,7 +144,8 @@ class ParameterReader:
             return root
         if not isinstance(root, MappingNode):
             return Unknown("the parameter file is no map of nodes", Place(real, 1))
-        rewriting = _Rewriting(path.rewrites if isinstance(path, MadeFile) else {}, given.place)
+        rewrites, values = (path.rewrites, path.value_rewrites) if isinstance(path, MadeFile) else ({}, {})
+        rewriting = _Rewriting(rewrites, values, given.place)
         found = [*_sections(rewriting.rewritten(root), "", _Read(real, given.substitutions, rewriting.put_in))]
         return _made(found, path, rewriting) if isinstance(path, MadeFile) else found
 
@@ -200,16 +201,17 @@ def _leaves(node: Node, above: str, read: _Read, depth: int = 0) -> Iterator[tup
 
 
 class _Rewriting:
-    """Replaces values by key, or by the whole path of keys, as ``RewrittenYaml`` of nav2_common does.
+    """Replaces values by key, by the whole path of keys, or by their text, as ``RewrittenYaml`` of nav2_common does.
 
     Attributes:
         put_in: the values that were put in, by the identity of their nodes.
         used: the rewrites that took effect.
     """
 
-    def __init__(self, rewrites: dict[str, Any], place: Place) -> None:
-        """Put in ``rewrites``, which are stated at ``place``."""
+    def __init__(self, rewrites: dict[str, Any], values: dict[str, Any], place: Place) -> None:
+        """Put in ``rewrites`` by key and ``values`` by the text of the old value, which are stated at ``place``."""
         self.rewrites = rewrites
+        self.values = values
         self.place = place
         self.put_in: dict[int, Parameter] = {}
         self.used: set[str] = set()
@@ -217,7 +219,9 @@ class _Rewriting:
 
     def rewritten(self, node: Node, above: str = "", depth: int = 0) -> Node:
         """Return a node with values replaced; without rewrites, the node itself."""
-        if not isinstance(node, MappingNode) or not self.rewrites or depth > _DEEPEST:
+        if self.values and isinstance(node, (ScalarNode, SequenceNode)):
+            return self._replaced(node)
+        if not isinstance(node, MappingNode) or not (self.rewrites or self.values) or depth > _DEEPEST:
             return node
         made = MappingNode(node.line, node.column, end=node.end)
         for name, (key, value) in node.entries.items():
@@ -230,13 +234,28 @@ class _Rewriting:
                 made.entries[name] = (key, self._value(self.rewrites[which], key))
         return made
 
+    def _replaced(self, node: ScalarNode | SequenceNode) -> Node:
+        """Return a value, or a list of values, with those replaced whose text is rewritten."""
+        old = plain(node)
+        new = [self._new(each) for each in old] if isinstance(old, list) else self._new(old)
+        return node if new == old else self._put(new, node)
+
+    def _new(self, value: Any) -> Any:
+        return _converted(self.values.get(str(value), value))
+
     def _value(self, value: Any, key: ScalarNode) -> ScalarNode:
-        node = ScalarNode("", key.line, key.column, plain=False)
-        flags = {"true": True, "false": False}
-        known = flags.get(value.lower(), value) if isinstance(value, str) else value
-        self.put_in[id(node)] = Parameter(known, self.place)
+        return self._put(self._new(_converted(value)), key)
+
+    def _put(self, value: Any, at: ScalarNode | SequenceNode) -> ScalarNode:
+        node = ScalarNode("", at.line, at.column, plain=False)
+        self.put_in[id(node)] = Parameter(value, self.place)
         self._kept.append(node)
         return node
+
+
+def _converted(value: Any) -> Any:
+    """Return the flag that a text is, else the value (RewrittenYaml: convert)."""
+    return {"true": True, "false": False}.get(value.lower(), value) if isinstance(value, str) else value
 
 
 def _made(

@@ -105,3 +105,20 @@ def test_a_key_that_looks_like_qos_and_is_not_read_is_a_warning(key, meant):
     assert [(note.code, note.severity, note.help) for note in notes] == (
         [("CQ040", "warning", f"did you mean `{meant}`?")] if meant else []
     )
+
+
+ROBOT = "cqos: 1\nprotocol: ros2\nparticipants:\n  rsp: {publishes: {/robot_description: {durability: transient_local, depth: 1}}}\n"
+MODEL = """\
+Visualization Manager:
+  Displays:
+    - Class: rviz_default_plugins/RobotModel
+      Description Topic: {Depth: %s, Durability Policy: Volatile, Value: /robot_description}
+"""
+
+
+@pytest.mark.parametrize(("depth", "codes"), [("5", []), ("1", ["ROS202"])])
+def test_a_robot_model_is_latched_until_a_key_of_its_topic_differs_from_the_defaults(depth, codes):
+    report = check(
+        merge([read_source(Source("d.yaml", ROBOT.encode())), read_source(Source("v.rviz", (MODEL % depth).encode()))])
+    )
+    assert [finding.code for finding in report.findings if finding.severity != "note"] == codes

@@ -25,8 +25,11 @@ def topics(system):
     return {(each.participant, each.topic) for each in system.endpoints}
 
 
+HARDWARE = "the nodes of its hardware components: the robot description names them"
+
+
 def gaps(system):
-    return [each.message for each in system.notes if each.code == "ROS979"]
+    return [each.message for each in system.notes if each.code == "ROS979" and HARDWARE not in each.message]
 
 
 def test_spawners_load_controllers_with_parameters_and_remaps_of_the_manager(joined):
@@ -41,6 +44,23 @@ def test_spawners_load_controllers_with_parameters_and_remaps_of_the_manager(joi
         ("/wheels", "/cmd_vel"),
     }
     assert gaps(system) == []
+
+
+@pytest.mark.parametrize("given", ["--namespace left", "-n /left"])
+def test_a_spawner_finds_the_manager_of_another_namespace(joined, given):
+    files = launch_of(f"wheels {given}")
+    launch = files["bot/launch/bot.launch.xml"].replace(
+        'exec="ros2_control_node"', 'exec="ros2_control_node" namespace="left"'
+    )
+    assert gaps(joined({**files, "bot/launch/bot.launch.xml": launch})) == [
+        "`/left/controller_manager`: the controller `wheels`: no parameter `wheels.type`"
+    ]
+
+
+def test_a_remap_may_be_for_a_node_of_the_hardware(joined):
+    system = joined(launch_of("wheels", inner='<remap from="~/motors" to="/motors"/>'))
+    assert not [each for each in system.notes if each.code == "ROS972"]
+    assert any(HARDWARE in each.message for each in system.notes)
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,42 @@ def test_sections_follow_the_order_of_their_first_appearance(joined):
     assert topics(system) == {("/talker", "/mine")}
 
 
+REWRITTEN = "\n".join(
+    (
+        "from launch import LaunchDescription",
+        "from launch.actions import DeclareLaunchArgument",
+        "from launch.substitutions import LaunchConfiguration",
+        "from launch_ros.actions import Node",
+        "from launch_ros.substitutions import FindPackageShare",
+        "from nav2_common.launch import RewrittenYaml",
+        "def generate_launch_description():",
+        "    params = RewrittenYaml(",
+        "        source_file=[FindPackageShare('bot'), '/config/a.yaml'],",
+        "        param_rewrites={},",
+        "        value_rewrites={'TOPIC': LaunchConfiguration('topic'), 'CAMERA': 'True', 'FRAME': 'a'})",
+        "    return LaunchDescription([",
+        "        DeclareLaunchArgument('topic'%s),",
+        "        Node(package='bot', executable='talker', name='talker', parameters=[params])])",
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("default", "talks"), [(", default_value='news'", {("/talker", "/news")}), ("", set())], ids=["known", "unknown"]
+)
+def test_values_are_rewritten_by_their_text(joined, default, talks):
+    system = joined(
+        {
+            "bot/launch/bot.launch.py": REWRITTEN % default,
+            "bot/config/a.yaml": "talker:\n  ros__parameters: {topic: TOPIC, camera: CAMERA, frames: [FRAME, b]}\n",
+            **PACKAGE,
+        }
+    )
+    rest = {("/talker", name) for name in ("/image", "/talker/frame/a", "/talker/frame/b")}
+    assert topics(system) == talks | rest
+    assert all(setting.text != "TOPIC" for each in system.endpoints for setting in each.settings.values())
+
+
 def test_an_unknown_parameter_file_makes_names_unknown_with_the_cause(joined):
     system = joined(launch_of(node(inner='<param from="$(find-pkg-share other)/config/a.yaml"/>')))
     assert topics(system) == set()
