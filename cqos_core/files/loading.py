@@ -251,7 +251,7 @@ def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: st
         raise InputError([Problem("CQ702", message, Place(source.name), _PLUGIN_HELP)]) from error
     if system.protocol is None:
         system.protocol = protocol or default_protocol(info.name, plugins)
-    system.partial = not info.whole
+    system.partial = system.partial or not info.whole
     return system
 
 

@@ -107,6 +107,7 @@ class _SystemFile:
                 "system": _optional(self._only("the name of the system", system.name), scalar),
                 "protocol": _optional(self._only("the protocol", system.protocol or ""), scalar),
                 "observed": _flag(self.observed),
+                "part": _flag(system.partial),
                 "options": self._options() or None,
             }
         )

@@ -214,6 +214,7 @@ DEFAULT_PROTOCOL: Final = Key(
     "protocol", TEXT, "Protocol of the participants in this file that state none.", hints=_PACKS
 )
 ALL_OBSERVED: Final = Key("observed", FLAG, "The whole file is a snapshot of a running system or a recording.")
+PART: Final = Key("part", FLAG, "The file is a part of a system: partners of its endpoints are in other files.")
 OPTIONS: Final = Key(
     "options",
     MapOf(
@@ -263,6 +264,7 @@ DOCUMENT: Final = Form(
         SYSTEM,
         DEFAULT_PROTOCOL,
         ALL_OBSERVED,
+        PART,
         OPTIONS,
         INCLUDE,
         PROFILES,

@@ -34,6 +34,7 @@ from cqos_core.importers.yaml_form import (
     OBSERVED,
     ONLY,
     OPTIONS,
+    PART,
     PARTICIPANT_ID,
     PARTICIPANT_OPTIONS,
     PARTICIPANTS,
@@ -186,6 +187,7 @@ class _Builder:
         """Fill the system."""
         if self.documents:
             self.system.protocol = self.documents[0].get(DEFAULT_PROTOCOL)
+            self.system.partial = all(document.get(PART) or False for document in self.documents)
         for document in self.documents:
             try:
                 self.heading(document)

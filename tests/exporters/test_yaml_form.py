@@ -47,8 +47,8 @@ EXAMPLES = sorted(
         and "pack" not in path.name
         and not {TOGETHER, ROOT / "examples" / "robot_workspace", ROOT / "examples" / "modeler_client"}
         & {*path.parents}
-        # Beside its system file an incident has parts, such as parameters and recordings, which are nothing by themselves.
-        and (INCIDENTS not in path.parents or path.name == "system.yaml")
+        # Beside its system file an incident has parts. Of parameters and overrides nothing is left to write without it.
+        and (INCIDENTS not in path.parents or path.name in {"system.yaml", "bridge.yaml", "metadata.yaml"})
     )
 )
 INSTALLED = ExportContext(context().find_pack)

@@ -248,7 +248,7 @@ PARTITION: Final = Policy(
     PartitionNames(),
     "[]",
     "The partitions that a file of the middleware puts the endpoint into; ROS 2 itself sets none.",
-    "DDS 1.4, 2.2.3.13",
+    "rmw_fastrtps, participant.cpp; DDS 1.4, 2.2.3.13",
     enforced=NOT_IN_ZENOH,
 )
 OWNERSHIP: Final = Policy(
@@ -256,7 +256,7 @@ OWNERSHIP: Final = Policy(
     Choice("shared", "exclusive", ordered=False),
     "shared",
     "Whether only the strongest publisher is heard; ROS 2 itself leaves it shared, a file of the middleware may not.",
-    "DDS 1.4, 2.2.3.9",
+    "rmw_fastrtps, publisher.cpp; DDS 1.4, 2.2.3.9",
     enforced=NOT_IN_ZENOH,
 )
 RAW_SETTINGS: Final = Policy(

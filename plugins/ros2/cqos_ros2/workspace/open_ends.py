@@ -92,7 +92,7 @@ def _open(topic: str, role: str, members: Sequence[Found]) -> str:
     typed = f" ({kinds[0]})" if len(kinds) == 1 else ""
     policies = list(dict.fromkeys(filter(None, map(_policies, endpoints))))
     asked = f": {'requests' if role == SUBSCRIBER else 'offers'} {'; '.join(policies)}" if policies else ""
-    side = "from outside" if role == SUBSCRIBER else "to the outside"
+    side = "from outside the launch" if role == SUBSCRIBER else "to outside the launch"
     return f"`{topic}`{typed} {side}, {shown}{asked}"
 
 
