@@ -77,8 +77,9 @@ def _shared(
     role: Role = PUBLISHER if publishers else SUBSCRIBER
     found = []
     for level in (BROKER, TOPIC):
-        if level == BROKER and first.first.participant.broker is None:
-            continue  # nothing says which broker it is
+        broker = first.first.participant.broker
+        if level == BROKER and (broker is None or topic.pack.is_fixed(broker)):
+            continue  # nothing says which broker it is, or its users cannot change it
         sharing = _sharing(topic, first, level)
         for change in solutions(
             bound.bound,

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Value
     from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.system import Broker
     from cqos_core.packs.guarantee import Proof, Unaffected
     from cqos_core.packs.logs import About, Misfit
     from cqos_core.packs.rule import Rule
@@ -193,6 +194,11 @@ class RulePack:
         return {
             normalise(spelling): name for name, preset in self.presets.items() for spelling in (name, *preset.aliases)
         }
+
+    def is_fixed(self, broker: Broker) -> bool:
+        """Whether a broker has a preset whose values its users cannot change."""
+        names = [self.preset_names.get(normalise(ref.name)) for ref in broker.profiles]
+        return any(name is not None and self.presets[name].fixed for name in names)
 
     @cached_property
     def needs(self) -> Mapping[str, tuple[int, Plain]]:

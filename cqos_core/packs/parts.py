@@ -28,6 +28,7 @@ class Preset:
         level: whose policies these are: ``endpoint`` or ``broker``.
         needs: option and the least value of it that has this preset, for instance ``("distro", "iron")``; None: always.
         aliases: other spellings; compared normalised.
+        fixed: its users cannot change these values, such as limits of a cloud service, so no fix does.
     """
 
     settings: Mapping[str, str]
@@ -35,6 +36,7 @@ class Preset:
     needs: tuple[str, str] | None = None
     aliases: tuple[str, ...] = ()
     level: Literal["endpoint", "broker"] = ENDPOINT
+    fixed: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

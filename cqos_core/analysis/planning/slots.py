@@ -120,6 +120,9 @@ def changeable(constraint: Constraint) -> Iterator[tuple[ChangingEnd, Use]]:
         for end in (
             {constraint.first, constraint.second} if both else (constraint.second if use.second else constraint.first,)
         ):
+            broker = end.first.participant.broker
+            if policy.level == BROKER and broker is not None and pack.is_fixed(broker):
+                continue
             if policy.level != ENDPOINT or end.first.role in policy.roles:
                 yield end, use
 

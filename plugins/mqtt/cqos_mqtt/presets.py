@@ -10,9 +10,9 @@ from typing import Final
 from cqos_core.packs import Preset
 
 
-def a_broker(doc: str, *aliases: str, **limits: str) -> Preset:
-    """Write one broker: what it can do, and its clause."""
-    return Preset(limits, doc, aliases=aliases, level="broker")
+def a_broker(doc: str, *aliases: str, fixed: bool = False, **limits: str) -> Preset:
+    """Write one broker: what it can do, its clause, and whether its users cannot change that."""
+    return Preset(limits, doc, aliases=aliases, level="broker", fixed=fixed)
 
 
 def sparkplug(doc: str, qos: str, *, retain: bool = False) -> Preset:
@@ -60,6 +60,7 @@ BROKERS: Final = {
     "aws_iot_core": a_broker(
         "A cloud broker without QoS 2: AWS IoT Core (AWS IoT Core message broker and protocol limits and quotas).",
         "cloud_without_qos_2",
+        fixed=True,
         implementation="aws_iot_core",
         maximum_qos="1",
         session_expiry_interval="7d",
@@ -73,6 +74,7 @@ BROKERS: Final = {
     "zenoh": a_broker(
         "The MQTT plug-in of Zenoh, which grants QoS 0 to everybody (zenoh-plugin-mqtt, README).",
         "zenoh_mqtt",
+        fixed=True,
         implementation="zenoh",
         granted_qos="0",
         persistence="false",

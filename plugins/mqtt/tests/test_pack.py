@@ -520,3 +520,21 @@ def test_clients_that_differ_in_names_alone_have_equal_values():
     index = PACK.vocabulary.indices["endpoint", "queue_lasts"]
     subscriptions = [each for each in endpoints if each.role == "subscriber" and each.key == "t"]
     assert len({each.profile.values[index] for each in subscriptions}) == 1
+
+
+@pytest.mark.parametrize(
+    ("limits", "changed"), [("{profile: aws_iot_core}", False), ("{profile: mosquitto, maximum_qos: 1}", True)]
+)
+def test_no_fix_changes_a_broker_that_a_provider_runs(limits, changed):
+    report = check(
+        f"""cqos: 1
+protocol: mqtt
+brokers: {{cloud: {limits}}}
+participants:
+  board: {{client: {{client_id: b, will: {{topic: gone, qos: 2}}}}, publishes: {{t: {{qos: 1}}}}}}
+  service: {{client: {{client_id: s}}, subscribes: {{t: {{qos: 1}}}}}}
+""".encode(),
+        importer="yaml",
+    )
+    (finding,) = [each for each in report.findings if each.code == "MQTT204"]
+    assert any("maximum_qos" in each.text for each in finding.remedies) is changed

@@ -74,24 +74,22 @@ def test_sections_follow_the_order_of_their_first_appearance(joined):
     assert topics(system) == {("/talker", "/mine")}
 
 
-REWRITTEN = "\n".join(
-    (
-        "from launch import LaunchDescription",
-        "from launch.actions import DeclareLaunchArgument",
-        "from launch.substitutions import LaunchConfiguration",
-        "from launch_ros.actions import Node",
-        "from launch_ros.substitutions import FindPackageShare",
-        "from nav2_common.launch import RewrittenYaml",
-        "def generate_launch_description():",
-        "    params = RewrittenYaml(",
-        "        source_file=[FindPackageShare('bot'), '/config/a.yaml'],",
-        "        param_rewrites={},",
-        "        value_rewrites={'TOPIC': LaunchConfiguration('topic'), 'CAMERA': 'True', 'FRAME': 'a'})",
-        "    return LaunchDescription([",
-        "        DeclareLaunchArgument('topic'%s),",
-        "        Node(package='bot', executable='talker', name='talker', parameters=[params])])",
-    )
-)
+REWRITTEN = [
+    "from launch import LaunchDescription",
+    "from launch.actions import DeclareLaunchArgument",
+    "from launch.substitutions import LaunchConfiguration",
+    "from launch_ros.actions import Node",
+    "from launch_ros.substitutions import FindPackageShare",
+    "from nav2_common.launch import RewrittenYaml",
+    "def generate_launch_description():",
+    "    params = RewrittenYaml(",
+    "        source_file=[FindPackageShare('bot'), '/config/a.yaml'],",
+    "        param_rewrites={},",
+    "        value_rewrites={'TOPIC': LaunchConfiguration('topic'), 'CAMERA': 'True', 'FRAME': 'a'})",
+    "    return LaunchDescription([",
+    "        DeclareLaunchArgument('topic'%s),",
+    "        Node(package='bot', executable='talker', name='talker', parameters=[params])])",
+]
 
 
 @pytest.mark.parametrize(
@@ -100,7 +98,7 @@ REWRITTEN = "\n".join(
 def test_values_are_rewritten_by_their_text(joined, default, talks):
     system = joined(
         {
-            "bot/launch/bot.launch.py": REWRITTEN % default,
+            "bot/launch/bot.launch.py": "\n".join(REWRITTEN) % default,
             "bot/config/a.yaml": "talker:\n  ros__parameters: {topic: TOPIC, camera: CAMERA, frames: [FRAME, b]}\n",
             **PACKAGE,
         }
