@@ -187,7 +187,7 @@ class _Builder:
         """Fill the system."""
         if self.documents:
             self.system.protocol = self.documents[0].get(DEFAULT_PROTOCOL)
-            self.system.partial = all(document.get(PART) or False for document in self.documents)
+            self.system.partial = all(document.get(PART) is True for document in self.documents)
         for document in self.documents:
             try:
                 self.heading(document)
