@@ -62,7 +62,6 @@ class Models:
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
         self._written: dict[tuple[bytes, ...], Kind | None] = {}
-        self._texts: dict[bytes, str] = {}  # equal texts are one object
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
         """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
@@ -80,8 +79,7 @@ class Models:
             keep(self._written, written, found)
         if found is None:
             return None
-        texts = self._texts
-        return Model(found, [texts.get(each) or texts.setdefault(each, each.decode()) for each in quantities])
+        return Model(found, tuple(quantities))
 
     def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
         """Return the kind of events with attributes; ``parts`` are what stands around quantities in them."""

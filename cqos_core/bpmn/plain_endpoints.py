@@ -47,9 +47,10 @@ class Kind:
         said: what `Endpoint.said` returns of it.
         tag: what their elements are.
         texts: those texts of it in whose place others stand.
+        at: the settings with these texts, by their places in ``said``.
     """
 
-    __slots__ = ("_at", "endpoint", "lines", "said", "tag", "texts")
+    __slots__ = ("at", "endpoint", "lines", "said", "tag", "texts")
 
     def __init__(self, endpoint: Endpoint, lines: LinesOf, tag: str, texts: Sequence[str]) -> None:
         """Take an endpoint that is not changed any more."""
@@ -57,28 +58,33 @@ class Kind:
         self.said = endpoint.said()
         self.texts = texts
         settings = self.said[0]
-        self._at = [next(at for at, each in enumerate(settings) if each[1] == text) for text in texts]
+        self.at = [next(at for at, each in enumerate(settings) if each[1] == text) for text in texts]
         self.lines = lines
         self.tag = tag
 
-    def says(self, texts: Sequence[str]) -> Said:
-        """Return what `Endpoint.said` returns with other texts."""
+    def says(self, texts: Sequence[bytes]) -> Said:
+        """Return what `Endpoint.said` returns with other texts, in UTF-8."""
         settings = [*self.said[0]]
-        for at, text in zip(self._at, texts, strict=True):
+        for at, text in zip(self.at, texts, strict=True):
             name, _, unknown, derived = settings[at]
-            settings[at] = (name, text, unknown, derived)
+            settings[at] = (name, text.decode(), unknown, derived)
         return tuple(settings), self.said[1]
 
 
 class Model:
-    """What endpoints of one file share that differ in id, label, topic, participant and place."""
+    """What endpoints of one file share that differ in id, label, topic, participant and place.
 
-    __slots__ = ("_kind", "_texts")
+    Attributes:
+        pattern: what `Endpoint.pattern` returns.
+    """
 
-    def __init__(self, kind: Kind, texts: Sequence[str]) -> None:
-        """Take ``texts`` in the place of those of a kind."""
+    __slots__ = ("_kind", "_texts", "pattern")
+
+    def __init__(self, kind: Kind, texts: tuple[bytes, ...]) -> None:
+        """Take ``texts``, in UTF-8, in the place of those of a kind."""
         self._kind = kind
         self._texts = texts
+        self.pattern = kind, texts
 
     @property
     def tag(self) -> str:
@@ -130,7 +136,7 @@ class Model:
             return tuple(
                 ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self._kind.endpoint.profiles
             )
-        texts = dict(zip(self._kind.texts, self._texts, strict=True))
+        texts = {each: text.decode() for each, text in zip(self._kind.texts, self._texts, strict=True)}
         return {
             word: Setting(
                 texts.get(each.text, each.text),
@@ -166,6 +172,14 @@ class PlainEndpoint(Endpoint):
     def tag(self) -> str:
         """What the element is."""
         return self.model.tag
+
+    def pattern(self) -> tuple[Kind, tuple[bytes, ...]] | None:
+        """See `Endpoint.pattern`; none once the settings are made and may be changed."""
+        try:
+            _SETTINGS.__get__(self)
+        except AttributeError:
+            return None if self.overlay else self.model.pattern
+        return None
 
     def said(self) -> Said:
         """See `Endpoint.said`; the model's, until the settings are made and may be changed."""

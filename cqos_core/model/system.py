@@ -7,7 +7,7 @@ Everything here is a plain value. Importers fill it, `resolve` reads it, no othe
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.wildcards import fits
@@ -99,6 +99,20 @@ Settings = dict[str, Setting]
 """Settings by the name they were written with; aliases are resolved later, by the pack."""
 Said = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
 """Names, texts and causes of settings, without their places."""
+
+
+class Pattern(Protocol):
+    """What the settings of several endpoints say, which differ in the texts of some; compared by identity.
+
+    Attributes:
+        said: what `Endpoint.said` returns of such an endpoint.
+        at: the settings whose texts differ, by their places in the former.
+    """
+
+    said: Said
+    at: list[int]
+
+
 EVERY_OTHER: Final = "*"
 """The name of an unknown setting that stands for every policy which neither the settings beside it nor nearer ones state."""
 
@@ -256,6 +270,10 @@ class Endpoint:
     label: str | None = None
     place: Place | None = None
     room: Room | None = None
+
+    def pattern(self) -> tuple[Pattern, tuple[bytes, ...]] | None:
+        """Return what it and others state with other texts, and its own texts there in UTF-8; None where that is not known."""
+        return None
 
     def said(self) -> Said:
         """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""

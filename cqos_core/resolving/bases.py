@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Cases
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import QosProfile, ResolvedParticipant
+    from cqos_core.resolving.resolved import QosProfile, Resolved, ResolvedParticipant
 
 
 _Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
@@ -175,21 +175,42 @@ class Bases:
             participant: to which it belongs.
             topic_layers: what is stated of its topic.
         """
-        try:
-            base = _BASES[room]
-        except KeyError:
-            base = self._base(room, endpoint, participant, topic_layers)
+        base = self.base(room, endpoint, participant, topic_layers)
         if base is None:
             return None
-        number = base.room
-        found = [
-            _OVERRIDES.get((number, item)) or self._override(number, item, endpoint, participant)
-            for item in endpoint.said()[0]
-        ]
-        if not all(found):
+        overrides = self.overrides(base, endpoint.said()[0], endpoint, participant)
+        if overrides is None:
             return None
-        overrides = cast("tuple[Override, ...]", tuple(found))
         return Draft(base, overrides, topic_layers) if base.is_plain(overrides) else base.made(overrides)
+
+    def base(
+        self,
+        room: tuple[Any, ...],
+        endpoint: Endpoint,
+        participant: ResolvedParticipant,
+        topic_layers: tuple[Layer, ...],
+    ) -> Base | None:
+        """Return what is known of endpoints like one before they state anything; None where that is nothing; see `read`."""
+        try:
+            return _BASES[room]
+        except KeyError:
+            return self._base(room, endpoint, participant, topic_layers)
+
+    def overrides(
+        self, base: Base, said: Iterable[_Item], endpoint: Endpoint, participant: ResolvedParticipant
+    ) -> tuple[Override, ...] | None:
+        """Return what settings change of a base, for any endpoint like this one; None where something has to be said of them."""
+        number = base.room
+        found = [_OVERRIDES.get((number, item)) or self._override(number, item, endpoint, participant) for item in said]
+        return cast("tuple[Override, ...]", tuple(found)) if all(found) else None
+
+    def redrafted(self, draft: Draft, of: Resolved, stated: Iterable[tuple[str, str]]) -> Draft | None:
+        """Return the draft of what differs in settings, names and texts, from one that has a draft; None where it has none."""
+        said = [(name, text, "", False) for name, text in stated]
+        overrides = self.overrides(draft.base, said, of.endpoint, of.participant)
+        if overrides is None or not draft.base.is_plain(overrides):
+            return None
+        return Draft(draft.base, overrides, draft.of_topic)
 
     def _base(
         self,

@@ -207,6 +207,11 @@ def _conventions(pack: RulePack) -> NameIndex[Convention]:
     return NameIndex((convention.pattern, convention) for convention in pack.conventions)
 
 
+def conventional(pack: RulePack) -> re.Pattern[str] | None:
+    """Return what matches every topic that any convention of a pack is for; None where it has none."""
+    return _conventional(pack) if pack.conventions else None
+
+
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
 def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
     """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
-from cqos_core.model.memory import MOST_LETTERS, keep, remember
+from cqos_core.model.memory import MOST_LETTERS, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases, Draft
 from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
+from cqos_core.resolving.plainly import Plainly, named, room_of, without_values
 from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
 from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
 from cqos_core.resolving.resolved import (
@@ -38,10 +39,6 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.overlays import Overlays
     from cqos_core.resolving.starts import Starts
-
-
-_NAMED: dict[tuple[Any, ...], Naming] = {}
-_NOTHING: Final = frozenset[str]()
 
 
 class Resolver:
@@ -89,6 +86,7 @@ class Resolver:
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
+        self._plainly = Plainly(self)
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
                 self._misread.setdefault(note.endpoint, []).append(note.code)
@@ -114,7 +112,8 @@ class Resolver:
         return Starts(self.system)
 
     @cached_property
-    def _bases(self) -> Bases:
+    def bases(self) -> Bases:
+        """What endpoints have in common; it reports nothing."""
         draft = self._draft()
         return Bases(draft.reader, draft.bare)
 
@@ -203,6 +202,12 @@ class Resolver:
                 return
             owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
             self._owners[key] = owner
+        plainly = not (facts or self.asked or self._misread or self.system.overlays or self.system.profiles)
+        made = self._plainly.resolved(endpoint, owner) if plainly else None
+        if made is not None:
+            made.id = self._unique(made.id)
+            self.result.endpoints.append(made)
+            return
         for expanded in owner.pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
@@ -237,18 +242,13 @@ class Resolver:
     def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
         if endpoint.topic is None:
             return None
-        number, context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
-        key = number, endpoint.topic
-        naming = _NAMED.get(key)
-        if naming is None:
-            naming = participant.pack.meeting.resolve(endpoint.topic, context)
-            if number is not None and len(endpoint.topic) <= MOST_LETTERS:
-                keep(_NAMED, key, naming)
+        context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
+        naming = named(endpoint.topic, participant.pack, *context)
         for problem in naming.problems:
             self._name_problems.setdefault((problem, naming.shown, participant.pack.id), []).append(endpoint)
         return naming
 
-    def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
+    def of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
         """Topic-level layers, nearest first, and whether the topic is external."""
         of_topic = conventions if len(naming.key or "") <= MOST_LETTERS else conventions.__wrapped__
         if not self.system.topics:
@@ -292,23 +292,19 @@ class Resolver:
         pack, owner = participant.pack, participant.participant
         naming = self._name(endpoint, participant)
         written = endpoint.topic or ""
-        topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
+        topic_layers, topic_external = self.of_topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
         found = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
-        # By hand, as an init would set what is made later.
-        made = Resolved.__new__(Resolved)
+        external = endpoint.external or owner.external or topic_external
+        made = without_values(endpoint, participant, naming, identifier, stated_id, external)
         if isinstance(found, Draft):
             made.draft = found
         else:
             made.profile, made.layers = found
             made.draft = None
-        made.endpoint, made.id, made.stated_id, made.pack = endpoint, identifier, stated_id, pack
-        made.key, made.shown = (naming.key, naming.shown) if naming is not None else (None, "")
-        made.participant = participant
-        made.external = endpoint.external or owner.external or topic_external
-        made.carried, made.visiting, made.bridge = None, False, None
         names = (*endpoint.starts_after, *owner.starts_after)
-        made.starts_after = self._starts.before(names) if names else _NOTHING
+        if names:
+            made.starts_after = self._starts.before(names)
         if misread := self._misread.get(stated_id):
             # What the reader of its file reports as wrong may have set anything.
             made.profile = made.profile.with_values({}, beside=misread)
@@ -327,15 +323,14 @@ class Resolver:
         identifier: str,
     ) -> Draft | tuple[QosProfile, tuple[Layer, ...]]:
         """The values of an endpoint and their layers, or a draft; those of an equal one, if nothing had to be said of it."""
-        room = (
-            *(participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
-            tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]) if topic_layers else (),
-        )
+        room = room_of(endpoint, participant)
+        if topic_layers:
+            room = (*room, tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]))
         by_topic = bool(self.system.profiles) and self.profiles.by_topic
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
-            read = None if endpoint.overlay else self._bases.read(room, endpoint, participant, topic_layers)
+            read = None if endpoint.overlay else self.bases.read(room, endpoint, participant, topic_layers)
             if isinstance(read, Draft):
                 return read
             if read is None:

@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core import read
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.model.system import Cases, Endpoint, Participant, Place, Setting, System, Topic
 from cqos_core.resolving.bases import Bases
+from cqos_core.resolving.plainly import Plainly
 from cqos_core.resolving.resolved import READ
 from tests.laws.systems import BOTH, systems
 from tests.laws.test_memory import forget
@@ -86,6 +88,7 @@ def compare(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     with_bases = described(system), described(system)
     with monkeypatch.context() as patched:
         patched.setattr(Bases, "read", lambda *_: None)
+        patched.setattr(Plainly, "resolved", lambda *_: None)
         READ.clear()
         whole = described(system)
     assert with_bases == (whole, whole)
@@ -112,14 +115,32 @@ def test_most_endpoints_go_this_way():
         Endpoint(id=f"e{each}", role="publisher", topic="t", participant="a", settings={"depth": Setting(str(each))})
         for each in range(1, 9)
     ]
-    read = Bases.read
+    read = Plainly.resolved
     with pytest.MonkeyPatch.context() as patch:
 
         def noted(*each: Any) -> Any:
             found.append(read(*each))
             return found[-1]
 
-        patch.setattr(Bases, "read", noted)
+        patch.setattr(Plainly, "resolved", noted)
         described(system)
     assert len(found) == len(system.endpoints)
     assert all(found)
+
+
+@pytest.mark.parametrize("texts", [("1", "5ms"), ("0.5", "5"), ("7x", "1s"), ("3", "2h"), ("99999999999", "0.1ns")])
+def test_settings_of_one_pattern_are_those_settings(texts):
+    """Events of a diagram that state the same in other numbers: values that are none, or that need a remark, among them."""
+    events = "".join(
+        f'<{tag} id="{tag}{at}" name="e" qos:depth="{depth}" qos:reliability="{word}" qos:deadline="{deadline}">'
+        f'<signalEventDefinition signalRef="S{at}"/></{tag}>'
+        for at, (depth, deadline) in enumerate([("2", "10ms"), texts, ("4", "1s"), *[("6", "2s")] * 200])
+        for tag, word in (("startEvent", "reliable"), ("endEvent", "best_effort"))
+    )
+    signals = "".join(f'<signal id="S{at}" name="s{at}"/>' for at in range(203))
+    head = 'xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos"'
+    system = read(f'<definitions {head}>{signals}<process id="p">{events}</process></definitions>'.encode())
+    system.protocol = "ros2"
+    assert sum(each.pattern() is not None for each in system.endpoints) > 400
+    with pytest.MonkeyPatch.context() as patch:
+        compare(system, patch)

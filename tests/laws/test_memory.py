@@ -12,7 +12,7 @@ from cqos_core.matching import judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import bases, participants, profiles, resolve, resolved
+from cqos_core.resolving import bases, participants, plainly, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
 from tests.laws.systems import BOTH, WHERE, systems
 
@@ -20,7 +20,7 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 
 def forget():
-    known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
+    known = (resolved.READ, resolved._PROFILES, plainly._NAMED, participants._SURROUNDINGS)
     of_settings = (
         resolved._FRAMES,
         bases._BASES,
@@ -57,7 +57,7 @@ def forget():
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, bases, judge, participants, profiles, resolve, resolved, shape, verdicts)
+    modules = (assumed, bases, judge, participants, plainly, profiles, resolved, shape, verdicts)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
@@ -136,6 +136,6 @@ def test_what_is_longer_than_people_write_is_not_remembered():
         ],
     )
     check_system(system, WHERE)
-    memories = (resolved.READ, resolve._NAMED, participants._SURROUNDINGS, bases._OVERRIDES)
+    memories = (resolved.READ, plainly._NAMED, participants._SURROUNDINGS, bases._OVERRIDES)
     assert not any(memories)
     assert profiles.conventions.cache_info().currsize == 0

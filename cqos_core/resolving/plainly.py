@@ -1,0 +1,184 @@
+"""Endpoints that state settings of their own and nothing else, as most do: what they have in common is looked up once.
+
+Whatever else there may be (profiles, overlays, needs, facts of topics, names of which something has to be said) has no answer here,
+and the endpoint is resolved as any other.
+"""
+
+from __future__ import annotations
+
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
+from cqos_core.resolving.bases import Draft
+from cqos_core.resolving.profiles import conventional
+from cqos_core.resolving.resolved import Resolved
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Endpoint, Pattern
+    from cqos_core.packs.meeting import NameContext, Naming
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.bases import Base, Bases, Override
+    from cqos_core.resolving.resolve import Resolver
+    from cqos_core.resolving.resolved import ResolvedParticipant
+
+_NAMED: Final[dict[tuple[Any, ...], Naming]] = {}
+_NOTHING: Final = frozenset[str]()
+_ALIKE: Final = attrgetter("participant", "protocol", "kind", "dialect", "role", "observed", "type", "external")
+"""What endpoints of one `_Kin` have in common."""
+
+
+def named(topic: str, pack: RulePack, number: int | None, context: NameContext) -> Naming:
+    """Return the form in which endpoints meet on a name; ``number`` stands for the pack and the context, None: they are long."""
+    key = number, topic
+    naming = _NAMED.get(key)
+    if naming is None:
+        naming = pack.meeting.resolve(topic, context)
+        if number is not None and len(topic) <= MOST_LETTERS:
+            keep(_NAMED, key, naming)
+    return naming
+
+
+def without_values(
+    endpoint: Endpoint,
+    participant: ResolvedParticipant,
+    naming: Naming | None,
+    identifier: str,
+    stated_id: str,
+    external: bool,  # noqa: FBT001 - as `Resolved` has it
+) -> Resolved:
+    """Return an endpoint that has neither a draft nor a profile and layers yet."""
+    # By hand, as an init would set what is made later.
+    made = Resolved.__new__(Resolved)
+    made.endpoint, made.id, made.stated_id, made.pack = endpoint, identifier, stated_id, participant.pack
+    made.key, made.shown = (naming[0], naming[1]) if naming is not None else (None, "")
+    made.participant = participant
+    made.external = external
+    made.carried, made.visiting, made.bridge = None, False, None
+    made.starts_after = _NOTHING
+    return made
+
+
+class Plainly:
+    """Resolves such endpoints of one system."""
+
+    def __init__(self, resolver: Resolver) -> None:
+        """Begin without any."""
+        self._resolver = resolver
+        self._kin: dict[tuple[Any, ...], _Kin | None] = {}
+
+    def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant) -> Resolved | None:
+        """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
+        if endpoint.needs or endpoint.profiles or endpoint.overlay or endpoint.starts_after:
+            return None
+        topic = endpoint.topic
+        alike = _ALIKE(endpoint)
+        kin = self._kin.get(alike)
+        if kin is None:
+            if alike in self._kin or topic is None:
+                return None
+            if len(self._kin) >= MAXIMUM_REMEMBERED:
+                self._kin.clear()
+            kin = self._kin[alike] = self._kin_of(endpoint, owner)
+        if kin is None or topic is None:
+            return None
+        naming = named(topic, owner.pack, kin.number, kin.context)
+        key, _, problems = naming
+        if problems or key is None:
+            return None
+        external = kin.external
+        if self._resolver.system.topics or kin.by_convention is None or kin.by_convention.match(key):
+            layers, of_topic = self._resolver.of_topic(topic, naming, owner.pack)
+            if layers:
+                return None
+            external = external or of_topic
+        overrides = kin.overrides(endpoint)
+        if overrides is None:
+            return None
+        made = without_values(endpoint, owner, naming, endpoint.id, endpoint.id, external)
+        made.draft = tuple.__new__(Draft, (kin.base, overrides, ()))
+        return made
+
+    def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant) -> _Kin | None:
+        """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""
+        resolver = self._resolver
+        expanded = owner.pack.meeting.expand(endpoint)
+        if owner.participant.starts_after or len(expanded) != 1 or expanded[0] is not endpoint:
+            return None
+        base = resolver.bases.base(room_of(endpoint, owner), endpoint, owner, ())
+        return None if base is None else _Kin(endpoint, owner, base, resolver.bases)
+
+
+def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, ...]:
+    """Return all that the values of an endpoint rest on, beside its own settings and those of its topic."""
+    return (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type)
+
+
+class _Kin:
+    """Endpoints that differ in ids, topics and settings only."""
+
+    __slots__ = ("_bases", "_endpoint", "_owner", "_patterns", "base", "by_convention", "context", "external", "number")
+
+    def __init__(self, endpoint: Endpoint, owner: ResolvedParticipant, base: Base, bases: Bases) -> None:
+        """Take one of them, and what it changes."""
+        self._endpoint, self._owner, self._bases = endpoint, owner, bases
+        self.base = base
+        self.external = endpoint.external or owner.participant.external
+        self.number, self.context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
+        self.by_convention = conventional(owner.pack)
+        self._patterns: dict[Pattern, _Written] = {}
+
+    def overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
+        """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""
+        found = endpoint.pattern()
+        written = None if found is None else self._patterns.get(found[0])
+        if written is not None and found is not None:
+            return written.overrides(found[1])
+        overrides = self.stated(endpoint.said()[0])
+        if overrides is None or not self.base.is_plain(overrides):
+            return None
+        if found is not None:
+            self._patterns[found[0]] = _Written(self, found[0], overrides)
+        return overrides
+
+    def stated(self, said: Any) -> tuple[Override, ...] | None:
+        """Return what settings change; None where something has to be said of them."""
+        return self._bases.overrides(self.base, said, self._endpoint, self._owner)
+
+
+class _Written:
+    """Settings that some endpoints state in the same order, with other texts in some places."""
+
+    __slots__ = ("_known", "_whole")
+
+    def __init__(self, kin: _Kin, pattern: Pattern, overrides: tuple[Override, ...]) -> None:
+        """Take what the settings of one of them change."""
+        self._whole = overrides
+        self._known = [(at, _Texts(kin, pattern.said[0][at], overrides[at].plainly)) for at in pattern.at]
+
+    def overrides(self, texts: tuple[bytes, ...]) -> tuple[Override, ...] | None:
+        """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
+        found: list[Override | None] = [*self._whole]
+        for (at, known), text in zip(self._known, texts):  # noqa: B905 - a pattern has as many texts as places
+            found[at] = known[text]
+        return None if None in found else tuple(found)  # type: ignore[arg-type]
+
+
+class _Texts(dict[bytes, "Override | None"]):
+    """What one setting changes, by its text in UTF-8; None where something has to be said of it."""
+
+    __slots__ = ("_item", "_kin", "_plainly")
+
+    def __init__(self, kin: _Kin, item: tuple[Any, ...], plainly: int) -> None:
+        """Take the setting with another text, and which value that changes."""
+        super().__init__()
+        self._kin, self._item, self._plainly = kin, item, plainly
+
+    def __missing__(self, text: bytes) -> Override | None:
+        name, _, unknown, derived = self._item
+        overrides = self._kin.stated([(name, text.decode(), unknown, derived)])
+        found = overrides[0] if overrides is not None and overrides[0].plainly == self._plainly else None
+        if len(self) >= MAXIMUM_REMEMBERED:
+            self.clear()
+        self[text] = found
+        return found
