@@ -31,11 +31,14 @@ from cqos_core.model.system import (
 )
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.plugins import load_plugins
+from cqos_core.resolving.bases import Draft
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from cqos_core.language.compiled import Reporting
     from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.verdicts import Short
     from cqos_core.model.report import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
@@ -99,13 +102,15 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        # Of these, by names and texts, the ends of those that state nothing but texts and are known.
-        self.offering: dict[tuple[Any, ...], PairEnd] = {}
-        self.requesting: dict[tuple[Any, ...], PairEnd] = {}
+        # Of these, by names and texts, the values of those that state nothing but texts and go the short way, once there is one.
+        self.offering: dict[tuple[Any, ...], Sequence[Any]] = {}
+        self.requesting: dict[tuple[Any, ...], Sequence[Any]] = {}
+        self.short: Short | None = None
         # Both are set with the first end: a pair without two ends is explained instead.
         self.judge: Callable[[PairEnd, PairEnd], Verdict]
         self._known: Resolved | None = None
         self._resolver: Resolver | None = None
+        self._drafts: dict[Role, tuple[Draft, Resolved]] = {}
         self._left = 0
 
     def offer(self, settings: Settings) -> _Side:
@@ -165,6 +170,7 @@ class StatedPairs:
             self._keep(offer, PUBLISHER, verdicts.end(ends[0].profile, PUBLISHER))
             self._keep(request, SUBSCRIBER, verdicts.end(ends[1].profile, SUBSCRIBER))
             self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
+            self._drafts.clear()
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
         return self._lazy(self.judge(offer.end, request.end), offer, request)
@@ -176,22 +182,48 @@ class StatedPairs:
             return True
         if resolver is None or known is None or any(name == "profile" for name, _ in side.stated):
             return False
+        if role in self._drafts:
+            draft = resolver.bases.redrafted(*self._drafts[role], side.stated)
+            if draft is not None:
+                self._keep(side, role, verdicts_of(known.pack).end(draft.like, role, draft))
+                return True
         self._left -= 1
         before = resolver.reader.remarks
         end = resolver.alone(pair_end(role, dict(side.stated), known.endpoint.topic or ""), known.pack)
         if resolver.reader.remarks != before or not self._left:
             self._resolver = None  # what it would report is that of another pair, and its memories grow
-        elif end.key == known.key and not end.profile.from_peers:
-            self._keep(side, role, verdicts_of(end.pack).end(end.profile, role))
+        elif end.key == known.key and not end.like.from_peers:
+            if isinstance(end.draft, Draft):
+                self._drafts[role] = end.draft, end
+            self._keep(side, role, verdicts_of(end.pack).end(end.like, role, end.draft))
         return side.end is not None
 
     def _keep(self, side: _Side, role: Role, end: PairEnd) -> None:
         side.end = end
-        if side.key is not None:
+        if self.short is not None:
+            self._shorten(self.short, side, role)
+
+    def _shorten(self, way: Short, side: _Side, role: Role) -> None:
+        """Let a known side go the short way, if it may."""
+        end = side.end
+        if end is not None and side.key is not None and verdicts_of(end.like.pack).is_short(way, end, role):
             known = self.offering if role == PUBLISHER else self.requesting
             if len(known) >= _MOST_SIDES:
                 known.clear()
-            known[side.key] = end
+            known[side.key] = end.values
+
+    def prepare(self) -> Short | None:
+        """Return the short way of sides that are like those which state nothing, if it exists."""
+        offer, request = self.offer({}), self.request({})
+        self.verdict(offer, request)
+        if self.short is None and offer.end is not None and request.end is not None:
+            way = self.short = verdicts_of(offer.end.like.pack).short(offer.end, request.end)
+            if way is not None:
+                for side in (*self.offers.values(),):
+                    self._shorten(way, side, PUBLISHER)
+                for side in (*self.requests.values(),):
+                    self._shorten(way, side, SUBSCRIBER)
+        return self.short
 
 
 class _Whole:
@@ -309,7 +341,9 @@ class PairJudge:
         are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
         self._offers, self._requests = self._pairs.offering, self._pairs.requesting
-        self.verdict({}, {})
+        way = self._pairs.prepare()
+        self._rank: Reporting | None = way and way.rank
+        self._verdicts: tuple[Verdict | None, ...] = way.verdicts if way else ()
 
     def profile(self, settings: Settings) -> PairProfile:
         """Read what one side states once, for many verdicts of this judge."""
@@ -326,11 +360,13 @@ class PairJudge:
         try:
             offer = (*offered, *offered.values())  # type: ignore[misc, union-attr]
             request = (*requested, *requested.values())  # type: ignore[misc, union-attr]
-            first, second = self._offers[offer], self._requests[request]
+            found = self._verdicts[self._rank(self._offers[offer], self._requests[request])]  # type: ignore[misc]
         except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
+            found = None
+        if found is None:
             side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
             return self._pairs.verdict(side, self._requested(requested))
-        return self._pairs.judge(first, second)
+        return found
 
     def _requested(self, requested: Settings | PairProfile) -> _Side:
         return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)

@@ -10,6 +10,7 @@ are constants of it, so most conditions that read them are decided when the func
 from __future__ import annotations
 
 import ast
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import Binder
@@ -75,11 +76,31 @@ def compiled(questions: Iterable[Question], *, alone: bool = False) -> Compiled:
             body.append(ast.If(test, [ast.AugAssign(_MASK_TO, ast.BitOr(), ast.Constant(1 << position))], []))
         exact |= writer.exact << position
     body.append(ast.Return(ast.Name("mask", ast.Load())))
+    return Compiled(_made(body), exact)
+
+
+def ranked(questions: Iterable[tuple[Question, int]], inexact: int) -> Reporting:
+    """Compile conditions over known values as a function that returns the largest number of one that reports, else 0.
+
+    ``inexact`` is the number of those that may report and have to be asked; it has to be larger than all others.
+    """
+    ranks: list[tuple[int, ast.expr]] = []
+    for question, rank in questions:
+        writer = _Writer(question, alone=False)
+        test = writer.written()
+        ranks.append((rank if writer.exact else inexact, test))
+    ordered = sorted(ranks, key=itemgetter(0), reverse=True)
+    body: list[ast.stmt] = [ast.If(test, [ast.Return(ast.Constant(rank))], []) for rank, test in ordered if rank]
+    return _made([*body, ast.Return(ast.Constant(0))])
+
+
+def _made(body: list[ast.stmt]) -> Reporting:
     module = ast.parse("def reporting(a, b): ...")  # its nodes have what this version of Python needs
     module.body[0].body = body  # type: ignore[attr-defined]
     found: dict[str, Any] = dict(_CALLED)
     exec(compile(ast.fix_missing_locations(module), "<conditions>", "exec"), found)  # noqa: S102 - of nodes that are made here
-    return Compiled(found["reporting"], exact)
+    function: Reporting = found["reporting"]
+    return function
 
 
 _MASK_TO: Final = ast.Name("mask", ast.Store())

@@ -8,11 +8,13 @@ from __future__ import annotations
 from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_core.language.compiled import Question, ranked
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import (
     ask,
+    is_surely_silent,
     meeting_rules,
     of_end,
     pair_rules,
@@ -27,15 +29,16 @@ from cqos_core.model.report import Verdict
 from cqos_core.model.system import SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from cqos_core.language.compiled import Reporting
     from cqos_core.language.values import Values
     from cqos_core.matching.judge import Violation
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.resolved import QosProfile, Unmade
 
-_COMPATIBLE, _UNKNOWN, _INCOMPATIBLE, _APART = range(4)
+_COMPATIBLE, _UNKNOWN, _INCOMPATIBLE, _APART, _ASK = range(5)
 _VERDICTS: Final = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE, Verdict.UNKNOWN)
 _MOST_ANSWERS: Final = 200_000
 _MOST_BESIDE: Final = 1_000
@@ -47,16 +50,24 @@ class PairEnd:
     """One end of a pair.
 
     Attributes:
+        like: its profile, or where it has a draft of that one with the same frame and codes.
+        values: those of its profile that are known.
         open: as that of `Surrounding`.
         beside: what else decides; equal ones are one object.
         parts: numbers of values, by the rules that read them.
     """
 
-    profile: QosProfile
-    values: Values
+    like: QosProfile
+    values: Sequence[Any]
     open: int
     beside: _Weight
+    draft: Unmade | None = None
     parts: dict[int, int] = field(default_factory=dict)
+
+    @property
+    def profile(self) -> QosProfile:
+        """Its profile; most verdicts need none."""
+        return self.like if self.draft is None else self.draft.made()[0]
 
 
 class _Weight(NamedTuple):
@@ -72,6 +83,25 @@ class _Weight(NamedTuple):
     options: Values
     rank: int
     plain: bool
+
+
+_NO_WEIGHT: Final = _Weight(0, (), _COMPATIBLE, plain=True)
+
+
+class Short(NamedTuple):
+    """The short way to verdicts of ends that are like two others in all but values that rules compare.
+
+    Attributes:
+        rank: takes the values of a publisher and a subscriber, and returns the position of their verdict.
+        verdicts: these; None where the pair has to be judged as any other.
+        ends: the two others.
+        asked: the rules that they leave open, as bits.
+    """
+
+    rank: Reporting
+    verdicts: tuple[Verdict | None, ...]
+    ends: tuple[PairEnd, PairEnd]
+    asked: int
 
 
 class _Ranks(dict[int, int]):
@@ -109,15 +139,18 @@ class Verdicts:
         self._answers: dict[tuple[int, int], int] = {}
         self._beside: dict[_Weight, _Weight] = {}
 
-    def end(self, profile: QosProfile, role: str) -> PairEnd:
-        """Return a profile as an end of pairs."""
-        around = self._rules.surrounding(profile, second=role == SUBSCRIBER)
-        rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
+    def end(self, like: QosProfile, role: str, draft: Unmade | None = None) -> PairEnd:
+        """Return a profile, or the draft of one that is like it, as an end of pairs."""
+        around = self._rules.surrounding(like, second=role == SUBSCRIBER)
+        end = PairEnd(like, like.known if draft is None else draft.known, around.open | self._always, _NO_WEIGHT, draft)
+        rank = _COMPATIBLE
+        if like.refused or like.unread or not is_surely_silent(like, end.values, role):
+            rank = max((each.rank for each, _ in of_end(end.profile, role, False, False)), default=_COMPATIBLE)
         beside = _Weight(around.passed, around.options, rank, not (around.passed or rank))
         if len(self._beside) >= _MOST_BESIDE:
             self._beside.clear()
-        beside = self._beside.setdefault(beside, beside)
-        return PairEnd(profile, profile.known, around.open | self._always, beside)
+        end.beside = self._beside.setdefault(beside, beside)
+        return end
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:
@@ -149,6 +182,30 @@ class Verdicts:
 
         return verdict
 
+    def short(self, offering: PairEnd, requesting: PairEnd) -> Short | None:
+        """Return the short way for ends like these two; None where they differ in options, as it needs equal ones."""
+        here, there = offering.beside, requesting.beside
+        if here.options != there.options:
+            return None
+        passed = here.passed | there.passed
+        asked = (offering.open | requesting.open) & ~passed
+        questions = [
+            (Question(each.bound, each.rule.kind == "forbids"), self._certain(1 << position))
+            for position, each in enumerate(self._rules.rules)
+            if not (asked | passed) >> position & 1
+        ]
+        least = max(here.rank, there.rank, self._asked(asked, offering, requesting) if asked else _COMPATIBLE)
+        verdicts = (*[_VERDICTS[max(rank, least)] for rank in range(_ASK)], None)
+        return Short(ranked(questions, _ASK), verdicts, (offering, requesting), asked)
+
+    def is_short(self, way: Short, end: PairEnd, role: str) -> bool:
+        """Whether an end may go the short way."""
+        second = role == SUBSCRIBER
+        like, asked = way.ends[second], way.asked
+        if end.open != like.open or end.beside is not like.beside:
+            return False
+        return not asked or self._part(asked, end, second=second) == self._part(asked, like, second=second)
+
     def _certain(self, reported: int) -> int:
         """Return the rank of what rules certainly report."""
         if reported & self._apart:
@@ -165,8 +222,8 @@ class Verdicts:
             # A value that depends on an assumption leaves a meeting condition open on either side.
             found += [at for each in rules if each.rule.kind == "meets" for at in each.bound.indices]
             read = self._read[asked, second] = tuple(dict.fromkeys(found))
-        values = end.profile.values
-        key = (asked, second, *[values[at] for at in read])
+        opened, values = end.like.frame.open, end.values
+        key = (asked, second, *[opened[at] if at in opened else values[at] for at in read])
         if len(self._numbers) >= _MOST_ANSWERS:
             self._numbers.clear()
         number = end.parts[asked] = self._numbers.setdefault(key, next(self._next))

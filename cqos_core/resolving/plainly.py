@@ -1,7 +1,7 @@
 """Endpoints that state settings of their own and nothing else, as most do: what they have in common is looked up once.
 
-Whatever else there may be (profiles, overlays, needs, facts of topics, names of which something has to be said) has no answer here,
-and the endpoint is resolved as any other.
+An endpoint with a profile, an overlay or a need has no answer here, nor has one whose topic has facts or a questionable name. It is
+resolved as any other.
 """
 
 from __future__ import annotations
