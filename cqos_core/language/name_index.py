@@ -40,11 +40,17 @@ class NameIndex(Generic[T]):
         self._heads = sorted({len(head) for head in self._by_head})
         self._tails = sorted({len(tail) for tail in self._by_tail})
 
+        self._begins, self._ends = tuple(self._by_head), tuple(self._by_tail)
+
     def __bool__(self) -> bool:
         return bool(self._values)
 
     def __iter__(self) -> Iterator[T]:
         return iter(self._values)
+
+    def may_match(self, name: str) -> bool:
+        """Whether a pattern is a name, or begins or ends like it: for most names this is all that has to be looked at."""
+        return name in self._exact or name.startswith(self._begins) or name.endswith(self._ends)
 
     def matching(self, *names: str) -> list[T]:
         """Return the values whose pattern matches any of ``names``, in the order in which they were filed."""

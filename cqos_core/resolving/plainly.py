@@ -87,7 +87,7 @@ class Plainly:
         if problems or key is None:
             return None
         external = kin.external
-        if self._resolver.system.topics or kin.by_convention is None or kin.by_convention.match(key):
+        if kin.conventions.may_match(key) or self._resolver.system.topics:
             layers, of_topic = self._resolver.of_topic(topic, naming, owner.pack)
             if layers:
                 return None
@@ -117,7 +117,17 @@ def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, 
 class _Kin:
     """Endpoints that differ in ids, topics and settings only."""
 
-    __slots__ = ("_bases", "_endpoint", "_owner", "_patterns", "base", "by_convention", "context", "external", "number")
+    __slots__ = (
+        "_bases",
+        "_endpoint",
+        "_owner",
+        "_patterns",
+        "base",
+        "context",
+        "conventions",
+        "external",
+        "number",
+    )
 
     def __init__(self, endpoint: Endpoint, owner: ResolvedParticipant, base: Base, bases: Bases) -> None:
         """Take one of them, and what it changes."""
@@ -125,7 +135,7 @@ class _Kin:
         self.base = base
         self.external = endpoint.external or owner.participant.external
         self.number, self.context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
-        self.by_convention = conventional(owner.pack)
+        self.conventions = conventional(owner.pack)
         self._patterns: dict[Pattern, _Written] = {}
 
     def overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:

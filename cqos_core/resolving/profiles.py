@@ -202,14 +202,9 @@ def base_layer(pack: RulePack, preset: str) -> Layer:
 
 
 @cache
-def _conventions(pack: RulePack) -> NameIndex[Convention]:
+def conventional(pack: RulePack) -> NameIndex[Convention]:
     """The conventions of a pack by the patterns of their topics."""
     return NameIndex((convention.pattern, convention) for convention in pack.conventions)
-
-
-def conventional(pack: RulePack) -> re.Pattern[str] | None:
-    """Return what matches every topic that any convention of a pack is for; None where it has none."""
-    return _conventional(pack) if pack.conventions else None
 
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
@@ -217,7 +212,7 @@ def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], boo
     """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
     layers = []
     external = False
-    for convention in _conventions(pack).matching(key) if key is not None else ():
+    for convention in conventional(pack).matching(key) if key is not None else ():
         settings = {
             pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
             for name, text in convention.settings.items()

@@ -50,7 +50,7 @@ def forget():
             judge.refusing_rules,
             verdicts.verdicts_of,
         ),
-        *(profiles.conventions, profiles._conventions, profiles.base_layer),
+        *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
@@ -83,7 +83,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "undecided_meetings",
         "_treated_as",
         "conventions",
-        "_conventional",
+        "conventional",
     }
 
 
