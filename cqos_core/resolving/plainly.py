@@ -7,7 +7,7 @@ resolved as any other.
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
 from cqos_core.resolving.bases import Draft
@@ -15,12 +15,15 @@ from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolved import Resolved
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Endpoint, Pattern
+    from collections.abc import Callable
+
+    from cqos_core.model.system import Endpoint, Pattern, System
     from cqos_core.packs.meeting import NameContext, Naming
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.bases import Base, Bases, Override
-    from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import ResolvedParticipant
+    from cqos_core.resolving.resolved import Layer, ResolvedParticipant
+
+    OfTopic: TypeAlias = Callable[[str, Naming, RulePack], tuple[tuple[Layer, ...], bool]]
 
 _NAMED: Final[dict[tuple[Any, ...], Naming]] = {}
 _NOTHING: Final = frozenset[str]()
@@ -62,9 +65,9 @@ def without_values(
 class Plainly:
     """Resolves such endpoints of one system."""
 
-    def __init__(self, resolver: Resolver) -> None:
-        """Begin without any."""
-        self._resolver = resolver
+    def __init__(self, system: System, bases: Callable[[], Bases], of_topic: OfTopic) -> None:
+        """Begin without any; ``of_topic`` returns what is stated of a topic, and whether its partners may be elsewhere."""
+        self._system, self._bases, self._of_topic = system, bases, of_topic
         self._kin: dict[tuple[Any, ...], _Kin | None] = {}
 
     def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant) -> Resolved | None:
@@ -87,8 +90,8 @@ class Plainly:
         if problems or key is None:
             return None
         external = kin.external
-        if kin.conventions.may_match(key) or self._resolver.system.topics:
-            layers, of_topic = self._resolver.of_topic(topic, naming, owner.pack)
+        if kin.conventions.may_match(key) or self._system.topics:
+            layers, of_topic = self._of_topic(topic, naming, owner.pack)
             if layers:
                 return None
             external = external or of_topic
@@ -101,12 +104,12 @@ class Plainly:
 
     def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant) -> _Kin | None:
         """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""
-        resolver = self._resolver
+        bases = self._bases()
         expanded = owner.pack.meeting.expand(endpoint)
         if owner.participant.starts_after or len(expanded) != 1 or expanded[0] is not endpoint:
             return None
-        base = resolver.bases.base(room_of(endpoint, owner), endpoint, owner, ())
-        return None if base is None else _Kin(endpoint, owner, base, resolver.bases)
+        base = bases.base(room_of(endpoint, owner), endpoint, owner, ())
+        return None if base is None else _Kin(endpoint, owner, base, bases)
 
 
 def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, ...]:

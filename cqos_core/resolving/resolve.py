@@ -86,7 +86,7 @@ class Resolver:
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
-        self._plainly = Plainly(self)
+        self._plainly = Plainly(system, lambda: self.bases, self.of_topic)
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
                 self._misread.setdefault(note.endpoint, []).append(note.code)
