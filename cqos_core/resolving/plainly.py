@@ -7,7 +7,7 @@ resolved as any other.
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
 from cqos_core.resolving.bases import Draft
@@ -15,15 +15,11 @@ from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolved import Resolved
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from cqos_core.model.system import Endpoint, Pattern, System
     from cqos_core.packs.meeting import NameContext, Naming
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.bases import Base, Bases, Override
     from cqos_core.resolving.resolved import Layer, ResolvedParticipant
-
-    OfTopic: TypeAlias = Callable[[str, Naming, RulePack], tuple[tuple[Layer, ...], bool]]
 
 _NAMED: Final[dict[tuple[Any, ...], Naming]] = {}
 _NOTHING: Final = frozenset[str]()
@@ -62,15 +58,29 @@ def without_values(
     return made
 
 
+class Resolving(Protocol):
+    """What resolves a system; nothing here holds it, for it holds all that was resolved."""
+
+    @property
+    def system(self) -> System:
+        """The system."""
+
+    @property
+    def bases(self) -> Bases:
+        """What endpoints have in common."""
+
+    def of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
+        """Return what is stated of a topic, and whether its partners may be elsewhere."""
+
+
 class Plainly:
     """Resolves such endpoints of one system."""
 
-    def __init__(self, system: System, bases: Callable[[], Bases], of_topic: OfTopic) -> None:
-        """Begin without any; ``of_topic`` returns what is stated of a topic, and whether its partners may be elsewhere."""
-        self._system, self._bases, self._of_topic = system, bases, of_topic
+    def __init__(self) -> None:
+        """Begin without any."""
         self._kin: dict[tuple[Any, ...], _Kin | None] = {}
 
-    def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant) -> Resolved | None:
+    def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Resolved | None:
         """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
         if endpoint.needs or endpoint.profiles or endpoint.overlay or endpoint.starts_after:
             return None
@@ -82,7 +92,7 @@ class Plainly:
                 return None
             if len(self._kin) >= MAXIMUM_REMEMBERED:
                 self._kin.clear()
-            kin = self._kin[alike] = self._kin_of(endpoint, owner)
+            kin = self._kin[alike] = self._kin_of(endpoint, owner, within)
         if kin is None or topic is None:
             return None
         naming = named(topic, owner.pack, kin.number, kin.context)
@@ -90,8 +100,8 @@ class Plainly:
         if problems or key is None:
             return None
         external = kin.external
-        if kin.conventions.may_match(key) or self._system.topics:
-            layers, of_topic = self._of_topic(topic, naming, owner.pack)
+        if kin.conventions.may_match(key) or within.system.topics:
+            layers, of_topic = within.of_topic(topic, naming, owner.pack)
             if layers:
                 return None
             external = external or of_topic
@@ -102,9 +112,9 @@ class Plainly:
         made.draft = tuple.__new__(Draft, (kin.base, overrides, ()))
         return made
 
-    def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant) -> _Kin | None:
+    def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> _Kin | None:
         """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""
-        bases = self._bases()
+        bases = within.bases
         expanded = owner.pack.meeting.expand(endpoint)
         if owner.participant.starts_after or len(expanded) != 1 or expanded[0] is not endpoint:
             return None
@@ -146,12 +156,12 @@ class _Kin:
         found = endpoint.pattern()
         written = None if found is None else self._patterns.get(found[0])
         if written is not None and found is not None:
-            return written.overrides(found[1])
+            return written.overrides(found[1], self)
         overrides = self.stated(endpoint.said()[0])
         if overrides is None or not self.base.is_plain(overrides):
             return None
         if found is not None:
-            self._patterns[found[0]] = _Written(self, found[0], overrides)
+            self._patterns[found[0]] = _Written(found[0], overrides)
         return overrides
 
     def stated(self, said: Any) -> tuple[Override, ...] | None:
@@ -162,36 +172,28 @@ class _Kin:
 class _Written:
     """Settings that some endpoints state in the same order, with other texts in some places."""
 
-    __slots__ = ("_known", "_whole")
+    __slots__ = ("_known", "_said", "_whole")
 
-    def __init__(self, kin: _Kin, pattern: Pattern, overrides: tuple[Override, ...]) -> None:
+    def __init__(self, pattern: Pattern, overrides: tuple[Override, ...]) -> None:
         """Take what the settings of one of them change."""
         self._whole = overrides
-        self._known = [(at, _Texts(kin, pattern.said[0][at], overrides[at].plainly)) for at in pattern.at]
+        self._said = pattern.said[0]
+        self._known: list[tuple[int, dict[Any, Override | None]]] = [(at, {}) for at in pattern.at]
 
-    def overrides(self, texts: tuple[bytes, ...]) -> tuple[Override, ...] | None:
+    def overrides(self, texts: tuple[Any, ...], kin: _Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
         found: list[Override | None] = [*self._whole]
         for (at, known), text in zip(self._known, texts):  # noqa: B905 - a pattern has as many texts as places
-            found[at] = known[text]
+            try:
+                found[at] = known[text]
+            except KeyError:
+                if len(known) >= MAXIMUM_REMEMBERED:
+                    known.clear()
+                found[at] = known[text] = self._changed(at, text, kin)
         return None if None in found else tuple(found)  # type: ignore[arg-type]
 
-
-class _Texts(dict[bytes, "Override | None"]):
-    """What one setting changes, by its text in UTF-8; None where something has to be said of it."""
-
-    __slots__ = ("_item", "_kin", "_plainly")
-
-    def __init__(self, kin: _Kin, item: tuple[Any, ...], plainly: int) -> None:
-        """Take the setting with another text, and which value that changes."""
-        super().__init__()
-        self._kin, self._item, self._plainly = kin, item, plainly
-
-    def __missing__(self, text: bytes) -> Override | None:
-        name, _, unknown, derived = self._item
-        overrides = self._kin.stated([(name, text.decode(), unknown, derived)])
-        found = overrides[0] if overrides is not None and overrides[0].plainly == self._plainly else None
-        if len(self) >= MAXIMUM_REMEMBERED:
-            self.clear()
-        self[text] = found
-        return found
+    def _changed(self, at: int, text: Any, kin: _Kin) -> Override | None:
+        """Return what one setting changes with a text; None where that is not what it changes with another."""
+        name, _, unknown, derived = self._said[at]
+        overrides = kin.stated([(name, text.decode() if type(text) is bytes else text, unknown, derived)])
+        return overrides[0] if overrides is not None and overrides[0].plainly == self._whole[at].plainly else None

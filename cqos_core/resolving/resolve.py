@@ -86,7 +86,7 @@ class Resolver:
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
-        self._plainly = Plainly(system, lambda: self.bases, self.of_topic)
+        self._plainly = Plainly()
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
                 self._misread.setdefault(note.endpoint, []).append(note.code)
@@ -203,7 +203,7 @@ class Resolver:
             owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
             self._owners[key] = owner
         plainly = not (facts or self.asked or self._misread or self.system.overlays or self.system.profiles)
-        made = self._plainly.resolved(endpoint, owner) if plainly else None
+        made = self._plainly.resolved(endpoint, owner, self) if plainly else None
         if made is not None:
             made.id = self._unique(made.id)
             self.result.endpoints.append(made)

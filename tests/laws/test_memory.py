@@ -1,10 +1,13 @@
 """What was checked before changes nothing: memories of the process are for speed only."""
 
+import gc
+import weakref
 from dataclasses import fields, is_dataclass, replace
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core import read
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking.checker import check_system
@@ -14,6 +17,8 @@ from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
 from cqos_core.resolving import bases, participants, plainly, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
+from cqos_core.resolving.resolve import Resolver
+from tests.benchmarks import inputs
 from tests.laws.systems import BOTH, WHERE, systems
 
 ANY = st.sampled_from(BOTH).flatmap(systems)
@@ -139,3 +144,23 @@ def test_what_is_longer_than_people_write_is_not_remembered():
     memories = (resolved.READ, plainly._NAMED, participants._SURROUNDINGS, bases._OVERRIDES)
     assert not any(memories)
     assert profiles.conventions.cache_info().currsize == 0
+
+
+def test_what_resolved_a_system_is_no_circle(monkeypatch):
+    """So that a process that checks many systems lets go of each at once."""
+    made = []
+    begin = Resolver.__init__
+
+    def noted(self, *args, **more):
+        made.append(weakref.ref(self))
+        begin(self, *args, **more)
+
+    monkeypatch.setattr(Resolver, "__init__", noted)
+    for form in (inputs.diagram, inputs.system_file):
+        system = read(b"".join(form(400)))
+        gc.disable()
+        try:
+            assert [each.message for each in check_system(system, WHERE).findings]
+            assert [each() for each in made] == [None] * len(made)
+        finally:
+            gc.enable()
