@@ -363,6 +363,7 @@ def test_aggregates_count_every_endpoint(text, publishers, subscribers):
 
 MISTAKES = {
     "colour == 'red'": "`colour` names no policy at endpoint level; known: care, delay",
+    "offered(delay) == infinite": '; a value stands in quotes: "infinite"',
     "offered(interval) < '1s'": "`offered(interval)` names no policy at endpoint level",
     "topic(care) == 'plain'": "`topic(care)` names no policy at topic level; known: interval, urgent",
     "publisher(care) == 'plain'": "names no policy at participant or option level",

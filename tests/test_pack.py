@@ -169,7 +169,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a name that no sentence can have": (
         {"policies": [*POLICIES, Policy("reply-to", Flag())]},
-        "policy `reply-to`: a name is snake_case, with dots between its parts, and no word of Python",
+        "no word of Python; write `reply_to`, and `reply-to` in its `aliases`",
     ),
     "a name that is a word of Python": ({"policies": [*POLICIES, Policy("from.class", Flag())]}, "no word of Python"),
     "a value that would not be read back": (

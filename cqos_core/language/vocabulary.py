@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.expression import AGGREGATES, SCOPES, Condition, Node, Term
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import ConditionError, PackError
+from cqos_core.model.problems import ConditionError, InvalidValueError, PackError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -87,7 +87,19 @@ class Vocabulary:
                 return self.indices[level, term.name]
         levels = [level for level in _LEVELS[term.scope] if level != NEED]
         known = ", ".join(name for level, name in self.indices if level in levels) or "none"
-        raise ConditionError(f"`{term}` names no policy at {' or '.join(levels)} level; known: {known}")
+        quotes = f'; a value stands in quotes: "{term.name}"' if self._is_value(term.name) else ""
+        raise ConditionError(f"`{term}` names no policy at {' or '.join(levels)} level; known: {known}{quotes}")
+
+    def _is_value(self, text: str) -> bool:
+        for domain in (
+            policy.domain for policy in self.policies if policy.domain.ordered or policy.domain.kind == "choice"
+        ):
+            try:
+                domain.parse(text)
+            except InvalidValueError:
+                continue
+            return True
+        return False
 
 
 @dataclass(frozen=True, slots=True)

@@ -232,7 +232,13 @@ def _definitions(pack: RulePack) -> Iterator[Mistake]:
 
 def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
     legal = _NAME.fullmatch(policy.name) and not any(map(keyword.iskeyword, policy.name.split(".")))
-    yield from _those((not legal, "a name is snake_case, with dots between its parts, and no word of Python"))
+    near = re.sub(r"[^a-z0-9.]+", "_", policy.name.lower()).strip("_")
+    written = (
+        f"; write `{near}`, and `{policy.name}` in its `aliases`"
+        if _NAME.fullmatch(near) and near != policy.name
+        else ""
+    )
+    yield from _those((not legal, f"a name is snake_case, with dots between its parts, and no word of Python{written}"))
     for spelling in sorted(policy.spellings & KEPT.get(policy.level, frozenset())):
         yield f"`{spelling}` is a key of the system file with a meaning of its own, so no policy can be set by it"
     unset = policy.derived and policy.default is None
