@@ -114,10 +114,10 @@ def _group_of(word: str) -> Commands | None:
 )
 @debug_option
 def cli() -> None:
-    """Check at design time whether publishers and subscribers fit in their quality-of-service settings.
+    """Check quality-of-service settings of publishers and subscribers at design time.
 
-    Reads BPMN diagrams and YAML system files, finds every publisher that meets a subscriber, and says: they fit,
-    they do not, or it cannot be known.
+    Reads system files, BPMN diagrams, ROS 2 workspaces and more, matches publishers with subscribers, and reports each pair as
+    compatible, incompatible or unknown.
 
     \b
     Examples:

@@ -149,11 +149,11 @@ class Wishes:
     help="Check again when a file changes, until Ctrl-C; the exit code is that of the last check.",
 )
 @color_option
-@click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")
+@click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files have the rest.")
 @debug_option
 @click.pass_context
 def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOptions, **given: Any) -> None:
-    """Check designs: what fits, what does not, what cannot be known.
+    """Check designs, and report each pair as compatible, incompatible or unknown.
 
     Paths named together are one system, whatever their formats. In a folder, each whole system (a system file, a diagram)
     is checked by itself, and parts of systems (snapshots, recordings, parameters) are put together; all other files are

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @packs_option
 @debug_option
 def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
-    """Say what a rule or code means, why, and what to do.
+    """Explain a rule or code: its condition, its reason, and what to do.
 
     CODE is a code such as ROS101 or CQ203, or the name that stands beside it; case does not matter.
 

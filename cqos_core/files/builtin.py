@@ -81,15 +81,15 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
 def register_commands(register: Callable[[CommandInfo], None]) -> None:
     """The subcommands of ``cqos``."""
     for name, summary in (
-        ("check", "Check designs: what fits, what does not, what cannot be known."),
+        ("check", "Check designs, and report each pair as compatible, incompatible or unknown."),
         ("explain", "Explain one publisher and one subscriber, policy by policy."),
         ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
         ("repair", "Find the smallest set of changes after which nothing is incompatible."),
         ("suggest", "Find the weakest settings that meet the requirements of endpoints without settings."),
-        ("diff", "Say what two systems say differently about the same topics and endpoints."),
+        ("diff", "List the differences of two systems on the same topics and endpoints."),
         ("breaking", "Find pairs that get worse while a system is updated, and the order in which to update it."),
-        ("rule", "Say what a rule or code means, why, and what to do."),
+        ("rule", "Explain a rule or code: its condition, its reason, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("init", "Write a commented configuration for what lies in a folder."),
         ("completion", "Print a script by which bash, zsh or fish completes commands, rules and packs."),

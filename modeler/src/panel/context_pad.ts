@@ -17,6 +17,7 @@ interface Create {
 
 const LAST = 500; // after the entries of bpmn-js
 const BEFORE = 'append.intermediate-event';
+const NOTE = 'append.text-annotation';
 
 /** Add the entries wherever bpmn-js offers an intermediate event; `added` is called after one was used. */
 export function offerSignals(modeler: Modeler, added: () => void): void {
@@ -39,7 +40,9 @@ export function offerSignals(modeler: Modeler, added: () => void): void {
     'append.subscriber': entry(SUBSCRIBER, 'catch', 'Append a subscriber'),
   };
   modeler.get<ContextPad>('contextPad').registerProvider(LAST, {
-    getContextPadEntries: () => (entries) =>
-      Object.fromEntries(Object.entries(entries).flatMap((each) => (each[0] === BEFORE ? [each, ...Object.entries(ours)] : [each]))),
+    getContextPadEntries: () => (entries) => {
+      const all = Object.entries(entries).flatMap((each) => (each[0] === BEFORE ? [each, ...Object.entries(ours)] : [each]));
+      return Object.fromEntries(all.map(([name, each]) => [name, BEFORE in entries && name === NOTE ? { ...each, group: 'edit' } : each])); // one row less
+    },
   });
 }

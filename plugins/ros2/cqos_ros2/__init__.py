@@ -53,7 +53,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     """Register what reads workspaces of ROS 2."""
     register(CommandInfo("launch", "Print what a ROS 2 launch file would start.", "cqos_ros2.launch.command:launch"))
     register(CommandInfo("learn", "Write node files from sources in C++ and Python.", "cqos_ros2.learn.command:learn"))
-    register(CommandInfo("why", "Say why nothing arrives on a topic of ROS 2.", "cqos_ros2.why.command:why"))
+    register(CommandInfo("why", "Find the cause of a silent topic of ROS 2.", "cqos_ros2.why.command:why"))
 
 
 _LAUNCH = (

@@ -44,7 +44,7 @@ def why(
     form: str,
     color: str,
 ) -> None:
-    """Say why nothing arrives on a topic of ROS 2.
+    """Find the cause of a silent topic of ROS 2.
 
     C-QoS walks one list of causes. It marks each as found, excluded or not known by what FILE says, and ends with what to do. FILE is a
     system file, a snapshot, a recording, or a workspace with --launch.
