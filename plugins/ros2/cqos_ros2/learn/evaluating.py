@@ -21,6 +21,7 @@ from cqos_ros2.learn.program import (
     Parts,
     Reference,
     assignments,
+    calls_in,
     inner_type,
     last_part,
     without_arguments,
@@ -276,7 +277,23 @@ def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
             name = target.text if isinstance(target, Name) else target.name if own else ""  # type: ignore[union-attr]
             if name:
                 found.setdefault(name, []).append(function)
+        for name in _handed_out(function, walk) if walk.program.language == "cpp" else ():
+            found.setdefault(name, []).append(function)
     return found
+
+
+def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
+    """Yield the plain names that a function of C++ hands to calls that may change them."""
+    for each in calls_in(function.body):
+        name = each.function.text if isinstance(each.function, Name) else getattr(each.function, "name", "")
+        known = walk.program.functions.get(last_part(name), [])
+        into = {row.values["into"] for row in walk.table.parameters.get(last_part(name), []) if "into" in row.values}
+        for index, given in enumerate(each.arguments):
+            if not isinstance(given, Name) or given.text.isupper():
+                continue
+            changed = any(variable.by_reference for one in known for variable in one.parameters[index : index + 1])
+            if index in into or changed or not (known or walk.table.is_harmless(name) or last_part(name)[:1].isupper()):
+                yield given.text
 
 
 def _attribute(expression: Attribute, walk: Walk) -> Any:
@@ -311,7 +328,7 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
         elif frame.outer is not None and target.text in frame.outer and walk.program.language == "cpp":
             frame.outer[target.text] = value
         elif walk.program.language == "cpp" and frame.this is not None and _declares(frame.this, target.text, walk):
-            frame.this.members[target.text] = value
+            _set_member(frame.this, target.text, value, walk)
         else:
             frame.names[target.text] = value
     elif isinstance(target, Attribute):
@@ -321,9 +338,16 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
 
             _replace(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):
-            of.members[target.name] = value
+            _set_member(of, target.name, value, walk)
     elif isinstance(target, Element):
         assign(target.of, Unknown("its elements are set one by one"), walk)
+
+
+def _set_member(instance: Instance, name: str, value: Any, walk: Walk) -> None:
+    """Give a member a value; one that a callback changes has another value from call to call."""
+    known = instance.members.get(name, _MISSING)
+    changes = walk.in_callback and isinstance(known, _PLAIN) and not same(known, value) and known is not None
+    instance.members[name] = Unknown(f"`{name}` changes while it runs") if changes else value
 
 
 def _carrier(target: Expression, walk: Walk) -> Instance | None:

@@ -294,6 +294,7 @@ def _callbacks(walk: Walk) -> None:
             if len(walk.nodes) == 1
             else None
         )
+        walk.in_callback = True
         walk.conditions.append(Condition(perhaps=f"it is made in a callback in line {each.function.place.line}"))
         try:
             invoke(

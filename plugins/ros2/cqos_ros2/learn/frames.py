@@ -77,6 +77,7 @@ class Walk:
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
         constants: objects that stand at the top of files.
+        in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
     """
 
@@ -91,6 +92,7 @@ class Walk:
     executed: set[int] = field(default_factory=set)
     callbacks: list[Code] = field(default_factory=list)
     starting: bool = True
+    in_callback: bool = False
     homeless: list[Place] = field(default_factory=list)
     setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import last_part
-from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word
+from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word, each_case
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -96,11 +97,12 @@ def _by_number(qos: Qos, policy: str, value: int | Template, words: Mapping[int,
 
 def number_of(word: Word, walk: Walk) -> Any:
     """Return the number of a value of an enumeration; the word itself where none is known."""
+    plain = word.name.lower().replace("_", "")
     found = {
         number
         for policy, words in walk.table.numbers.items()
         for number, known in words.items()
-        if f"_{policy}_" in word.name.lower() and _word(policy, word.name) == known
+        if (f"policy{policy}" in plain or f"{policy}policy" in plain) and _word(policy, word.name) == known
     }
     return found.pop() if len(found) == 1 else word
 
@@ -126,23 +128,32 @@ def maker(name: str, arguments: Sequence[Any], keywords: Mapping[str, Any], walk
     if "default_depth" in stated and not arguments:
         made = made.having({"depth": stated["default_depth"]})
     if stated.get("keywords"):
-        return _by_keyword(made, arguments, keywords)
+        return _by_keyword(made, arguments, keywords, walk.table.numbers)
     if not arguments or "depth" not in stated:
         return made
     return _from_first(made, arguments)
 
 
-def _by_keyword(made: Qos, arguments: Sequence[Any], keywords: Mapping[str, Any]) -> Any:
+def _by_keyword(
+    made: Qos, arguments: Sequence[Any], keywords: Mapping[str, Any], numbers: Mapping[str, Mapping[int, str]]
+) -> Any:
     if arguments or "**" in keywords:
         return Unknown("it is made from values that are not followed")
-    settings = {}
+    settings: dict[str, Any] = {}
+    chosen: dict[str, Any] = {}
     for name, value in keywords.items():
         if name in _IGNORED and value is False:
             continue
         if name not in _FIELDS:
             return Unknown(f"`{name[:60]}` is no policy that is known")
-        settings[name] = policy_value(name, value)
-    return made.having(settings)
+        if name in numbers and isinstance(value, (int, Template)) and not isinstance(value, bool):
+            chosen[name] = value
+        else:
+            settings[name] = policy_value(name, value)
+    found: Any = made.having(settings)
+    for name, value in chosen.items():
+        found = each_case(found, partial(_by_number, policy=name, value=value, words=numbers[name]))
+    return found
 
 
 def _from_first(made: Qos, arguments: Sequence[Any]) -> Any:

@@ -227,3 +227,18 @@ def test_a_profile_with_another_depth(cpp):
         f'auto p = rmw_qos_profile_sensor_data; {PUB}("a", rclcpp::QoS(rclcpp::QoSInitialization(p.history, 7), p));'
     )
     assert found["publishes"]["a"]["qos"] == {"profile": "sensor_data", "depth": 7}
+
+
+def test_a_member_that_another_method_reads_a_parameter_into_is_unknown(cpp):
+    members = f'std::string t_ = "a"; void configure() {{ get_parameter("t", t_); }} void tick() {{ {PUB}(t_, 1); }}'
+    found = cpp("timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { tick(); });", members)
+    assert all("unknown" in each for each in found["publishes"].values())
+
+
+def test_a_member_that_a_callback_changes_is_unknown(cpp):
+    members = f'std::string t_; void select() {{ t_ = "none"; {PUB}(t_, 1); }}'
+    body = (
+        't_ = declare_parameter("t", "a"); timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { select(); });'
+    )
+    found = cpp(body, members)
+    assert all("unknown" in each for each in found["publishes"].values())

@@ -71,3 +71,10 @@ def test_what_may_be_among_the_rest_of_the_arguments_is_not_known(python):
     )
     assert "unknown" in found["serves"]["a"]["qos"]
     assert "unknown" in found["publishes"]["b"]["qos"]
+
+
+def test_a_parameter_chooses_a_policy_by_its_number(python):
+    body = "n = self.declare_parameter('n', ReliabilityPolicy.BEST_EFFORT).value\nself.create_publisher(String, 'a', QoSProfile(depth=1, reliability=n))"
+    found = python(body)
+    assert found["parameters"] == {"n": {"default": 2}}
+    assert {"when": {"n": "1"}, "depth": 1, "reliability": "reliable"} in found["publishes"]["a"]["qos"]
