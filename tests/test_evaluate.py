@@ -458,3 +458,10 @@ def test_two_policies_of_one_name_are_refused():
 def test_the_scope_of_a_rule_follows_from_its_terms(text, scope, role):
     sentence: Condition = parse(text)
     assert (scope_of(sentence), role_of(sentence)) == (scope, role)
+
+
+@pytest.mark.parametrize("order", [(0, UNKNOWN, 1), (UNKNOWN, 0, 1), (0, 1, UNKNOWN)])
+def test_values_that_differ_are_not_equal_wherever_an_unknown_one_stands(order):
+    publishers = tuple((values({"care": each}), 1) for each in order)
+    outcome = bind(parse("all_equal(offered(care))"), WORDS).judge(values(), values(), Signal(publishers, ()))
+    assert outcome.result is False

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 from functools import partial
-from itertools import product
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import INFINITE, KNOWN, Range
@@ -157,7 +157,11 @@ def _any_of(rows: Iterable[tuple[int, Answer]]) -> Answer:
 
 def _all_equal(rows: Iterable[tuple[int, Any]]) -> Answer:
     found = [value for _, value in rows]
-    return both(*[compare_open("==", found[0], value) for value in found[1:]])
+    alike = both(*[compare_open("==", found[0], value) for value in found[1:]])
+    # The first may be unknown, and two others differ for certain.
+    if alike is None and any(compare_open("==", *pair) is False for pair in combinations(found[1:], 2)):
+        return False
+    return alike
 
 
 def _total(rows: Iterable[tuple[Any, ...]]) -> Any:
