@@ -2,269 +2,297 @@
 
 All tables are Narwhals frames, so an engine needs nothing of its own but reading and writing. The first pass asks every rule about the
 extremes of all endpoints of a topic. The second asks it about each two profiles of the topics that are left. Topics on which more
-decides than the rules of pairs are judged in Python, profile by profile.
+decides than the rules of pairs are judged in Python, once for each combination of profiles.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.bulk.judging import Judge, column_name, judge_of
-from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles
-from cqos_core.bulk.slow_topics import ALONE, PYTHON, SlowTopics
-from cqos_core.bulk.writers import expression, pattern_of
-from cqos_core.matching.judge import verdict_by
-from cqos_core.model.problems import CqosError
+from cqos_core.bulk.judging import Judge, judge_of
+from cqos_core.bulk.similar_names import BUSY, OFFERED, REQUESTED, similar_topics
+from cqos_core.bulk.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
+from cqos_core.bulk.topic_frames import (
+    COUNTS,
+    FINDING,
+    TOPIC,
+    confirmed,
+    literals,
+    of_pairs,
+    routed_topics,
+    rows_of,
+    summed,
+    verdicts_of,
+)
+from cqos_core.bulk.writers import pattern_of
+from cqos_core.model.codes import CODES
 from cqos_core.model.report import Verdict
-from cqos_core.model.spelling import nearest
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.bulk.engines import TableStore
-    from cqos_core.bulk.forms import Column, RuleForm
+    from cqos_core.bulk.profiles import FleetProfiles
 
     Frame = nw.LazyFrame[Any]
 
-TOPIC: Final = ["system", "topic", "part"]
-FINDING: Final = {
-    "code": "text",
-    "severity": "text",
-    "verdict": "text",
-    "system": "text",
-    "topic": "text",
-    "publisher": "number",
-    "subscriber": "number",
-    "publishers": "number",
-    "subscribers": "number",
-    "pairs": "number",
-}
-"""The columns of findings: `publisher` and `subscriber` are numbers of profiles, the others counts of endpoints and pairs."""
-_QUIET, _COLUMNS = range(2)
+_NOT_RESOLVED: Final = ("system", "participant", "topic")
+STAGES: Final = ("reading profiles", "finding candidates", "comparing names", "counting pairs", "judging the rest")
 
 
 class Audited(NamedTuple):
     """What an audit of one protocol found.
 
     Attributes:
+        texts: what each profile states, by column.
         findings: table with the columns `FINDING`.
         totals: numbers of endpoints, topics and profiles, and of pairs by verdict.
     """
 
-    profiles: FleetProfiles
+    texts: Sequence[Mapping[str, str]]
     findings: Frame
-    totals: dict[str, int]
+    totals: Mapping[str, int]
 
 
-def audit(source: Frame, profiles: FleetProfiles, store: TableStore, step: Callable[[str], None]) -> Audited:
+class _Topics(NamedTuple):
+    """The topics of one protocol with their routes, and groups of endpoints of those whose names had to be resolved."""
+
+    topics: Frame
+    named: Frame
+    ends: Frame
+    table: Frame
+    judge: Judge
+
+
+def audit(
+    source: Frame, profiles: FleetProfiles, store: TableStore, step: Callable[[str], None], *, one_system: bool
+) -> Audited:
     """Check the endpoints of one protocol.
 
     Args:
         source: a row for each endpoint, all columns as text.
         profiles: empty; it is filled.
         store: keeps what each stage found.
-        step: called before each stage, with what it does.
+        step: called before each of `STAGES`.
+        one_system: all rows are of one system.
     """
-    settings = _settings(source, profiles)
-    keys = ["system", "version", "role", *settings]
-    step("reading profiles")
-    special = _special_topics(source, profiles, store)
-    plain = source.join(special, on="topic", how="anti")
-    numbered = _numbered(plain.select(*keys).unique(), profiles, store, "profiles")
-    named = source.join(special, on="topic", how="semi")
-    exact = _numbered(named.select(*keys, "topic", "participant").unique(), profiles, store, "named")
-    judge = judge_of(profiles)
-    table = store.put("values", judge.table)
-    wide = numbered.drop("key").join(table, on="p")
-    ends = plain.join(wide.drop("system"), on=keys[1:], how="inner")
-    few = named.join(exact, on=[*keys, "topic", "participant"]).drop("topic").rename({"key": "topic"})
-    few = few.group_by("system", "topic", "p").agg(nw.len().alias("number"))
-    few = store.keep("named_groups", few).filter(~nw.col("topic").is_null()).join(table, on="p")
-    few = few.with_columns(*[nw.col(each) * nw.col("number") for each in ("publishers", "subscribers")])
-    step("finding candidates")
-    of_plain = store.keep("topics", _topics(ends, judge))
-    of_named = store.keep("named_topics", _topics(few, judge))
-    topics = store.keep("routes", _routed(nw.concat([of_plain, of_named], how="vertical"), profiles))
-    step("counting pairs")
-    both = ["system", "topic", "p", "publishers", "subscribers", "part"]
-    wanted = topics.filter(nw.col("route") > _QUIET).select(*TOPIC, "route")
-    groups = nw.concat([ends.select(*both), few.select(*both)], how="vertical").join(wanted, on=TOPIC)
-    groups = groups.group_by(*TOPIC, "route", "p").agg(
-        nw.col("publishers").sum().cast(nw.Int64), nw.col("subscribers").sum().cast(nw.Int64)
+    step(STAGES[0])
+    keys = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
+    store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
+    plain = _numbered(keys, profiles, store)
+    step(STAGES[1])
+    found = _candidates(source, plain, keys, profiles, store, one_system)
+    step(STAGES[2])
+    similar = _similar(found.topics, profiles, store)
+    step(STAGES[3])
+    alone = nw.col("route") == ALONE
+    wanted = nw.concat(
+        [
+            found.topics.filter((nw.col("route") == COLUMNS) | (nw.col("route") == PYTHON)).select(*TOPIC, "route"),
+            found.topics.filter(alone).join(similar, on=["system", "topic"], how="semi").select(*TOPIC, "route"),
+        ],
+        how="vertical",
     )
-    groups = store.keep("groups", groups)
-    said = store.keep("said", _confirmed(groups.filter(nw.col("route") == _COLUMNS), table, judge))
-    step("judging the rest")
-    store.keep("slow", groups.filter(nw.col("route") >= PYTHON).sort("system", "topic", "part", "p"))
+    wanted = store.keep("wanted", wanted)
+    groups = store.keep("groups", _grouped(found, wanted, ["route"]))
+    said = store.keep("said", confirmed(groups.filter(nw.col("route") == COLUMNS), found.table, found.judge))
+    step(STAGES[4])
     rest = SlowTopics(profiles)
-    rest.judge(store.rows("slow"))
-    slow = store.put("rest", {name: (kind, [row[name] for row in rest.rows]) for name, kind in FINDING.items()})
-    parts = [*_of_pairs(said, judge), slow]
-    alone = [at for at, each in enumerate(profiles.known) if each.remarks]
-    if alone:
-        every = nw.concat([ends.select(*both), few.select(*both)], how="vertical")
-        parts.append(_of_ends(every, profiles, store, alone))
-    findings = store.keep("findings", nw.concat([each.select(*map(_typed, FINDING)) for each in parts], how="vertical"))
-    return Audited(profiles, findings, _totals(topics, said, judge, rest.verdicts, profiles))
+    store.keep("slow", groups.filter(nw.col("route") >= PYTHON).sort("system", "topic", "part", "p"))
+    busy = store.rows("similar")
+    slow = store.fill("rest", FINDING, rest.judge(store.rows("slow"), (row for row in busy if row["sides"] == BUSY)))
+    parts = [*of_pairs(said, found.judge), slow]
+    parts += _of_one_side(found.topics.filter(alone).join(wanted, on=TOPIC, how="anti"), profiles)
+    remarked = [at for at, each in enumerate(profiles.known) if each.remarks]
+    if remarked:
+        parts.append(_of_ends(found, profiles, store, remarked))
+    protocol = nw.lit(profiles.pack.id).alias("protocol")
+    listed = [each.with_columns(protocol).select(*map(_typed, FINDING)) for each in parts]
+    findings = store.keep("findings", nw.concat(listed, how="vertical"))
+    texts = [each.texts for each in profiles.known]
+    return Audited(texts, findings, _totals(found, said, rest.verdicts, len(texts)))
 
 
 def _typed(name: str) -> nw.Expr:
     return nw.col(name).cast(nw.String if FINDING[name] == "text" else nw.Int64)
 
 
-def _settings(source: Frame, profiles: FleetProfiles) -> list[str]:
-    """Return the columns that decide values; refuse those that name no policy."""
-    names = source.collect_schema().names()
-    found = [name for name in names if name in {"type", "profile"} or name not in NO_SETTINGS]
-    pack = profiles.pack
-    for name in found:
-        if name not in NO_SETTINGS and all(
-            pack.find(level, name) is None for level in ("endpoint", "participant", "option")
-        ):
-            near = nearest(name, [each.name for each in pack.policies])
-            meant = f"; did you mean `{near}`?" if near else ""
-            raise CqosError(f"column `{name}` names no policy of {pack.title}{meant} (`--skip {name}` leaves it out)")
-    return found
-
-
-def _special_topics(source: Frame, profiles: FleetProfiles, store: TableStore) -> Frame:
-    """Return the topics whose name has to be resolved, and those about which the pack has conventions."""
-    topics = source.select("topic").unique()
-    plain, pack = profiles.pack.meeting.plain, profiles.pack
-    if plain:
-        known = "|".join(pattern_of(each.pattern) for each in pack.conventions)
-        name = nw.col("topic")
-        is_special = ~name.str.contains(rf"(?s)\A(?:{plain})\z")
-        topics = topics.filter(is_special | name.str.contains(rf"(?s)\A(?:{known})\z") if known else is_special)
-    return store.keep("special", topics)
-
-
-def _numbered(rows: Frame, profiles: FleetProfiles, store: TableStore, name: str) -> Frame:
-    """Resolve distinct rows of texts; return them with the number of their profile."""
-    store.keep(f"{name}_texts", rows)
-    columns = rows.collect_schema().names()
-    found: dict[str, list[Any]] = {each: [] for each in (*columns, "p", "key")}
-    batch: list[dict[str, str]] = []
-    plain = next((each for each in _PLAIN_TOPICS if re.fullmatch(profiles.pack.meeting.plain, each)), "topic")
-
-    def resolve() -> None:
-        whole = [{"participant": "participant", "topic": plain, **row} for row in batch]
-        for row, (number, key) in zip(batch, profiles.add(whole), strict=True):
-            for each in columns:
-                found[each].append(row[each])
-            found["p"].append(number)
-            found["key"].append(key)
-        batch.clear()
-
-    for row in store.rows(f"{name}_texts"):
-        batch.append(row)
-        if len(batch) >= _BATCH:
-            resolve()
-    resolve()
-    kinds = {each: "number" if each == "p" else "text" for each in found}
-    return store.put(name, {each: (kinds[each], cells) for each, cells in found.items()})
-
-
 _PLAIN_TOPICS: Final = ("/topic", "topic")
 _BATCH: Final = 20_000
 
 
-def _topics(ends: Frame, judge: Judge) -> Frame:
-    """Return the topics, with what has to be asked about each: nothing, its pairs in columns, or all of it in Python."""
-    extremes = [
-        (nw.col(name).max() if column.most else nw.col(name).min())
-        for columns, matching in ((judge.columns, False), (judge.matching_columns, True))
-        for column in columns
-        for name in (column_name(judge, column, matching=matching),)
-        if matching or any(column in set(rule.quiet.columns()) for rule in judge.rules)
+def _numbered(keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -> Frame:
+    """Resolve distinct rows of texts, as endpoints of a topic whose name means nothing; return them with their profiles."""
+    plain = next((each for each in _PLAIN_TOPICS if re.fullmatch(profiles.pack.meeting.plain, each)), "topic")
+    found: dict[str, list[Any]] = {each: [] for each in (*keys, "p")}
+    for row, number, _ in _resolved(store.rows("texts"), profiles, topic=plain, participant="participant"):
+        for each in keys:
+            found[each].append(row[each])
+        found["p"].append(number)
+    return store.put("profiles", {each: ("number" if each == "p" else "text", cells) for each, cells in found.items()})
+
+
+def _resolved(
+    rows: Iterator[dict[str, Any]], profiles: FleetProfiles, **stated: str
+) -> Iterator[tuple[dict[str, Any], int, str | None]]:
+    """Yield rows of texts with the number of their profile, and the name on which their topic matches."""
+    batch: list[dict[str, Any]] = []
+    for row in rows:
+        batch.append(row)
+        if len(batch) >= _BATCH:
+            yield from _added(batch, profiles, stated)
+            batch = []
+    yield from _added(batch, profiles, stated)
+
+
+def _added(
+    batch: Sequence[dict[str, Any]], profiles: FleetProfiles, stated: Mapping[str, str]
+) -> Iterator[tuple[dict[str, Any], int, str | None]]:
+    whole = [{**{name: text for name, text in row.items() if name != "number"}, **stated} for row in batch]
+    for row, (number, key) in zip(batch, profiles.add(whole), strict=True):
+        yield row, number, key
+
+
+def _candidates(
+    source: Frame,
+    plain: Frame,
+    keys: Sequence[str],
+    profiles: FleetProfiles,
+    store: TableStore,
+    one_system: bool,  # noqa: FBT001 - of the table, as all before it
+) -> _Topics:
+    """Return all topics with their routes."""
+    judge = judge_of(profiles)
+    table = store.put("values", judge.table)
+    ends = source.join(plain.join(table, on="p"), on=[*keys], how="inner")
+    routed = routed_topics(ends, judge, one_system=one_system)
+    is_special = _is_special(profiles)
+    if is_special is not None:
+        routed = routed.with_columns(nw.when(is_special).then(SPECIAL).otherwise(nw.col("route")).alias("route"))
+    topics = store.keep("topics", routed)
+    special = topics.filter(nw.col("route") == SPECIAL).group_by("topic").agg(nw.len().alias("number"))
+    nothing = store.put("named_groups", {"system": ("text", []), **_GROUP})
+    if is_special is None or not rows_of(special.head(1)):
+        return _Topics(_split(topics, judge, profiles, store), nothing, ends, table, judge)
+    names = _named(source.join(special, on="topic", how="semi"), keys, profiles, store)
+    judge = judge_of(profiles)
+    table = store.put("all_values", judge.table)
+    here = topics.filter(nw.col("route") != SPECIAL)
+    known = names.group_by("system", "topic").agg(nw.len().alias("number")).select("system", "topic")
+    both = (
+        here.join(known, on=["system", "topic"], how="semi").group_by("system", "topic").agg(nw.len().alias("number"))
+    )
+    few = [ends.join(both, on=["system", "topic"], how="semi"), names.join(table, on="p")]
+    counted = [
+        each.group_by("system", "topic", "p").agg(*summed(*COUNTS))
+        for each in (few[0], few[1].with_columns(*[nw.col(each) * nw.col("number") for each in COUNTS]))
     ]
-    found = ends.group_by(*TOPIC).agg(
-        nw.col("publishers").sum().cast(nw.Int64),
-        nw.col("subscribers").sum().cast(nw.Int64),
-        nw.col("python").max(),
-        *[
-            each
-            for name in ("offering", "requesting")
-            for each in (nw.col(name).min().alias(f"{name}_least"), nw.col(name).max().alias(f"{name}_most"))
-        ],
-        *extremes,
+    named = store.keep("named", nw.concat(counted, how="vertical"))
+    wide = named.join(table.drop(*COUNTS), on="p")
+    rest = here.join(known, on=["system", "topic"], how="anti")
+    every = nw.concat([rest, routed_topics(wide, judge).select(*rest.collect_schema().names())], how="vertical")
+    ends = source.join(special, on="topic", how="anti").join(known, on=["system", "topic"], how="anti")
+    ends = ends.join(plain.join(table, on="p"), on=[*keys], how="inner")
+    topics = _split(store.keep("all_topics", every), judge, profiles, store)
+    return _Topics(topics, wide.select("system", "topic", "part", "p", *COUNTS), ends, table, judge)
+
+
+_GROUP: Final[dict[str, tuple[str, list[Any]]]] = {
+    "topic": ("text", []),
+    **{each: ("number", []) for each in ("part", "p", *COUNTS)},
+}
+
+
+def _is_special(profiles: FleetProfiles) -> nw.Expr | None:
+    """Return whether the name of a topic has to be resolved, or the pack has conventions about it; None: never."""
+    plain = profiles.pack.meeting.plain
+    if not plain:
+        return None
+    known = "|".join(pattern_of(each.pattern) for each in profiles.pack.conventions)
+    name = nw.col("topic")
+    unclear = ~name.str.contains(rf"(?s)\A(?:{plain})\z")
+    return unclear | name.str.contains(rf"(?s)\A(?:{known})\z") if known else unclear
+
+
+def _named(rows: Frame, keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -> Frame:
+    """Resolve endpoints together with the names of their topics; return groups of them by the names that they match on."""
+    plain = nw.col("topic").str.contains(rf"(?s)\A(?:{profiles.pack.meeting.plain})\z")
+    owner = nw.when(plain).then(nw.lit("participant")).otherwise(nw.col("participant"))
+    columns = ["system", *keys, "topic", "participant"]
+    distinct = rows.with_columns(owner.alias("participant")).group_by(*columns).agg(nw.len().alias("number"))
+    store.keep("named_texts", distinct)
+    found = Counter[tuple[str, str, int]]()
+    for row, number, key in _resolved(store.rows("named_texts"), profiles):
+        if key is not None:
+            found[row["system"], key, number] += row["number"]
+    return store.put(
+        "named_profiles",
+        {
+            "system": ("text", [each[0] for each in found]),
+            "topic": ("text", [each[1] for each in found]),
+            "p": ("number", [each[2] for each in found]),
+            "number": ("number", [*found.values()]),
+        },
     )
 
-    def column(each: Column) -> nw.Expr:
-        return nw.col(column_name(judge, each))
 
-    def matching(each: Column) -> nw.Expr:
-        return nw.col(column_name(judge, each, matching=True))
-
-    slow = nw.col("python") == 1
-    for name in ("offering", "requesting"):
-        slow = slow | (nw.col(f"{name}_least") != nw.col(f"{name}_most")).fill_null(value=False)
-    for rule in judge.matching:
-        slow = slow | ~expression(rule.quiet, matching).fill_null(value=True)
-    loud = nw.lit(value=False)
-    for rule in judge.rules:
-        loud = loud | ~expression(rule.quiet, column).fill_null(value=True)
-    alone = (nw.col("publishers") == 0) | (nw.col("subscribers") == 0)
-    route = (
-        nw.when(slow)
-        .then(PYTHON)
-        .otherwise(nw.when(alone).then(ALONE).otherwise(nw.when(loud).then(_COLUMNS).otherwise(_QUIET)))
-    )
-    return found.with_columns(route.alias("route")).select(*TOPIC, "publishers", "subscribers", "route")
+def _split(topics: Frame, judge: Judge, profiles: FleetProfiles, store: TableStore) -> Frame:
+    """Leave to Python the topics that fall into parts that never match, where a check reports that."""
+    if len(set(judge.table["part"][1])) <= 1:
+        return topics
+    parts = topics.group_by("system", "topic").agg(nw.len().alias("parts"), nw.col("route").max().alias("worst"))
+    several = parts.filter(nw.col("parts") > 1)
+    if "note" not in profiles.severities:
+        several = several.filter(nw.col("worst") == ALONE)
+    found = topics.join(several, on=["system", "topic"], how="left")
+    route = nw.when(nw.col("parts").is_null()).then(nw.col("route")).otherwise(PYTHON)
+    return store.keep("split", found.with_columns(route.alias("route")).select(*topics.collect_schema().names()))
 
 
-def _confirmed(groups: Frame, table: Frame, judge: Judge) -> Frame:
-    """Return the pairs of profiles of a topic on which a rule reports: per rule 0, 1, or 2 where it is not decided."""
-    names = [column_name(judge, column) for column in judge.columns]
-    ends = [
-        groups.filter(nw.col(count) > 0)
-        .select(*TOPIC, "p", count)
-        .join(table.select("p", *[n for n, c in zip(names, judge.columns, strict=True) if c.second is second]), on="p")
-        .rename({"p": end})
-        for end, count, second in ((PUBLISHER, "publishers", False), (SUBSCRIBER, "subscribers", True))
-    ]
-    pairs = ends[0].join(ends[1], on=TOPIC)
-
-    def column(each: Column) -> nw.Expr:
-        return nw.col(column_name(judge, each))
-
-    asked = []
-    for at, rule in enumerate(judge.rules):
-        undecided = nw.when(expression(rule.unknown, column)).then(2).otherwise(0)
-        asked.append(nw.when(expression(rule.reports, column)).then(1).otherwise(undecided).alias(f"r{at}"))
-    found = pairs.with_columns(*asked) if asked else pairs
-    count = nw.col("publishers").cast(nw.Int64) * nw.col("subscribers").cast(nw.Int64)
-    found = found.with_columns(count.alias("pairs"))
-    answered = [nw.col(f"r{at}") > 0 for at in range(len(asked))]
-    worth = nw.any_horizontal(*answered, ignore_nulls=False) if answered else nw.col("pairs") < 0
-    answers = [f"r{at}" for at in range(len(asked))]
-    return found.filter(worth).select(*TOPIC, PUBLISHER, SUBSCRIBER, "publishers", "subscribers", "pairs", *answers)
+def _similar(topics: Frame, profiles: FleetProfiles, store: TableStore) -> Frame:
+    """Return the topics whose names may be meant by those with one side, and the latter."""
+    no_publisher, no_subscriber = (nw.col(each) == 0 for each in COUNTS)
+    kinds = {OFFERED: no_subscriber, REQUESTED: no_publisher, BUSY: ~no_publisher & ~no_subscriber}
+    for sides, which in kinds.items():
+        store.keep(f"names{sides}", topics.filter(which).select("system", "topic"))
+    found = similar_topics({sides: partial(store.batches, f"names{sides}") for sides in kinds}, profiles.pack.meeting)
+    rows = (dict(zip(("system", "topic", "sides"), each, strict=True)) for each in found)
+    return store.fill("similar", {"system": "text", "topic": "text", "sides": "number"}, rows)
 
 
-def _verdict(rule: RuleForm, *, unknown: bool) -> Verdict:
-    return verdict_by(rule.bound.rule, unknown=unknown)
+def _grouped(found: _Topics, wanted: Frame, more: list[str]) -> Frame:
+    """Return the endpoints of some topics, as groups of one profile."""
+    columns = [*TOPIC, "p", *COUNTS]
+    ends = found.ends.join(wanted, on=TOPIC).select(*columns, *more)
+    named = found.named.join(wanted, on=TOPIC).select(*columns, *more)
+    return nw.concat([ends, named], how="vertical").group_by(*TOPIC, *more, "p").agg(*summed(*COUNTS))
 
 
-def _of_pairs(said: Frame, judge: Judge) -> Iterator[Frame]:
-    """Yield the findings of each rule."""
-    for at, rule in enumerate(judge.rules):
-        for answer in (1, 2):
-            severity = str(rule.bound.severity)
-            verdict = _verdict(rule, unknown=answer == 2)  # noqa: PLR2004 - not decided
-            yield said.filter(nw.col(f"r{at}") == answer).with_columns(
-                nw.lit(rule.bound.rule.code).alias("code"),
-                nw.lit("warning" if answer == 2 and severity == "error" else severity).alias("severity"),  # noqa: PLR2004 - likewise
-                nw.lit(verdict.value).alias("verdict"),
-            )
+def _of_one_side(topics: Frame, profiles: FleetProfiles) -> Iterator[Frame]:
+    """Yield the findings about topics that have one side, and a name like no other."""
+    for code, end, count in (("CQ401", "subscriber", "subscribers"), ("CQ402", "publisher", "publishers")):
+        severity = str(CODES[code].severity)
+        if severity in profiles.severities:
+            other = "publisher" if end == "subscriber" else "subscriber"
+            said: dict[str, str | int] = {
+                "code": code,
+                "severity": severity,
+                "verdict": "",
+                "help": "",
+                other: -1,
+                "pairs": 0,
+            }
+            yield topics.filter(nw.col(count) > 0).with_columns(nw.col("example").alias(end), *literals(said))
 
 
-def _of_ends(every: Frame, profiles: FleetProfiles, store: TableStore, alone: Sequence[int]) -> Frame:
+def _of_ends(found: _Topics, profiles: FleetProfiles, store: TableStore, remarked: Sequence[int]) -> Frame:
     """Return the findings about single profiles, by topic."""
-    rows = [(at, each) for at in alone for each in profiles.known[at].remarks]
+    rows = [(at, each) for at in remarked for each in profiles.known[at].remarks]
     said = store.put(
         "remarks",
         {
@@ -273,55 +301,33 @@ def _of_ends(every: Frame, profiles: FleetProfiles, store: TableStore, alone: Se
             "severity": ("text", [each.severity for _, each in rows]),
         },
     )
-    counted = every.join(said, on="p").group_by("system", "topic", "p", "code", "severity")
-    found = counted.agg(nw.col("publishers").sum().cast(nw.Int64), nw.col("subscribers").sum().cast(nw.Int64))
-    return found.with_columns(
-        nw.lit("").alias("verdict"),
-        nw.lit(0).alias("pairs"),
+    both = ["system", "topic", "p", *COUNTS]
+    every = nw.concat([found.ends.select(*both), found.named.select(*both)], how="vertical")
+    counted = every.join(said, on="p").group_by("system", "topic", "p", "code", "severity").agg(*summed(*COUNTS))
+    return counted.with_columns(
+        *literals({"verdict": "", "help": "", "pairs": 0}),
         *[
-            nw.when(nw.col(count) > 0).then(nw.col("p")).otherwise(-1).alias(end)
-            for end, count in ((PUBLISHER, "publishers"), (SUBSCRIBER, "subscribers"))
+            nw.when(nw.col(count) > 0).then(nw.col("p")).otherwise(-1).alias(count.removesuffix("s"))
+            for count in COUNTS
         ],
     )
 
 
-def _routed(topics: Frame, profiles: FleetProfiles) -> Frame:
-    """Leave to Python the topics that fall into parts that never match, where a check reports that."""
-    parts = topics.group_by("system", "topic").agg(nw.len().alias("parts"), nw.col("route").max().alias("worst"))
-    several = parts.filter(nw.col("parts") > 1)
-    if "note" not in profiles.severities:
-        several = several.filter(nw.col("worst") == ALONE)
-    found = topics.join(several, on=["system", "topic"], how="left")
-    route = nw.when(nw.col("parts").is_null()).then(nw.col("route")).otherwise(PYTHON)
-    return found.with_columns(route.alias("route")).select(*TOPIC, "publishers", "subscribers", "route")
-
-
-def _totals(
-    topics: Frame, said: Frame, judge: Judge, verdicts: dict[str, int], profiles: FleetProfiles
-) -> dict[str, int]:
+def _totals(found: _Topics, said: Frame, verdicts: Mapping[str, int], profiles: int) -> dict[str, int]:
     """Return how many endpoints, topics and profiles there are, and how many pairs have which verdict."""
-    count = nw.col("publishers").cast(nw.Int64) * nw.col("subscribers").cast(nw.Int64)
+    count = nw.col("publishers") * nw.col("subscribers")
     in_columns = nw.when(nw.col("route") < PYTHON).then(count).otherwise(0)
-    sums = topics.select(
-        (nw.col("publishers") + nw.col("subscribers")).sum().cast(nw.Int64).alias("endpoints"),
-        nw.len().alias("topics"),
-        in_columns.sum().cast(nw.Int64).alias("pairs"),
+    (row,) = rows_of(
+        found.topics.select(
+            (nw.col("publishers") + nw.col("subscribers")).sum().cast(nw.Int64).alias("endpoints"),
+            nw.len().alias("topics"),
+            in_columns.sum().cast(nw.Int64).alias("pairs"),
+        )
     )
-    row = sums.collect("pyarrow").to_native().to_pylist()[0]
-    found = {"endpoints": int(row["endpoints"] or 0), "topics": int(row["topics"]), "profiles": len(profiles.known)}
-    ranks = [
-        nw.when(nw.col(f"r{at}") == answer).then(_verdict(rule, unknown=answer == 2).rank).otherwise(0)  # noqa: PLR2004 - not decided
-        for at, rule in enumerate(judge.rules)
-        for answer in (1, 2)
-    ]
-    ranked = (
-        said.with_columns(nw.max_horizontal(nw.lit(0), *ranks).alias("rank"))
-        .group_by("rank")
-        .agg(nw.col("pairs").sum().cast(nw.Int64))
-    )
-    by_rank = {int(each["rank"]): int(each["pairs"]) for each in ranked.collect("pyarrow").to_native().to_pylist()}
+    totals = {"endpoints": int(row["endpoints"] or 0), "topics": int(row["topics"]), "profiles": profiles}
+    by_rank = verdicts_of(said, found.judge)
     for verdict in (Verdict.INCOMPATIBLE, Verdict.UNKNOWN):
-        found[verdict.value] = by_rank.get(verdict.rank, 0) + verdicts.get(verdict.value, 0)
+        totals[verdict.value] = by_rank.get(verdict.rank, 0) + verdicts.get(verdict.value, 0)
     decided = by_rank.get(Verdict.INCOMPATIBLE.rank, 0) + by_rank.get(Verdict.UNKNOWN.rank, 0)
-    found[Verdict.COMPATIBLE.value] = int(row["pairs"] or 0) - decided + verdicts.get(Verdict.COMPATIBLE.value, 0)
-    return found
+    compatible = int(row["pairs"] or 0) - decided + verdicts.get(Verdict.COMPATIBLE.value, 0)
+    return {**totals, Verdict.COMPATIBLE.value: compatible}

@@ -14,6 +14,8 @@ import click
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Setting
 
+_BAR: Final = 20
+"""Characters of the bar of progress."""
 _ORDER: Final = ("note", "warning", "error")
 
 
@@ -67,17 +69,20 @@ def audit(
         raise CqosError(f"`cqos audit` needs {', '.join(lacking)}: pip install 'cqos[bulk]'")
     if given["spark"] and importlib.util.find_spec("pyspark") is None:
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
-    from cqos_core.bulk.fleet import WantedAudit, as_json, as_text, run_audit
+    from cqos_core.bulk.fleet import WantedAudit, run_audit
+    from cqos_core.bulk.fleet_report import as_json, as_text
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
     where = context()
     wanted = WantedAudit(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
-    done = iter(range(1, 1_000_000))
+    stages = iter(range(1, 1_000))
 
-    def step(what: str) -> None:
+    def step(what: str, of: int) -> None:
         if sys.stderr.isatty():
-            click.echo(f"\r\033[K[{next(done)}] {what}", err=True, nl=False)
+            done = next(stages)
+            bar = "#" * (done * _BAR // max(of, done))
+            click.echo(f"\r\033[K[{bar:-<{_BAR}}] {done}/{of} {what}", err=True, nl=False)
 
     result = run_audit(wanted, where, step)
     if sys.stderr.isatty():

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import shutil
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
     import narwhals as nw
 
+_TEXTS_OF_JSON: Final = "SELECT json_extract_string(COLUMNS(*), '$') FROM read_json('{path}', format='newline_delimited', maximum_depth=1, sample_size=-1)"
+"""All values as they are written: DuckDB would take some for numbers and dates."""
+DOT: Final = "\u2024"
+"""What stands for a dot in the name of a column: engines take a dotted name for one column within another."""
 FORMATS: Final = (".parquet", ".csv", ".ndjson", ".jsonl", ".duckdb", ".db")
 
 
@@ -61,10 +68,11 @@ class DuckDB:
             elif suffix == ".csv":
                 found = self.database.read_csv(path, all_varchar=True, header=True)
             else:
-                found = self.database.read_json(path, format="newline_delimited")
+                found = self.database.sql(_TEXTS_OF_JSON.format(path=_quoted(path)))
+            names = ", ".join(f'"{_inner(name)}" AS "{_inner(name.replace(".", DOT))}"' for name in found.columns)
+            return nw.from_native(found.project(names))
         except duckdb.Error as error:
             raise CqosError(f"`{path}` cannot be read: {str(error).splitlines()[0]}") from None
-        return nw.from_native(found)
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
         """Open a Parquet file that was kept."""
@@ -90,13 +98,19 @@ class Polars:
         import polars as pl
 
         suffix = Path(path).suffix.lower()
-        if suffix == ".parquet":
-            return nw.from_native(pl.scan_parquet(path))
-        if suffix == ".csv":
-            return nw.from_native(pl.scan_csv(path, infer_schema=False))
-        if suffix in {".ndjson", ".jsonl"}:
-            return nw.from_native(pl.scan_ndjson(path))
-        raise CqosError(f"`{path}`: Polars reads no such file; use DuckDB")
+        try:
+            if suffix == ".parquet":
+                found = pl.scan_parquet(path)
+            elif suffix == ".csv":
+                found = pl.scan_csv(path, infer_schema=False)
+            elif suffix in {".ndjson", ".jsonl"}:
+                found = pl.scan_ndjson(path, infer_schema_length=None)
+            else:
+                raise CqosError(f"`{path}`: Polars reads no such file; use DuckDB")
+            names = found.collect_schema().names()
+        except (pl.exceptions.PolarsError, OSError) as error:
+            raise CqosError(f"`{path}` cannot be read: {str(error).splitlines()[0]}") from None
+        return nw.from_native(found.rename({name: name.replace(".", DOT) for name in names}))
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
         """Open a Parquet file that was kept."""
@@ -123,7 +137,7 @@ class Spark:
         builder = SparkSession.builder.master(url).appName("cqos audit").config("spark.ui.enabled", "false")
         self.session = builder.config("spark.sql.ansi.enabled", "true").getOrCreate()
 
-    def source(self, path: str, table: str) -> nw.LazyFrame[Any]:
+    def source(self, path: str, table: str) -> nw.LazyFrame[Any]:  # noqa: ARG002 - the path is the name of a table
         """Open a file, or a table that the cluster knows by name."""
         import narwhals as nw
 
@@ -134,10 +148,10 @@ class Spark:
         elif suffix == ".csv":
             found = reader.csv(path, header=True)
         elif suffix in {".ndjson", ".jsonl"}:
-            found = reader.json(path)
+            found = reader.json(path, primitivesAsString=True)
         else:
-            found = self.session.table(path if suffix == "" else table)
-        return nw.from_native(found)
+            found = self.session.table(path)
+        return nw.from_native(found.toDF(*[name.replace(".", DOT) for name in found.columns]))
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
         """Open a Parquet file that was kept."""
@@ -177,12 +191,14 @@ class TableStore:
         return self.engine.scan(path)
 
     def put(self, name: str, columns: dict[str, tuple[str, list[Any]]]) -> nw.LazyFrame[Any]:
-        """Keep a table of values from Python; each column with its kind, ``text`` or ``number``."""
+        """Keep a table of values from Python; each column with its kind: ``text``, ``number``, or ``small`` for a number as small as can be."""
         import pyarrow as pa
         from pyarrow import parquet
 
-        kinds = {"text": pa.string(), "number": pa.int64()}
-        fields = {key: pa.array(values, type=kinds[kind]) for key, (kind, values) in columns.items()}
+        fields = {
+            key: pa.array(values, type=_number_type(values) if kind == "small" else _types()[kind])
+            for key, (kind, values) in columns.items()
+        }
         part = self.folder / f"{name}.part"
         _remove(part)
         parquet.write_table(pa.table(fields), part)
@@ -190,18 +206,68 @@ class TableStore:
         part.rename(self.path(name))
         return self.engine.scan(self.path(name))
 
-    def rows(self, name: str) -> Any:
-        """Yield the rows of a kept table, as dictionaries, a bounded number at a time."""
+    def fill(self, name: str, kinds: Mapping[str, str], rows: Iterable[Mapping[str, Any]]) -> nw.LazyFrame[Any]:
+        """Keep a table of rows from Python, a bounded number of them in memory; what a row lacks is null."""
+        import pyarrow as pa
+        from pyarrow import parquet
+
+        schema = pa.schema([(key, _types()[kind]) for key, kind in kinds.items()])
+        part = self.folder / f"{name}.part"
+        _remove(part)
+        waiting = iter(rows)
+        with parquet.ParquetWriter(part, schema) as writer:
+            while batch := list(islice(waiting, _ROWS)):
+                writer.write_table(pa.Table.from_pylist(batch, schema=schema))
+        _remove(self.path(name))
+        part.rename(self.path(name))
+        return self.engine.scan(self.path(name))
+
+    def tables(self, name: str) -> Iterator[Any]:
+        """Yield a kept table as parts in Arrow, of a bounded number of rows."""
+        import pyarrow as pa
         from pyarrow import dataset
 
-        for batch in dataset.dataset(self.path(name), format="parquet").to_batches(batch_size=50_000):
-            yield from batch.to_pylist()
+        for batch in dataset.dataset(self.path(name), format="parquet").to_batches(batch_size=_ROWS):
+            yield pa.Table.from_batches([batch])
+
+    def batches(self, name: str) -> Iterator[list[list[Any]]]:
+        """Yield the columns of a kept table, a bounded number of rows at a time."""
+        for table in self.tables(name):
+            yield [column.to_pylist() for column in table.columns]
+
+    def rows(self, name: str) -> Iterator[dict[str, Any]]:
+        """Yield the rows of a kept table, as dictionaries, a bounded number at a time."""
+        for table in self.tables(name):
+            names = table.column_names
+            for row in zip(*(column.to_pylist() for column in table.columns), strict=True):
+                yield dict(zip(names, row, strict=True))
+
+
+_ROWS: Final = 50_000
+
+
+def _types() -> dict[str, Any]:
+    import pyarrow as pa
+
+    return {"text": pa.string(), "number": pa.int64()}
+
+
+def _number_type(values: Iterable[int | None]) -> Any:
+    """Return the smallest type that has room for some numbers."""
+    import pyarrow as pa
+
+    largest = max((abs(each) for each in values if each is not None), default=0)
+    return next(kind for kind, bits in ((pa.int16(), 15), (pa.int32(), 31), (pa.int64(), 64)) if largest < 1 << bits)
 
 
 def _remove(path: Path) -> None:
     if path.is_dir():
         shutil.rmtree(path)
     path.unlink(missing_ok=True)
+
+
+def _inner(name: str) -> str:
+    return name.replace('"', '""')
 
 
 def _quoted(path: str) -> str:

@@ -1,4 +1,4 @@
-"""An audit from its source to its result: which protocols a table has, where stages are kept, what the result says."""
+"""An audit from its source to its result: which protocols a table has, how each is checked, where stages are kept."""
 
 from __future__ import annotations
 
@@ -11,11 +11,19 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.bulk.audit import Audited, audit
-from cqos_core.bulk.engines import DuckDB, Polars, Spark, TableStore
-from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles
+from cqos_core.bulk.audit import STAGES, Audited, audit
+from cqos_core.bulk.crossing import crossing_topics
+from cqos_core.bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
+from cqos_core.bulk.fleet_report import FleetResult, summed_up, write_findings
+from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
+from cqos_core.bulk.topic_frames import FINDING
+from cqos_core.bulk.whole_systems import NamedSystem, WholeSystems, systems_of
+from cqos_core.files.ignoring import patterns
+from cqos_core.files.loading import load_paths
+from cqos_core.matching.pipeline import with_options
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 
@@ -26,15 +34,18 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Context
     from cqos_core.packs.pack import RulePack
 
+    Frame = nw.LazyFrame[Any]
+
 _ROLES: Final = (PUBLISHER, SUBSCRIBER)
-_MOST_EXAMPLES: Final = 3
+_MOST_TOGETHER: Final = 3_000_000
+"""The most endpoints that are checked as wholes: their systems are in the memory of Python, about 2 kB for each endpoint."""
 
 
 class WantedAudit(NamedTuple):
     """What is asked of an audit.
 
     Attributes:
-        path: of the table, or its name on a cluster.
+        path: of the table, or its name on a cluster; or of a system file or a folder of them.
         table: within a database.
         spark: the URL of a cluster, or nothing.
         engine: ``duckdb`` or ``polars``.
@@ -60,55 +71,136 @@ class WantedAudit(NamedTuple):
     skip: tuple[str, ...] = ()
 
 
-class Cause(NamedTuple):
-    """What a rule found: on how many topics and pairs, how many of these are between versions, and some of the topics."""
+def run_audit(
+    wanted: WantedAudit, where: Context, step: Callable[[str, int], None] = lambda _, __: None
+) -> FleetResult:
+    """Check a table of endpoints, or the systems of files.
 
-    code: str
-    severity: str
-    topics: int
-    pairs: int
-    endpoints: int
-    between_versions: int
-    examples: tuple[tuple[str, Mapping[str, str], Mapping[str, str]], ...]
-
-
-class FleetResult(NamedTuple):
-    """What an audit found."""
-
-    totals: Mapping[str, int]
-    causes: tuple[Cause, ...]
-
-
-def run_audit(wanted: WantedAudit, where: Context, step: Callable[[str], None] = lambda _: None) -> FleetResult:
-    """Check a table of endpoints.
+    Args:
+        wanted: what is asked.
+        where: the packs.
+        step: called before each stage, with what it does and how many there are.
 
     Raises:
-        CqosError: the table cannot be read, has no such columns, or a protocol has no pack or no column form.
+        CqosError: the source cannot be read, has no such columns, or a protocol has no pack.
     """
     kept = tempfile.TemporaryDirectory(prefix="cqos-audit-") if wanted.work is None else nullcontext(str(wanted.work))
     with kept as folder, _engine(wanted, Path(folder)) as engine:
-        source = _read(engine.source(wanted.path, wanted.table), wanted)
-        store = TableStore(engine, _stages(Path(folder), wanted, source))
-        protocols = store.keep("protocols", source.select("protocol").unique())
-        names = sorted(row["protocol"] for row in protocols.collect("pyarrow").to_native().to_pylist())
-        totals: dict[str, int] = {}
-        causes: list[Cause] = []
-        for name in names:
-            pack = _pack(name, names, where)
-            profiles = FleetProfiles(pack, where, wanted.severity, wanted.options.get(pack.id, {}))
-            own = source.filter(nw.col("protocol") == name).drop("protocol")
-            inner = TableStore(engine, store.folder / _edition(pack))
-            inner.folder.mkdir(exist_ok=True)
-            found = audit(own, profiles, inner, step)
-            for key, number in found.totals.items():
-                totals[key] = totals.get(key, 0) + number
-            causes += _causes(found, inner)
-            if wanted.output is not None:
-                _write(
-                    found, inner, wanted.output if len(names) == 1 else wanted.output.with_suffix(f".{name}.parquet")
-                )
-        order = {"error": 0, "warning": 1, "note": 2}
-        return FleetResult(totals, tuple(sorted(causes, key=lambda each: (order[each.severity], each.code))))
+        path = Path(wanted.path)
+        if not wanted.spark and (path.is_dir() or (path.exists() and path.suffix.lower() not in FORMATS)):
+            store = TableStore(engine, _stages(Path(folder), wanted, _stamps(path)))
+            whole = WholeSystems(where, wanted.severity)
+            step("checking systems", 1)
+            findings = store.fill("of_systems", FINDING, whole.findings(_systems_of_files(wanted, where)))
+            parts = [Audited(whole.texts, findings, whole.totals)]
+        else:
+            source, stated = _read(engine.source(wanted.path, wanted.table), wanted)
+            store = TableStore(engine, _stages(Path(folder), wanted, source.collect_schema().names()))
+            if path.suffix.lower() in _READ_ONCE and not wanted.spark:
+                source = store.keep("rows", source)
+            parts = _audited(source, stated, wanted, where, store, step)
+        found = _together(parts, store)
+        if wanted.output is not None:
+            write_findings(found, store, wanted.output)
+        return summed_up(found, store)
+
+
+_READ_ONCE: Final = (".csv", ".ndjson", ".jsonl")
+"""Formats that take longer to read than Parquet; what they hold is kept as that."""
+
+
+def _audited(
+    source: Frame,
+    stated: Sequence[str],
+    wanted: WantedAudit,
+    where: Context,
+    store: TableStore,
+    step: Callable[[str, int], None],
+) -> list[Audited]:
+    """Check each protocol of a table in its own way; ``stated`` are the columns that the table has itself."""
+    names = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
+    keys = ["protocol", *[name for name in names if name != "protocol"]]
+    store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
+    packs, used, counts = _protocols(store, wanted, where)
+    crossing = crossing_topics(source, packs, wanted.options, where, store)
+    in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
+    stages = len(STAGES) * len(in_columns) + (len(in_columns) < len(packs) or crossing is not None)
+    found = []
+    for name in in_columns:
+        pack = packs[name]
+        own = source if len(packs) == 1 else source.filter(nw.col("protocol") == name)
+        if crossing is not None:
+            own = own.join(crossing, on=["protocol", "system", "topic"], how="anti")
+        other = [each for each in names if each not in NO_SETTINGS and each not in used[name]]
+        known = [each for each in other if pack_knows(pack, each)]
+        inner = TableStore(store.engine, store.folder / _edition(pack))
+        inner.folder.mkdir(exist_ok=True)
+        profiles = FleetProfiles(pack, where, wanted.severity, wanted.options.get(name, {}))
+        own = own.drop("protocol", *[each for each in other if each not in known])
+        found.append(audit(own, profiles, inner, lambda what: step(what, stages), one_system="system" not in stated))
+    rest = [name for name in packs if name not in in_columns]
+    if rest and "participant" not in stated:
+        raise CqosError(
+            f"{packs[rest[0]].title} needs a column `participant`: values follow from all endpoints of a client"
+        )
+    if rest or crossing is not None:
+        step("checking systems", stages)
+        found += _as_wholes(source, crossing, packs, rest, sum(counts[name] for name in rest), wanted, where, store)
+    return found
+
+
+_NOT_RESOLVED: Final = ("id", "system", "participant", "topic")
+
+
+def _as_wholes(
+    source: Frame,
+    crossing: Frame | None,
+    packs: Mapping[str, RulePack],
+    rest: Sequence[str],
+    number: int,
+    wanted: WantedAudit,
+    where: Context,
+    store: TableStore,
+) -> Iterator[Audited]:
+    """Check what has no column form: systems of some protocols, and topics on which two protocols match."""
+    if number > _MOST_TOGETHER:
+        raise CqosError(
+            f"`{wanted.path}` has {number:,} endpoints of {packs[rest[0]].title}, at most {_MOST_TOGETHER:,} are checked together; "
+            "split the table by broker"
+        )
+    for kind, rows in (
+        ("rest", source.filter(nw.col("protocol").is_in([*rest])) if rest else None),
+        (
+            "crossing",
+            None if crossing is None else source.join(crossing, on=["protocol", "system", "topic"], how="semi"),
+        ),
+    ):
+        if rows is not None:
+            store.keep(f"{kind}_rows", rows.sort("system"))
+            whole = WholeSystems(where, wanted.severity)
+            systems = systems_of(store.rows(f"{kind}_rows"), packs.__getitem__, wanted.options)
+            findings = store.fill(f"{kind}_findings", FINDING, whole.findings(systems))
+            yield Audited(whole.texts, findings, whole.totals)
+
+
+def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
+    """Put findings of several audits into one table; the numbers of profiles follow each other."""
+    if len(parts) == 1:
+        return parts[0]
+    texts: list[Mapping[str, str]] = []
+    totals: dict[str, int] = {}
+    frames = []
+    for each in parts:
+        ends = [nw.when(nw.col(end) < 0).then(-1).otherwise(nw.col(end) + len(texts)).alias(end) for end in _ROLES]
+        kinds = [nw.col(name).cast(nw.String if kind == "text" else nw.Int64) for name, kind in FINDING.items()]
+        frames.append(each.findings.with_columns(*ends).select(*kinds))
+        texts += each.texts
+        for name, number in each.totals.items():
+            totals[name] = totals.get(name, 0) + number
+    return Audited(texts, store.keep("all_findings", nw.concat(frames, how="vertical")), totals)
+
+
+# Sources
 
 
 @contextmanager
@@ -125,44 +217,107 @@ def _engine(wanted: WantedAudit, folder: Path) -> Iterator[Engine]:
         engine.close()
 
 
-def _read(frame: nw.LazyFrame[Any], wanted: WantedAudit) -> nw.LazyFrame[Any]:
-    """Return the columns as text, with the ones that have to be there."""
-    names = [each for each in frame.collect_schema().names() if each not in wanted.skip]
+def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
+    """Return the columns as text, with the ones that have to be there; and those that the table has itself."""
+    names = [each for each in frame.collect_schema().names() if each.replace(DOT, ".") not in wanted.skip]
     missing = [each for each in ("role", "topic") if each not in names]
     if missing:
         raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {', '.join(names) or 'none'}")
     blank = {"system": "", "version": "", "participant": "participant", "protocol": wanted.protocol or ""}
     if "protocol" not in names and wanted.protocol is None:
         raise CqosError(f"`{wanted.path}` has no column `protocol`; state the protocol with `--protocol`")
-    texts = [nw.col(each).cast(nw.String).fill_null("").alias(each) for each in names if each != "id"]
+    texts = {each: nw.col(each).cast(nw.String).fill_null("") for each in names if each != "id"}
+    if "protocol" in texts and wanted.protocol is not None:
+        given = texts["protocol"]
+        texts["protocol"] = nw.when(given == "").then(nw.lit(wanted.protocol)).otherwise(given)
     added = [nw.lit(text).alias(each) for each, text in blank.items() if each not in names]
-    found = frame.select(*texts, *added)
-    wrong = (
-        found.filter(~nw.col("role").is_in(_ROLES)).select("role").head(1).collect("pyarrow").to_native().to_pylist()
-    )
-    if wrong:
-        raise CqosError(f"`{wanted.path}`: role `{wrong[0]['role']}`, expected publisher or subscriber")
-    return found
+    found = frame.select(*[each.alias(name) for name, each in texts.items()], *added)
+    return found, names
 
 
-def _stages(folder: Path, wanted: WantedAudit, source: nw.LazyFrame[Any]) -> Path:
+def _stamps(path: Path) -> list[str]:
+    """Return which files there are, and when they were written."""
+    every = [path] if path.is_file() else sorted(each for each in path.rglob("*") if each.is_file())
+    return [f"{each} {each.stat().st_mtime_ns} {each.stat().st_size}" for each in every]
+
+
+def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSystem]:
+    """Yield the systems of files: those of a folder together, then each folder in it when its turn comes."""
+    path, some = Path(wanted.path), False
+    inner = sorted(each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else []
+    for each in (path, *inner):
+        excluded = [patterns(["*/"], str(path))] if each == path and inner else []
+        loaded = load_paths([str(each)], protocol=wanted.protocol, excluded=excluded)
+        if loaded.problems:
+            more = f" (and {len(loaded.problems) - 1} more)" if len(loaded.problems) > 1 else ""
+            first = loaded.problems[0]
+            raise CqosError(f"{first.place or each}: {first.message}{more}")
+        for name, system in loaded.systems:
+            some = True
+            options = {pack: {key: one.text for key, one in given.items()} for pack, given in wanted.options.items()}
+            yield NamedSystem(name, with_options(system, options, where))
+    if not some:
+        raise CqosError(f"`{wanted.path}` has no table ({', '.join(FORMATS)}) and no file that C-QoS reads")
+
+
+# Protocols
+
+
+def _protocols(
+    store: TableStore, wanted: WantedAudit, where: Context
+) -> tuple[dict[str, RulePack], dict[str, set[str]], dict[str, int]]:
+    """Return by protocol the pack, the columns of settings that its rows use, and the number of its rows."""
+    packs: dict[str, RulePack] = {}
+    used: dict[str, set[str]] = {}
+    counts: dict[str, int] = {}
+    for row in store.rows("texts"):
+        if row["role"] not in _ROLES:
+            raise CqosError(f"`{wanted.path}`: role `{row['role']}`, expected publisher or subscriber")
+        name = row["protocol"]
+        if name not in packs:
+            packs[name] = _pack(name, where)
+            used[name] = set()
+        used[name].update(each for each, text in row.items() if text and each not in NO_SETTINGS and each != "number")
+        counts[name] = counts.get(name, 0) + row["number"]
+        columns = [each for each in row if each not in NO_SETTINGS and each != "number"]
+    for name, pack in packs.items():
+        for column in columns:
+            if not pack_knows(pack, column) and (
+                column in used[name] or not any(pack_knows(p, column) for p in packs.values())
+            ):
+                shown = column.replace(DOT, ".")
+                near = nearest(shown, [each.name for each in pack.policies])
+                meant = f"; did you mean `{near}`?" if near else ""
+                raise CqosError(
+                    f"column `{shown}` names no policy of {pack.title}{meant} (`--skip {shown}` leaves it out)"
+                )
+    return dict(sorted(packs.items())), used, counts
+
+
+def _pack(name: str, where: Context) -> RulePack:
+    pack = where.find_pack(name) if name else None
+    if pack is None:
+        known = ", ".join(sorted(where.known_packs))
+        raise CqosError(f"no rule pack `{name}`; installed: {known}. `--protocol` states that of rows without one")
+    return pack
+
+
+def _has_column_form(pack: RulePack) -> bool:
+    """Whether nothing follows from all endpoints of a participant together, and only equal names match."""
+    return pack.complete is nothing_follows and pack.sum_up is nothing_summed and pack.meeting.match is None
+
+
+# Stages
+
+
+def _stages(folder: Path, wanted: WantedAudit, names: Sequence[str]) -> Path:
     """Return the folder of the stages of exactly this audit."""
     path = Path(wanted.path)
     stamp = [path.stat().st_mtime_ns, path.stat().st_size] if path.exists() else []
-    said = [
-        wanted.path,
-        stamp,
-        wanted.table,
-        wanted.protocol,
-        wanted.severity,
-        wanted.skip,
-        source.collect_schema().names(),
-    ]
+    said = [wanted.path, stamp, wanted.table, wanted.protocol, wanted.severity, wanted.skip, names]
     options = {pack: {name: each.text for name, each in listed.items()} for pack, listed in wanted.options.items()}
-    name = hashlib.sha256(json.dumps([said, options, wanted.engine, wanted.spark], default=str).encode()).hexdigest()[
-        :16
-    ]
-    found = folder / f"stages-{name}"
+    stated = json.dumps([said, options, wanted.engine, wanted.spark], default=str)
+    found = folder / f"stages-{hashlib.sha256(stated.encode()).hexdigest()[:16]}"
     found.mkdir(exist_ok=True)
     return found
 
@@ -173,127 +328,3 @@ def _edition(pack: RulePack) -> str:
     policies = [(each.name, *map(each.default_for, ("publisher", "subscriber"))) for each in pack.policies]
     stated = json.dumps([headers("cqos-core")["Version"], rules, policies])
     return f"{pack.id}-{hashlib.sha256(stated.encode()).hexdigest()[:16]}"
-
-
-def _pack(name: str, names: Sequence[str], where: Context) -> RulePack:
-    """Return the pack of a protocol, where endpoints of it can be checked without what follows from all of them together."""
-    pack = where.find_pack(name) if name else None
-    if pack is None:
-        known = ", ".join(sorted(where.known_packs))
-        raise CqosError(f"no rule pack `{name}`; installed: {known}. `--protocol` states that of rows without one")
-    if pack.complete is not nothing_follows or pack.sum_up is not nothing_summed or pack.meeting.match is not None:
-        raise CqosError(
-            f"{pack.title} has values that follow from all endpoints of a participant together, and no column form for them; "
-            "check its systems with `cqos check`"
-        )
-    if pack.wire is not None and pack.wire.protocol in names:
-        raise CqosError(
-            f"endpoints of `{name}` and `{pack.wire.protocol}` in one table may match; check them with `cqos check`"
-        )
-    return pack
-
-
-def _causes(found: Audited, store: TableStore) -> list[Cause]:
-    """Sum findings up by rule."""
-    versions = store.put(
-        "versions",
-        {
-            "number": ("number", [*range(-1, len(found.profiles.known))]),
-            "version": ("text", ["", *[each.version for each in found.profiles.known]]),
-        },
-    )
-    both = found.findings
-    for end in _ROLES:
-        both = both.join(versions.rename({"number": end, "version": f"{end}_version"}), on=end, how="left")
-    mixed = (nw.col("publisher") >= 0) & (nw.col("subscriber") >= 0)
-    mixed = mixed & (nw.col("publisher_version") != nw.col("subscriber_version"))
-    counted = both.with_columns(nw.when(mixed).then(nw.col("pairs")).otherwise(0).alias("mixed"))
-    by_topic = counted.group_by("code", "severity", "system", "topic").agg(
-        nw.col("pairs").sum().cast(nw.Int64),
-        nw.col("mixed").sum().cast(nw.Int64),
-        (nw.col("publishers") + nw.col("subscribers")).sum().cast(nw.Int64).alias("endpoints"),
-        nw.col("publisher").max(),
-        nw.col("subscriber").max(),
-    )
-    by_topic = store.keep("by_topic", by_topic)
-    sums = by_topic.group_by("code", "severity").agg(
-        nw.len().alias("topics"),
-        *[nw.col(each).sum().cast(nw.Int64) for each in ("pairs", "mixed", "endpoints")],
-    )
-    causes = []
-    for row in sums.collect("pyarrow").to_native().to_pylist():
-        here = by_topic.filter((nw.col("code") == row["code"]) & (nw.col("severity") == row["severity"]))
-        rows = here.sort("pairs", "endpoints", "topic", descending=[True, True, False]).head(_MOST_EXAMPLES)
-        examples = tuple(
-            (each["topic"], _stated(found.profiles, each["publisher"]), _stated(found.profiles, each["subscriber"]))
-            for each in rows.collect("pyarrow").to_native().to_pylist()
-        )
-        topics, pairs, endpoints, mixed_pairs = (int(row[each]) for each in ("topics", "pairs", "endpoints", "mixed"))
-        causes.append(Cause(row["code"], row["severity"], topics, pairs, endpoints, mixed_pairs, examples))
-    return causes
-
-
-def _stated(profiles: FleetProfiles, number: int) -> dict[str, str]:
-    """Return what a profile states, as texts by name."""
-    if number < 0:
-        return {}
-    texts = profiles.known[number].texts
-    return {name: text for name, text in texts.items() if text and (name == "profile" or name not in NO_SETTINGS)}
-
-
-def _write(found: Audited, store: TableStore, output: Path) -> None:
-    """Write the findings as one Parquet file, with what their profiles state as JSON."""
-    import pyarrow as pa
-    from pyarrow import dataset, parquet
-
-    texts = [json.dumps(_stated(found.profiles, at), sort_keys=True) for at in range(len(found.profiles.known))]
-    part = output.with_name(f"{output.name}.part")
-    writer = None
-    try:
-        for batch in dataset.dataset(store.path("findings"), format="parquet").to_batches(batch_size=100_000):
-            table = pa.Table.from_batches([batch])
-            for end in _ROLES:
-                said = [texts[at] if at >= 0 else "" for at in table[end].to_pylist()]
-                table = table.append_column(f"{end}_settings", pa.array(said, pa.string()))
-            writer = writer or parquet.ParquetWriter(part, table.schema)
-            writer.write_table(table)
-    finally:
-        if writer is not None:
-            writer.close()
-    if writer is not None:
-        part.rename(output)
-
-
-def as_text(result: FleetResult, where: Context) -> str:
-    """Return a result for people."""
-    lines = []
-    for each in result.causes:
-        rule = where.find_rule(each.code)
-        name = f" {rule.name}" if rule is not None else ""
-        pairs = _count(each.pairs, "pair") if each.pairs else _count(each.endpoints, "endpoint")
-        mixed = f", {each.between_versions:,} of them between versions" if each.between_versions else ""
-        lines.append(f"{each.severity} {each.code}{name}: {_count(each.topics, 'topic')}, {pairs}{mixed}")
-        for topic, offered, requested in each.examples:
-            ends = [f"{end} {_listed(texts)}" for end, texts in zip(_ROLES, (offered, requested), strict=True) if texts]
-            lines.append(f"    {topic}{': ' if ends else ''}{'; '.join(ends)}")
-    totals = result.totals
-    sums = ", ".join(f"{totals.get(each, 0):,} {each}" for each in ("compatible", "incompatible", "unknown"))
-    counts = ", ".join(_count(totals.get(each + "s", 0), each) for each in ("endpoint", "topic", "profile"))
-    return "\n".join([*lines, f"{counts}; pairs: {sums}"]) + "\n"
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number:,} {word}{'' if number == 1 else 's'}"
-
-
-def _listed(texts: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {text}" for name, text in texts.items()) or "with defaults"
-
-
-def as_json(result: FleetResult) -> str:
-    """Return a result for programs, version 1."""
-    findings = [
-        {**each._asdict(), "examples": [dict(zip(("topic", *_ROLES), e, strict=True)) for e in each.examples]}
-        for each in result.causes
-    ]
-    return json.dumps({"version": 1, "totals": dict(result.totals), "findings": findings}, indent=2) + "\n"

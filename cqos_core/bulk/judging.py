@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
 
 _MOST_COMBINATIONS: Final = 20_000
+_SIDES: Final = (False, True)
 
 
 class Judge(NamedTuple):
@@ -30,7 +31,8 @@ class Judge(NamedTuple):
         rules: of pairs, those that may report anything.
         matching: conditions of matching that may keep profiles apart.
         columns: what the rules read; those of matching stand apart, as what is not known keeps no pair apart.
-        table: by name the kind and values of the columns of profiles.
+        table: by name the kind and values of the columns of profiles; `example` is the number of the profile, raised by the number
+            of all where it is left to Python.
     """
 
     rules: Sequence[RuleForm]
@@ -122,13 +124,21 @@ def _speaking(rules: Iterable[BoundRule], known: Sequence[KnownProfile]) -> set[
 def _constants(vocabulary: Vocabulary, known: Sequence[KnownProfile], columns: Iterable[Column]) -> Constants:
     """Return the columns that all profiles of their end have alike, and know."""
     found: Constants = {}
+    sides = [[each.resolved.profile for each in known if (each.resolved.role != PUBLISHER) is side] for side in _SIDES]
     for column in columns:
-        ends = [each.resolved.profile for each in known if (each.resolved.role != PUBLISHER) is column.second]
-        if any(isinstance(each.values[column.policy], Anything) for each in ends):
-            continue
-        cells = {spans(vocabulary, each.values, each.unmatched, [column])[0] for each in ends}
-        if len(cells) == 1 and None not in cells:
-            found[column] = cells.pop()
+        cells = set()
+        for profile in sides[column.second]:
+            value = profile.values[column.policy]
+            cells.add(
+                None
+                if isinstance(value, Anything)
+                else spans(vocabulary, profile.values, profile.unmatched, [column])[0]
+            )
+            if len(cells) > 1 or None in cells:
+                break
+        else:
+            if cells:
+                found[column] = cells.pop()
     return found
 
 
@@ -144,16 +154,16 @@ def _table(
         "publishers": ("number", [int(each.resolved.role == PUBLISHER) for each in known]),
         "subscribers": ("number", [int(each.resolved.role != PUBLISHER) for each in known]),
         "part": ("number", parts),
-        "python": (
-            "number",
-            [int(at in python or at in loud or _left_open(each)) for at, each in enumerate(known)],
+        "example": (
+            "small",
+            [at + len(known) * (at in python or at in loud or _left_open(each)) for at, each in enumerate(known)],
         ),
         "offering": (
-            "number",
+            "small",
             [s if each.resolved.role == PUBLISHER else None for s, each in zip(signal, known, strict=True)],
         ),
         "requesting": (
-            "number",
+            "small",
             [s if each.resolved.role != PUBLISHER else None for s, each in zip(signal, known, strict=True)],
         ),
     }
@@ -165,8 +175,12 @@ def _table(
                 else None
                 for each in known
             ]
-            kind = "text" if any(isinstance(cell, str) for cell in cells) else "number"
+            kind = "text" if any(isinstance(cell, str) for cell in cells) else "small"
             table[f"{letter}{at}"] = (kind, cells)
+    numbers: dict[Any, int] = {}
+    seen = zip(*(table[f"v{at}"][1] for at in range(len(columns))), strict=True) if columns else ((),) * len(known)
+    ends = ((each.resolved.role, each.version, *cells) for each, cells in zip(known, seen, strict=True))
+    table["alike"] = ("number", [numbers.setdefault(each, len(numbers)) for each in ends])
     return table
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.bulk.engines import DOT
 from cqos_core.matching.judge import ask, judge_endpoint
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.resolving.resolve import Resolver
@@ -37,6 +38,18 @@ class KnownProfile(NamedTuple):
     texts: Mapping[str, str]
 
 
+def pack_knows(pack: RulePack, column: str) -> bool:
+    """Whether a column is a setting of a pack."""
+    name = column.replace(DOT, ".")
+    return any(pack.find(level, name) is not None for level in ("endpoint", "participant", "option"))
+
+
+def settings_of(pack: RulePack, row: Mapping[str, str], *, owned: bool) -> dict[str, str]:
+    """Return the settings that a row has of an endpoint, or of its participant."""
+    stated = {name.replace(DOT, "."): text for name, text in row.items() if text and name not in NO_SETTINGS}
+    return {name: text for name, text in stated.items() if (pack.find("endpoint", name) is None) is owned}
+
+
 class FleetProfiles:
     """The distinct profiles of one protocol; the number of one is its position in ``known``."""
 
@@ -55,16 +68,11 @@ class FleetProfiles:
         """
         systems: dict[tuple[tuple[str, str], ...], list[int]] = {}
         for at, row in enumerate(rows):
-            systems.setdefault(tuple(self._settings(row, owned=True).items()), []).append(at)
+            systems.setdefault(tuple(settings_of(self.pack, row, owned=True).items()), []).append(at)
         found: dict[int, tuple[int, str | None]] = {}
         for owned, positions in systems.items():
             found |= self._resolve(dict(owned), {at: rows[at] for at in positions})
         return [found[at] for at in range(len(rows))]
-
-    def _settings(self, row: Mapping[str, str], *, owned: bool) -> dict[str, str]:
-        """Return the settings of an endpoint, or of its participant."""
-        stated = {name: text for name, text in row.items() if text and name not in NO_SETTINGS}
-        return {name: text for name, text in stated.items() if (self.pack.find("endpoint", name) is None) is owned}
 
     def _resolve(
         self, owned: Mapping[str, str], rows: Mapping[int, Mapping[str, str]]
@@ -81,7 +89,7 @@ class FleetProfiles:
                     role=PUBLISHER if row["role"] == PUBLISHER else SUBSCRIBER,
                     topic=row["topic"],
                     participant=owner,
-                    settings={name: Setting(text) for name, text in self._settings(row, owned=False).items()},
+                    settings={name: Setting(text) for name, text in settings_of(self.pack, row, owned=False).items()},
                     profiles=(ProfileRef(row["profile"]),) if row.get("profile") else (),
                     type=row.get("type") or None,
                 )

@@ -1,27 +1,32 @@
-"""Topics that Python judges: where an assumption, a peer, a whole topic or a condition of matching decides; and topics of one side."""
+"""Topics that Python judges, once for each combination of profiles, and similar names of topics with one side.
+
+In Python are those on which an assumption, a peer, a whole topic or a condition of matching decides.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.partners import reported_alone
+from cqos_core.checking.partners import BusyTopics, reported_alone
 from cqos_core.checking.topic import TopicResult, settled
 from cqos_core.language.relation import positions
 from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.model.codes import CODES
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.bulk.profiles import FleetProfiles
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
 
-PYTHON, ALONE = 2, 3
-"""Routes of topics: all of it is judged here; it has one side only."""
+QUIET, COLUMNS, PYTHON, ALONE, SPECIAL = range(5)
+"""Routes of topics: no rule reports; pairs are asked in columns; all of it is judged here; it has one side only; its name decides."""
+_MOST_SHAPES: Final = 20_000
 
 
 @dataclass(slots=True)
@@ -29,36 +34,61 @@ class SlowTopics:
     """Judges topics, one endpoint for each profile; that endpoint stands for as many as there are.
 
     Attributes:
-        rows: the findings.
         verdicts: numbers of pairs by verdict.
     """
 
     profiles: FleetProfiles
-    rows: list[dict[str, Any]] = field(default_factory=list)
     verdicts: dict[str, int] = field(default_factory=dict)
     _counts: dict[str, int] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
     _lonely: dict[TopicKey, list[Resolved]] = field(default_factory=dict)
+    _known: dict[tuple[tuple[int, int], ...], tuple[dict[str, int], list[dict[str, Any]]]] = field(default_factory=dict)
 
-    def judge(self, groups: Iterable[Mapping[str, Any]]) -> None:
-        """Judge groups of endpoints; those of one system, and of one topic in it, stand one after the other."""
+    def judge(
+        self, groups: Iterable[Mapping[str, Any]], busy: Iterable[Mapping[str, Any]]
+    ) -> Iterator[Mapping[str, Any]]:
+        """Yield findings about groups of endpoints.
+
+        Args:
+            groups: those of one system, and of one topic in it, stand one after the other.
+            busy: topics with both sides that may be meant by a similar name.
+        """
+        packs = {self.profiles.pack.id: self.profiles.pack}
+        named: dict[str, list[str]] = {}
+        for row in busy:
+            named.setdefault(row["system"], []).append(row["topic"])
         for system, of_system in groupby(groups, lambda row: row["system"]):
+            meant = BusyTopics(packs)
+            for topic in dict.fromkeys(named.get(system, ())):
+                meant.put((self.profiles.pack.id, topic), topic)
             for topic, of_topic in groupby(of_system, lambda row: row["topic"]):
-                self._judge(system, topic, [*of_topic])
-            packs = {self.profiles.pack.id: self.profiles.pack}
-            found = reported_alone(self._lonely, packs, {}, lambda _: lambda _: None, partial=False)
+                verdicts, rows = self._judged(topic, [*of_topic])
+                for verdict, pairs in verdicts.items():
+                    self.verdicts[verdict] = self.verdicts.get(verdict, 0) + pairs
+                yield from ({**row, "system": system, "topic": topic} for row in rows)
+            found = reported_alone(self._lonely, packs, {}, lambda _, meant=meant: meant.meant, partial=False)  # type: ignore[misc]
             for (_, topic), findings in found.items():
-                for finding in findings:
-                    self._note(system, topic, finding)
+                yield from (
+                    {**row, "system": system, "topic": topic} for each in findings for row in self._row_of(each)
+                )
             for known in (self._lonely, self._counts, self._numbers):
                 known.clear()
 
-    def _judge(self, system: str, name: str, groups: Sequence[Mapping[str, Any]]) -> None:
-        ends = [self._end(name, row) for row in groups]
-        if len({each.role for each in ends}) == 1:
-            self._lonely[self.profiles.pack.id, name] = ends
+    def _judged(self, name: str, groups: Sequence[Mapping[str, Any]]) -> tuple[dict[str, int], list[dict[str, Any]]]:
+        """Return the pairs by verdict and the findings of a topic; keep it where it has one side."""
+        if len({row["publishers"] > 0 for row in groups}) == 1:
+            self._lonely[self.profiles.pack.id, name] = [self._end(name, row) for row in groups]
         if all(row["route"] == ALONE for row in groups):
-            return
+            return {}, []
+        shape = tuple([(row["p"], row["publishers"] + row["subscribers"]) for row in groups])
+        known = self._known.get(shape)
+        if known is None:
+            if len(self._known) >= _MOST_SHAPES:
+                self._known.clear()
+            known = self._known[shape] = self._of_shape([self._end(name, row) for row in groups])
+        return known
+
+    def _of_shape(self, ends: Sequence[Resolved]) -> tuple[dict[str, int], list[dict[str, Any]]]:
         topic = settled(ends)
         publishers, subscribers = (
             tuple(
@@ -68,17 +98,17 @@ class SlowTopics:
             for listed in (topic.publishers, topic.subscribers)
         )
         outcomes = judge_shape(topic.shape._replace(publishers=publishers, subscribers=subscribers))
+        verdicts: dict[str, int] = {}
         for row in outcomes.rows:
             pairs = sum(publishers[at].size for at in row.publishers) * sum(
                 subscribers[at].size for at in positions(row.subscribers)
             )
-            self.verdicts[row.verdict.value] = self.verdicts.get(row.verdict.value, 0) + pairs
+            verdicts[row.verdict.value] = verdicts.get(row.verdict.value, 0) + pairs
         # Findings about a single profile are reported for all topics alike.
         outlines = tuple(each for each in outcomes.outlines if each.spoken.bound.scope != "endpoint")
         result = TopicResult(ends, outcomes._replace(outlines=outlines))
         result.topic = topic
-        for made in result.made:
-            self._note(system, name, made.finding)
+        return verdicts, [row for made in result.made for row in self._row_of(made.finding)]
 
     def _end(self, name: str, row: Mapping[str, Any]) -> Resolved:
         known = self.profiles.known[row["p"]].resolved
@@ -89,8 +119,8 @@ class SlowTopics:
         end: Resolved = replace(known, id=identifier, key=name, shown=name, endpoint=owner)
         return end
 
-    def _note(self, system: str, topic: str, finding: Finding) -> None:
-        """Keep a finding, where it is severe enough."""
+    def _row_of(self, finding: Finding) -> Iterator[dict[str, Any]]:
+        """Yield a finding as a row, where it is severe enough."""
         if finding.severity.value not in self.profiles.severities:
             return
         members: dict[str, list[str]] = {"publisher": [], "subscriber": []}
@@ -103,4 +133,6 @@ class SlowTopics:
         counts = {f"{role}s": sum(self._counts[each] for each in listed) for role, listed in members.items()}
         verdict = finding.verdict.value if finding.verdict else ""
         stated = {"code": finding.code, "severity": finding.severity.value, "verdict": verdict}
-        self.rows.append({**stated, "system": system, "topic": topic, **ends, **counts, "pairs": finding.pairs})
+        usual = CODES.get(finding.code)
+        meant = finding.help if usual is not None and finding.help != usual.help else ""
+        yield {**stated, **ends, **counts, "pairs": finding.pairs, "help": meant}

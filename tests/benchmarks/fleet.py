@@ -68,7 +68,7 @@ def measure(path: Path) -> None:
     by_all, _ = cost(lambda: fleet.aggregate(f"{POLICIES}, count(*)").count("*").fetchall())
     marks: list[tuple[str, float]] = []
 
-    def step(what: str) -> None:
+    def step(what: str, _: int = 0) -> None:
         used = resource.getrusage(resource.RUSAGE_SELF)
         marks.append((what, used.ru_utime + used.ru_stime))
 
@@ -80,7 +80,7 @@ def measure(path: Path) -> None:
             lambda: result.append(run_audit(WantedAudit(str(path), output=output, memory="16GB"), context(), step))
         )
         step("end")
-    begin, candidates = marks[0][1], dict(marks)["counting pairs"]
+    begin, candidates = marks[0][1], dict(marks)["comparing names"]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"group by topic {by_topic:.2f} s, by all policies {by_all:.2f} s of the processor")  # noqa: T201 - a command
     print(f"candidates {candidates - begin:.2f} s, {(candidates - begin) / by_topic:.1f} times the first")  # noqa: T201 - likewise

@@ -1,12 +1,14 @@
-"""Small fleets at random, with all that makes an audit take another way; and what the check of one system says of them."""
+"""Small fleets at random, with all that makes an audit take another way; and what the check of each system says of them."""
 
 from __future__ import annotations
 
 import csv
 import random
 from collections import Counter
+from itertools import groupby
 from typing import TYPE_CHECKING
 
+from cqos_core.bulk.profiles import settings_of
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
@@ -14,67 +16,119 @@ from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, S
 if TYPE_CHECKING:
     from pathlib import Path
 
-SETTINGS = {
-    "reliability": ("", "", "reliable", "best_effort", "system_default", "bogus", "best_available"),
-    "durability": ("", "volatile", "transient_local"),
-    "deadline": ("", "", "100ms", "1s", "2s", "infinite"),
-    "depth": ("", "1", "10"),
+STATED = {
+    "ros2": {
+        "reliability": ("", "", "reliable", "best_effort", "system_default", "bogus", "best_available"),
+        "durability": ("", "volatile", "transient_local"),
+        "deadline": ("", "", "100ms", "1s", "2s", "infinite"),
+        "depth": ("", "1", "10"),
+    },
+    "dds": {
+        "reliability": ("", "", "reliable", "best_effort", "bogus"),
+        "durability": ("", "volatile", "transient_local"),
+        "deadline": ("", "", "100ms", "1s", "2s", "infinite"),
+        "liveliness.kind": ("", "", "manual_by_topic"),
+    },
+    "mqtt": {
+        "qos": ("", "0", "1", "2", "3"),
+        "retain": ("", "", "true"),
+        "no_local": ("", "", "", "true"),
+        "message_expiry_interval": ("", "", "10s"),
+        "client_id": ("", "", "", "one", "two"),
+        "will.topic": ("", "", "", "s/gone"),
+    },
 }
 NAMES = {
-    "ros2": ("/t", "/t", "/scan/left", "/tf", "/rosout", "chatter", "~/x", "/bad//n", "/Scan"),
-    "dds": ("t", "Square", "DCPSTopic", "/a/b"),
+    "ros2": (
+        "/t",
+        "/t",
+        "/scan/left",
+        "/tf",
+        "/rosout",
+        "chatter",
+        "~/x",
+        "/bad//n",
+        "/Scan",
+        "/sensor/front",
+        "/sensor/fronts",
+    ),
+    "dds": ("t", "Square", "DCPSTopic", "/a/b", "rt/t", "rt/chatter"),
+    "mqtt": ("s/a", "s/b", "$SYS/x", "s/Temperature", "s//a"),
 }
-PROFILES = {"ros2": ("", "", "", "sensor_data", "no_such_profile"), "dds": ("",)}
+FILTERS = ("s/a", "s/+", "s/#", "#", "$share/g/s/+", "$SYS/#", "s/temperature", "s/#/b", "+/a", "/s/b")
+PROFILES = {"ros2": ("", "", "", "sensor_data", "no_such_profile")}
+OF_CLIENTS = ("client_id", "will.topic")
 
 
-def write_fleet(path: Path, protocol: str, seed: int, number: int = 250) -> None:
+def write_fleet(path: Path, protocols: str, seed: int, number: int = 250, systems: int = 1) -> None:
     """Write a table of endpoints as CSV."""
     chosen = random.Random(seed)  # noqa: S311 - no secrets
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, ("id", "role", "participant", "topic", "type", "domain", "profile", *SETTINGS))
-        writer.writeheader()
-        for at in range(number):
-            domain = chosen.choice(("", "1")) if chosen.random() < 0.2 else ""
-            writer.writerow(
-                {
-                    "id": f"e{at}",
-                    "role": chosen.choice(("publisher", "subscriber")),
-                    "participant": f"n{at % 40}_{domain or 0}",
-                    "topic": chosen.choice(NAMES[protocol]) + (str(chosen.randrange(30)) if at % 10 else ""),
-                    "type": chosen.choice(("", "a/msg/B", "a/msg/C")) if chosen.random() < 0.2 else "",
-                    "domain": domain,
-                    "profile": chosen.choice(PROFILES[protocol]),
-                    **{
-                        name: "" if name == "depth" and protocol == "dds" else chosen.choice(texts)
-                        for name, texts in SETTINGS.items()
-                    },
-                }
-            )
-
-
-def said_by_check(path: Path, protocol: str) -> tuple[Counter[str], Counter[tuple[str, str]]]:
-    """Return what the check of one system says: pairs by verdict, and pairs of findings by code and severity."""
-    system = System(protocol=protocol)
-    for row in csv.DictReader(path.read_text("utf-8").splitlines()):
-        owner = row["participant"]
-        stated = {"domain": Setting(row["domain"])} if row["domain"] else {}
-        system.participants.setdefault(owner, Participant(owner, protocol, stated))
-        system.endpoints.append(
-            Endpoint(
-                id=row["id"],
-                role="publisher" if row["role"] == "publisher" else "subscriber",
-                topic=row["topic"],
-                participant=owner,
-                settings={name: Setting(row[name]) for name in SETTINGS if row[name]},
-                profiles=(ProfileRef(row["profile"]),) if row["profile"] else (),
-                type=row["type"] or None,
-            )
+    listed = protocols.split()
+    settings = dict.fromkeys(name for each in listed for name in STATED[each])
+    columns = ("id", "system", "protocol", "role", "participant", "topic", "type", "domain", "profile", *settings)
+    if "mqtt" in listed:
+        columns = tuple(each for each in columns if each != "domain")
+    rows = []
+    owned: dict[str, dict[str, str]] = {}
+    for at in range(number):
+        protocol = listed[at % len(listed)]
+        domain = chosen.choice(("", "1")) if chosen.random() < 0.2 else ""
+        system, role = f"s{at % systems}" if systems > 1 else "", chosen.choice(("publisher", "subscriber"))
+        owner = f"{protocol}_{at % 40}_{domain or 0}"
+        texts = {name: chosen.choice(values) for name, values in STATED[protocol].items()}
+        texts |= owned.setdefault(f"{system} {owner}", {name: texts[name] for name in OF_CLIENTS if name in texts})
+        names = FILTERS if protocol == "mqtt" and role == "subscriber" else NAMES[protocol]
+        numbered = str(chosen.randrange(30)) if at % 10 and protocol != "mqtt" else ""
+        rows.append(
+            {
+                "id": f"e{at}",
+                "system": system,
+                "protocol": protocol,
+                "role": role,
+                "participant": owner,
+                "topic": chosen.choice(names) + numbered,
+                "type": chosen.choice(("", "a/msg/B", "a/msg/C"))
+                if chosen.random() < 0.2 and "mqtt" not in listed
+                else "",
+                "domain": domain,
+                "profile": chosen.choice(PROFILES.get(protocol, ("",))),
+                **texts,
+            }
         )
-    report = check_system(system, context())
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def said_by_check(path: Path) -> tuple[Counter[str], Counter[tuple[str, str]]]:
+    """Return what the checks of the systems say: pairs by verdict, and pairs of findings by code and severity."""
     verdicts, findings = Counter[str](), Counter[tuple[str, str]]()
-    for each in report.groups:
-        verdicts[each.verdict.value] += len(each.publishers) * len(each.subscribers)
-    for finding in report.findings:
-        if finding.code != "CQ406":  # a note about a participant's own topics
-            findings[finding.code, finding.severity.value] += finding.pairs
+    where = context()
+    rows = sorted(csv.DictReader(path.read_text("utf-8").splitlines()), key=lambda row: row["system"])
+    for _, of_system in groupby(rows, lambda row: row["system"]):
+        system = System()
+        for row in of_system:
+            pack = where.find_pack(row["protocol"])
+            assert pack is not None
+            owner = row["participant"]
+            stated = {name: Setting(text) for name, text in settings_of(pack, row, owned=True).items()}
+            system.participants.setdefault(owner, Participant(owner, pack.id, stated))
+            system.endpoints.append(
+                Endpoint(
+                    id=row["id"],
+                    role="publisher" if row["role"] == "publisher" else "subscriber",
+                    topic=row["topic"],
+                    participant=owner,
+                    settings={name: Setting(text) for name, text in settings_of(pack, row, owned=False).items()},
+                    profiles=(ProfileRef(row["profile"]),) if row["profile"] else (),
+                    type=row["type"] or None,
+                )
+            )
+        report = check_system(system, where)
+        for each in report.groups:
+            verdicts[each.verdict.value] += len(each.publishers) * len(each.subscribers)
+        for finding in report.findings:
+            if finding.code not in {"CQ404", "CQ406"}:  # notes about a whole system
+                findings[finding.code, finding.severity.value] += finding.pairs
     return verdicts, findings

@@ -35,13 +35,21 @@ def audited(folder: Path, **wanted: Any) -> tuple[dict[str, int], Counter[tuple[
 
 
 @pytest.mark.parametrize(
-    ("protocol", "engine", "seed"), [("ros2", "duckdb", 1), ("ros2", "polars", 2), ("dds", "duckdb", 3)]
+    ("protocols", "engine", "seed", "systems"),
+    [
+        ("ros2", "duckdb", 1, 1),
+        ("ros2", "polars", 2, 3),
+        ("dds", "duckdb", 3, 1),
+        ("mqtt", "duckdb", 4, 2),
+        ("ros2 dds", "duckdb", 5, 2),
+        ("mqtt ros2", "polars", 6, 1),
+    ],
 )
-def test_an_audit_says_what_a_check_says(protocol, engine, seed, tmp_path):
+def test_an_audit_says_what_a_check_says(protocols, engine, seed, systems, tmp_path):
     path = tmp_path / "fleet.csv"
-    write_fleet(path, protocol, seed)
-    verdicts, findings = said_by_check(path, protocol)
-    totals, found = audited(tmp_path, path=str(path), engine=engine, protocol=protocol)
+    write_fleet(path, protocols, seed, systems=systems)
+    verdicts, findings = said_by_check(path)
+    totals, found = audited(tmp_path, path=str(path), engine=engine)
     assert {name: totals.get(name, 0) for name in ("compatible", "incompatible", "unknown")} == {
         name: verdicts[name] for name in ("compatible", "incompatible", "unknown")
     }
@@ -82,7 +90,11 @@ def test_a_clean_fleet_is_one_line_and_goes_on_where_it_was(tmp_path):
     [
         (TABLE, [], "no column `protocol`"),
         (TABLE, ["--protocol", "rosy"], "no rule pack `rosy`"),
-        (TABLE, ["--protocol", "mqtt"], "cqos check"),
+        (
+            TABLE.replace("reliability", "skip"),
+            ["--protocol", "mqtt", "--skip", "skip"],
+            "needs a column `participant`",
+        ),
         (TABLE.replace("reliability", "reliabilty"), ["--protocol", "ros2"], "did you mean `reliability`"),
         (TABLE.replace("subscriber", "subscribr"), ["--protocol", "ros2"], "role `subscribr`"),
         ("topic\n/a\n", ["--protocol", "ros2"], "no column `role`"),

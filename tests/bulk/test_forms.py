@@ -8,19 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.bulk.source_text import CompiledPack, answers, compiled_pack, source_text
-from cqos_core.bulk.writers import expression, pattern_of
+from cqos_core.bulk.source_text import answers, compiled_pack, source_text
+from cqos_core.bulk.writers import pattern_of
 from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
-from tests.bulk.random_ends import End, random_ends, said
+from tests.bulk.tried_rules import Tried, answers_in, both_ends, both_kinds
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from cqos_core.bulk.forms import Column, RuleForm
     from cqos_core.packs.pack import RulePack
+    from tests.bulk.random_ends import End
 
-PAIRS = 150
 WITHOUT_FORM = {
     "ros2": {"ROS319", "ROS320", "ROS321"},
     "dds": {
@@ -37,33 +36,6 @@ def pack(request: pytest.FixtureRequest) -> RulePack:
     found = load_plugins().pack(request.param)
     assert found is not None
     return found
-
-
-class Tried:
-    """Random pairs of a pack, in columns, and what its rules say of them."""
-
-    def __init__(self, pack: RulePack, rules: list[RuleForm], *, alone: bool) -> None:
-        self.pack, self.rules = pack, rules
-        self.ends = random_ends(pack, PAIRS, pack.id)
-        if alone:
-            self.ends = [(first, first) for first, _ in self.ends]
-        self.expected = [[said(rule, *pair) for rule in rules] for pair in self.ends]
-        used = {each for rule in rules for form in (rule.reports, rule.unknown) for each in form.columns()}
-        self.columns = sorted({each._replace(second=False) for each in used})
-
-    def table(self, side: int) -> dict[str, list[Any]]:
-        rows = [pair[side].cells(self.pack, self.columns) for pair in self.ends]
-        cells = dict(zip((self.name(each) for each in self.columns), map(list, zip(*rows, strict=True)), strict=True))
-        numbers = [*range(len(rows))]
-        return {"id": [str(each) for each in numbers], "topic": numbers, **cells}
-
-    def name(self, column: Column) -> str:
-        return column.name(self.pack.vocabulary)
-
-
-def both_kinds(pack: RulePack) -> list[tuple[CompiledPack, Tried]]:
-    compiled = compiled_pack(pack)
-    return [(compiled, Tried(pack, [*rules], alone=at == 1)) for at, rules in enumerate(compiled[:2])]
 
 
 def test_every_rule_has_a_column_form_or_is_listed(pack):
@@ -128,32 +100,14 @@ def in_node(folder: Path, kind: str, rows: list[Any]) -> list[dict[str, bool]]:
 @pytest.mark.parametrize("engine", ["polars", "duckdb"])
 def test_narwhals_says_what_python_says(pack, engine):
     nw, native = needed("narwhals"), needed(engine)
-    pyarrow = needed("pyarrow")
     for _, tried in both_kinds(pack):
-        both = {
-            f"{'or'[side]}{at}": cells for side in (0, 1) for at, cells in enumerate([*tried.table(side).values()][2:])
-        }
-        table = pyarrow.table({"n": [*range(PAIRS)], **both})
+        table = both_ends(tried)
         if engine == "duckdb":
             db = native.connect()
             frame = nw.from_native(db.from_arrow(table))
         else:
             frame = nw.from_native(native.from_arrow(table).lazy())
-        at = {column: index for index, column in enumerate(tried.columns)}
-
-        def column(each: Column, at: dict[Column, int] = at) -> Any:
-            return nw.col(f"{'or'[each.second]}{at[each._replace(second=False)]}")
-
-        asked = {
-            f"{kind}{number}": expression(form, column)
-            for number, rule in enumerate(tried.rules)
-            for kind, form in (("reports", rule.reports), ("unknown", rule.unknown))
-        }
-        rows = frame.select("n", *[each.alias(name) for name, each in asked.items()]).sort("n").collect("pyarrow")
-        found = rows.to_native().to_pylist()
-        assert [[(row[f"reports{n}"], row[f"unknown{n}"]) for n in range(len(tried.rules))] for row in found] == [
-            [*each] for each in tried.expected
-        ]
+        assert answers_in(frame, tried) == [[*each] for each in tried.expected]
 
 
 @pytest.mark.parametrize("pattern", ["*[!A-Za-z0-9_/]*", "*//*", "*/[0-9]*", "a.b?", "*/_*", "[]a]x", "a|b(c)"])

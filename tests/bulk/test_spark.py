@@ -10,12 +10,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import said_by_check, write_fleet
+from tests.bulk.tried_rules import answers_in, both_ends, both_kinds
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -70,13 +72,11 @@ def _wait_for(port: int) -> None:
 def test_a_cluster_says_what_a_check_says(cluster, tmp_path):
     path = tmp_path / "fleet.csv"
     write_fleet(path, "ros2", 5, 60)
-    verdicts, findings = said_by_check(path, "ros2")
+    verdicts, findings = said_by_check(path)
     command = [
         str(Path(sys.executable).with_name("cqos")),
         "audit",
         str(path),
-        "--protocol",
-        "ros2",
         "--severity",
         "note",
     ]
@@ -86,3 +86,36 @@ def test_a_cluster_says_what_a_check_says(cluster, tmp_path):
     found = json.loads(done.stdout)
     assert {name: found["totals"].get(name, 0) for name in verdicts} == verdicts
     assert {(each["code"], each["severity"]): each["pairs"] for each in found["findings"]} == dict(findings)
+
+
+@pytest.fixture(scope="module")
+def session() -> Iterator[Any]:
+    """Start Spark within this test, for small queries."""
+    needed("java", program=True)
+    sql = needed("pyspark.sql") if needed("pyspark") else None
+    os.environ.pop("SPARK_HOME", None)
+    builder = sql.SparkSession.builder.master("local[1]").config("spark.ui.enabled", "false")
+    quick = {
+        "spark.driver.host": "127.0.0.1",
+        "spark.sql.shuffle.partitions": "1",
+        "spark.sql.codegen.wholeStage": "false",
+        "spark.sql.codegen.factoryMode": "NO_CODEGEN",
+        "spark.sql.ansi.enabled": "true",
+    }
+    for name, value in quick.items():
+        builder = builder.config(name, value)
+    started = builder.getOrCreate()
+    yield started
+    started.stop()
+
+
+@pytest.mark.parametrize("protocol", ["dds", "mqtt", "ros2"])
+def test_every_rule_says_on_spark_what_python_says(session, protocol, tmp_path):
+    nw, parquet = needed("narwhals"), needed("pyarrow.parquet")
+    pack = load_plugins().pack(protocol)
+    assert pack is not None
+    for at, (_, tried) in enumerate(both_kinds(pack)):
+        path = tmp_path / f"{at}.parquet"
+        parquet.write_table(both_ends(tried), path)
+        frame = nw.from_native(session.read.parquet(str(path)))
+        assert answers_in(frame, tried) == [[*each] for each in tried.expected]
