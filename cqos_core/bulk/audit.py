@@ -60,10 +60,9 @@ class Audited(NamedTuple):
 
 
 class _Topics(NamedTuple):
-    """The topics of one protocol with their routes, and groups of endpoints of those whose names had to be resolved."""
+    """The topics of one protocol with their routes, and the endpoints as groups of one topic and profile."""
 
     topics: Frame
-    named: Frame
     ends: Frame
     table: Frame
     judge: Judge
@@ -99,7 +98,7 @@ def audit(
         how="vertical",
     )
     wanted = store.keep("wanted", wanted)
-    groups = store.keep("groups", _grouped(found, wanted, ["route"]))
+    groups = store.keep("groups", _grouped(found, wanted))
     said = store.keep("said", confirmed(groups.filter(nw.col("route") == COLUMNS), found.table, found.judge))
     step(STAGES[4])
     rest = SlowTopics(profiles)
@@ -169,43 +168,46 @@ def _candidates(
     """Return all topics with their routes."""
     judge = judge_of(profiles)
     table = store.put("values", judge.table)
-    ends = source.join(plain.join(table, on="p"), on=[*keys], how="inner")
-    routed = routed_topics(ends, judge, one_system=one_system)
+    # Most rows differ from others of their topic in nothing, so what follows reads a third of them.
+    varying = ["topic", "p"] if one_system else ["system", "topic", "p"]
+    grouped = (
+        source.join(plain, on=[*keys], how="inner").group_by(*varying).agg(nw.len().cast(nw.Int64).alias("number"))
+    )
+    grouped = store.keep("ends", grouped)
+    if one_system:
+        grouped = grouped.with_columns(nw.lit("").alias("system"))
+    routed = routed_topics(_counted(grouped, table), judge, one_system=one_system)
     is_special = _is_special(profiles)
     if is_special is not None:
         routed = routed.with_columns(nw.when(is_special).then(SPECIAL).otherwise(nw.col("route")).alias("route"))
     topics = store.keep("topics", routed)
     special = topics.filter(nw.col("route") == SPECIAL).group_by("topic").agg(nw.len().alias("number"))
-    nothing = store.put("named_groups", {"system": ("text", []), **_GROUP})
     if is_special is None or not rows_of(special.head(1)):
-        return _Topics(_split(topics, judge, profiles, store), nothing, ends, table, judge)
-    names = _named(source.join(special, on="topic", how="semi"), keys, profiles, store)
+        return _Topics(_split(topics, judge, profiles, store), _counted(grouped, table), table, judge)
+    named = _named(source.join(special, on="topic", how="semi"), keys, profiles, store)
     judge = judge_of(profiles)
     table = store.put("all_values", judge.table)
-    here = topics.filter(nw.col("route") != SPECIAL)
-    known = names.group_by("system", "topic").agg(nw.len().alias("number")).select("system", "topic")
-    both = (
-        here.join(known, on=["system", "topic"], how="semi").group_by("system", "topic").agg(nw.len().alias("number"))
+    grouped = grouped.join(special, on="topic", how="anti")
+    known = named.group_by("system", "topic").agg(nw.len().alias("endpoints"))
+    few = nw.concat(
+        [each.select(*_GROUP) for each in (grouped.join(known, on=_NAME, how="semi"), named)], how="vertical"
     )
-    few = [ends.join(both, on=["system", "topic"], how="semi"), names.join(table, on="p")]
-    counted = [
-        each.group_by("system", "topic", "p").agg(*summed(*COUNTS))
-        for each in (few[0], few[1].with_columns(*[nw.col(each) * nw.col("number") for each in COUNTS]))
-    ]
-    named = store.keep("named", nw.concat(counted, how="vertical"))
-    wide = named.join(table.drop(*COUNTS), on="p")
-    rest = here.join(known, on=["system", "topic"], how="anti")
-    every = nw.concat([rest, routed_topics(wide, judge).select(*rest.collect_schema().names())], how="vertical")
-    ends = source.join(special, on="topic", how="anti").join(known, on=["system", "topic"], how="anti")
-    ends = ends.join(plain.join(table, on="p"), on=[*keys], how="inner")
-    topics = _split(store.keep("all_topics", every), judge, profiles, store)
-    return _Topics(topics, wide.select("system", "topic", "part", "p", *COUNTS), ends, table, judge)
+    again = routed_topics(_counted(store.keep("named", few), table), judge)
+    rest = topics.filter(nw.col("route") != SPECIAL).join(known, on=_NAME, how="anti")
+    topics = nw.concat([rest, again.select(*rest.collect_schema().names())], how="vertical")
+    grouped = nw.concat([grouped.join(known, on=_NAME, how="anti").select(*_GROUP), few], how="vertical")
+    every = _counted(store.keep("all_ends", grouped), table)
+    return _Topics(_split(store.keep("all_topics", topics), judge, profiles, store), every, table, judge)
 
 
-_GROUP: Final[dict[str, tuple[str, list[Any]]]] = {
-    "topic": ("text", []),
-    **{each: ("number", []) for each in ("part", "p", *COUNTS)},
-}
+_NAME: Final = ["system", "topic"]
+_GROUP: Final = [*_NAME, "p", "number"]
+
+
+def _counted(groups: Frame, table: Frame) -> Frame:
+    """Return groups of endpoints of one profile with the columns of it, and how many publishers and subscribers they are."""
+    counts = [nw.col(each).cast(nw.Int64) * nw.col("number") for each in COUNTS]
+    return groups.join(table, on="p").with_columns(*counts)
 
 
 def _is_special(profiles: FleetProfiles) -> nw.Expr | None:
@@ -265,12 +267,10 @@ def _similar(topics: Frame, profiles: FleetProfiles, store: TableStore) -> Frame
     return store.fill("similar", {"system": "text", "topic": "text", "sides": "number"}, rows)
 
 
-def _grouped(found: _Topics, wanted: Frame, more: list[str]) -> Frame:
+def _grouped(found: _Topics, wanted: Frame) -> Frame:
     """Return the endpoints of some topics, as groups of one profile."""
-    columns = [*TOPIC, "p", *COUNTS]
-    ends = found.ends.join(wanted, on=TOPIC).select(*columns, *more)
-    named = found.named.join(wanted, on=TOPIC).select(*columns, *more)
-    return nw.concat([ends, named], how="vertical").group_by(*TOPIC, *more, "p").agg(*summed(*COUNTS))
+    ends = found.ends.join(wanted, on=TOPIC)
+    return ends.group_by(*TOPIC, "route", "p").agg(*summed(*COUNTS))
 
 
 def _of_one_side(topics: Frame, profiles: FleetProfiles) -> Iterator[Frame]:
@@ -301,9 +301,7 @@ def _of_ends(found: _Topics, profiles: FleetProfiles, store: TableStore, remarke
             "severity": ("text", [each.severity for _, each in rows]),
         },
     )
-    both = ["system", "topic", "p", *COUNTS]
-    every = nw.concat([found.ends.select(*both), found.named.select(*both)], how="vertical")
-    counted = every.join(said, on="p").group_by("system", "topic", "p", "code", "severity").agg(*summed(*COUNTS))
+    counted = found.ends.join(said, on="p").group_by("system", "topic", "p", "code", "severity").agg(*summed(*COUNTS))
     return counted.with_columns(
         *literals({"verdict": "", "help": "", "pairs": 0}),
         *[
