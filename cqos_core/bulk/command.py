@@ -46,7 +46,13 @@ _ORDER: Final = ("note", "warning", "error")
 @click.option(
     "--work", type=click.Path(path_type=Path), help="Keep stages in this folder; the next run goes on from there."
 )
-@click.option("--memory", default="", metavar="SIZE", help="The most memory that DuckDB uses, such as 4GB.")
+@click.option(
+    "--memory",
+    default="3GB",
+    show_default=True,
+    metavar="SIZE",
+    help="The most memory that DuckDB uses; then it uses files.",
+)
 @click.option("--engine", type=click.Choice(["duckdb", "polars"]), default="duckdb", show_default=True)
 @click.option("--spark", default="", metavar="URL", help="Run on this Spark cluster, such as spark://host:7077.")
 @click.pass_context
@@ -57,12 +63,13 @@ def audit(
 
     SOURCE is a file (.parquet, .csv, .ndjson), a DuckDB database (.duckdb), or with --spark also a table of the cluster. It has a row
     for each endpoint, with the columns role and topic; others are protocol, participant, type, profile, system, version, and one for
-    each setting.
+    each setting. SOURCE may also be a system file, or a folder in which each file is a system.
 
     \b
     Examples:
       cqos audit endpoints.parquet --protocol ros2
       cqos audit fleet.duckdb --output findings.parquet
+      cqos audit robots/
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     lacking = [name for name in ("narwhals", "duckdb", "pyarrow") if importlib.util.find_spec(name) is None]
     if lacking:

@@ -77,7 +77,7 @@ def measure(path: Path) -> None:
         step("begin")
         result = []
         whole, clock = cost(
-            lambda: result.append(run_audit(WantedAudit(str(path), output=output, memory="16GB"), context(), step))
+            lambda: result.append(run_audit(WantedAudit(str(path), output=output, memory="3GB"), context(), step))
         )
         step("end")
     begin, candidates = marks[0][1], dict(marks)["comparing names"]

@@ -81,7 +81,7 @@ def test_a_cluster_says_what_a_check_says(cluster, tmp_path):
         "note",
     ]
     arguments = ["--spark", cluster, "--work", str(tmp_path / "stages"), "--format", "json"]
-    done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=False, timeout=240)
+    done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=False, timeout=900)
     assert done.returncode == 1, done.stderr[-3000:]
     found = json.loads(done.stdout)
     assert {name: found["totals"].get(name, 0) for name in verdicts} == verdicts
