@@ -215,10 +215,11 @@ class Counting:
 
     def _left(self, at: int, following: int) -> Rate | None:
         """Return how often tokens go from a node to what follows it, or to a boundary event of it."""
-        interrupts = self._graph.attached[following] == at and self._graph.nodes[following].interrupting
-        if (interrupts and at in self._leaving) or self._leaves_once(at):
-            return tightest([self.bounds[at], self._leaving[at][1]])
-        return self.bounds[at]
+        if self._graph.attached[following] == at:
+            once = at in self._leaving and self._graph.nodes[following].interrupting
+        else:
+            once = self._leaves_once(at)
+        return tightest([self.bounds[at], self._leaving[at][1]]) if once else self.bounds[at]
 
     def _instances_of(self, at: int) -> Rate | None:
         """Return how often a process or an event sub-process begins."""
