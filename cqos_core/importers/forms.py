@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
+from cqos_core.importers.yaml_plain import TextMap
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.system import Setting
+from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.system import Settings
 
 T = TypeVar("T")
 
@@ -208,6 +209,8 @@ class Form(Shape[Entry]):
         self.one_of = one_of
         self.hints = hints
         self.required = tuple(key.name for key in self.keys.values() if key.required)
+        self.of_texts = isinstance(others, AnySetting) and not self.required
+        self.own = frozenset((*self.keys, *never))
         self.flat = isinstance(others, AnySetting) and not others.maps
 
     def read(self, node: Node, reading: Reading, name: str) -> Entry | None:
@@ -230,6 +233,10 @@ class Form(Shape[Entry]):
 
     def _map(self, node: MappingNode, reading: Reading) -> Entry | None:
         keys, others, never = self.keys, self.others, self.never
+        if type(node) is TextMap and self.of_texts and self.own.isdisjoint(node.texts):
+            texts, source, line = node.texts, reading.source.name, node.line
+            stated = {name: Setting(texts[name], Place(source, line, at)) for name, _, at in node.columns()}
+            return Entry(reading.place(node), {}, stated)
         values: dict[str, Any] = {}
         settings: Settings = {}
         for name, (key, value) in node.entries.items():

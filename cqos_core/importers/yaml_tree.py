@@ -23,6 +23,7 @@ from yaml.events import (
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
+from cqos_core.importers.yaml_plain import plain_tree
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import ImportNote, Place
 
@@ -71,6 +72,9 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
     in one map is a problem, unless ``repeated`` says what the program that owns the format does with it.
     """
+    root = plain_tree(reading.source.data)
+    if root is not None:
+        return Tree([root])
     before = len(reading.problems)
     composer = _Composer(reading, repeated=repeated)
     try:

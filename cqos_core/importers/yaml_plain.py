@@ -1,0 +1,219 @@
+"""Reads YAML in the form in which large system files are written, in a fifth of the time of its events: one entry on each line.
+
+An entry is a key with nothing, a text, or a list or map of texts between brackets after it; comments may stand anywhere. A source with
+anything else in it, or with a mistake, has no answer here: `cqos_core.importers.yaml_tree` reads it from its events.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.model.regular import regular_expression
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Iterator
+
+    from cqos_core.importers.tree import Node
+
+LEAST: Final = 4_096
+"""Bytes of the smallest source for which this is worth while."""
+_DEEPEST: Final = 32
+# Nothing here is an indicator of YAML, nor does it become one beside what may stand next to it.
+_KEY: Final = r"[A-Za-z0-9_/][A-Za-z0-9_./-]{0,199}"
+_TEXT: Final = r"[A-Za-z0-9_./][A-Za-z0-9_./()-]*(?:[ ][A-Za-z0-9_./()-]+)*"
+_QUOTED: Final = r""""[ !#-\[\]-~]*"|'[ -&(-~]*'"""
+_VALUE: Final = rf"(?:{_TEXT}|{_QUOTED})"
+_LIST: Final = rf"\[[ ]*(?:{_VALUE}(?:,[ ]*{_VALUE})*)?[ ]*\]"
+_FLAT: Final = rf"\{{[ ]*(?:{_KEY}:[ ]+{_VALUE}(?:,[ ]*{_KEY}:[ ]+{_VALUE})*)?[ ]*\}}"
+_PART: Final = rf"{_KEY}:[ ]+(?:{_VALUE}|{_FLAT}|{_LIST})"
+_MAP: Final = rf"\{{[ ]*(?:{_PART}(?:,[ ]*{_PART})*)?[ ]*\}}"
+_OF_TEXTS: Final = rf"\{{[ ]*{_KEY}:[ ]+{_TEXT}(?:,[ ]*{_KEY}:[ ]+{_TEXT})*[ ]*\}}"
+_LINE: Final = regular_expression(
+    rf"([ ]*)(?:({_KEY}):(?:[ ]+(?:({_TEXT})|({_QUOTED})|({_OF_TEXTS})|({_MAP})|({_LIST})))?[ ]*)?(?:(?<![^ \n])\#[ -~]*)?(?:\n|\Z)"
+)
+_PAIR: Final = regular_expression(rf"({_KEY}):[ ]+(?:({_TEXT})|({_QUOTED})|({_FLAT})|({_LIST}))")
+_WORDS: Final = regular_expression(rf"({_KEY}):[ ]+({_TEXT})")
+_NULL: Final = frozenset({"null", "Null", "NULL"})
+_ITEM: Final = regular_expression(rf"({_TEXT})|({_QUOTED})")
+
+
+def plain_tree(data: bytes) -> MappingNode | None:
+    """Return the root of the only document of a source; None where that is not written in the plain form."""
+    if len(data) < LEAST or not data.isascii() or b"${" in data:
+        return None
+    try:
+        return _Plain(data.decode("ascii")).root()
+    except _NotPlainError:
+        return None
+
+
+class TextMap(MappingNode):
+    """A map of texts between brackets that all state something; its entries are made when they are read.
+
+    Attributes:
+        texts: by key.
+    """
+
+    __slots__ = ("_source", "_start", "texts")
+
+    def __init__(self, source: str, line: int, line_start: int, start: int, texts: dict[str, str]) -> None:
+        """Take the map that begins at ``start`` of a source."""
+        self.line, self.column, self.end, self.repeated = line, start - line_start + 1, line, None
+        self._source, self._start = source, start
+        self.texts = texts
+
+    def __getattr__(self, name: str) -> Any:
+        """Make the entries."""
+        if name != "entries":
+            raise AttributeError(name)
+        self.entries = {
+            key: (ScalarNode(key, self.line, at, plain=True), ScalarNode(self.texts[key], self.line, there, plain=True))
+            for key, at, there in self.columns()
+        }
+        return self.entries
+
+    def columns(self) -> Iterator[tuple[str, int, int]]:
+        """Yield each key, and the columns of it and of its value."""
+        before = self._start - (self.column or 0)
+        for found in islice(_PAIR.finditer(self._source, self._start + 1), len(self.texts)):
+            yield found[1], found.start() - before, found.start(2) - before
+
+
+class _NotPlainError(Exception):
+    """Something has to be read from the events of YAML."""
+
+
+class _Plain:
+    """Goes through one source."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
+        self._top = MappingNode(None, None)
+        self._indent = -1
+        self._above: list[tuple[int, MappingNode]] = []
+        self._waiting: tuple[ScalarNode, int] | None = None  # a key without a value, and where one would stand
+
+    def root(self) -> MappingNode:
+        """Read all lines, and return the map that they are."""
+        text, known, at, line = self.text, self._texts.setdefault, 0, 0
+        size, next_line = len(text), _LINE.match
+        while at < size:
+            found = next_line(text, at)
+            if found is None:
+                raise _NotPlainError
+            start, at, line = at, found.end(), line + 1
+            name = found[2]
+            if name is None:
+                if text[at - 1] != "\n":  # the last line ends elsewhere to YAML
+                    raise _NotPlainError
+                continue
+            column = found.end(1) - start
+            if column != self._indent or self._waiting is not None:
+                self._go_to(column, line)
+            entries = self._top.entries
+            if name in entries:
+                raise _NotPlainError
+            key = ScalarNode(known(name, name), line, column + 1, plain=True)
+            value = self._value(found, start, line)
+            if value is None:
+                self._waiting = key, found.end(2) - start + 2
+            else:
+                entries[key.text] = (key, value)
+        return self._end(line)
+
+    def _go_to(self, column: int, line: int) -> None:
+        """Go to the map whose keys stand at a column, which begins here if it is further right."""
+        waiting, self._waiting = self._waiting, None
+        if column > self._indent:
+            self._above.append((self._indent, self._top))
+            inner = MappingNode(line, column + 1)
+            if waiting is not None:
+                self._top.entries[waiting[0].text] = (waiting[0], inner)
+            if (waiting is None and (self._indent >= 0 or column)) or len(self._above) > _DEEPEST:
+                raise _NotPlainError
+            self._indent, self._top = column, inner
+            return
+        self._nothing(waiting)
+        while column < self._indent:
+            self._top.end = line
+            self._indent, self._top = self._above.pop()
+        if column != self._indent:
+            raise _NotPlainError
+
+    def _nothing(self, waiting: tuple[ScalarNode, int] | None) -> None:
+        """Let a key that waits for its value state nothing."""
+        if waiting is not None:
+            key, column = waiting
+            self._top.entries[key.text] = (key, ScalarNode("", key.line, column, plain=True))
+
+    def _end(self, line: int) -> MappingNode:
+        """End all maps after the last line, and return the outermost."""
+        if self._indent < 0:
+            raise _NotPlainError
+        self._nothing(self._waiting)
+        (_, _), *opened = *self._above, (0, self._top)
+        for _, each in opened:
+            each.end = line + 1
+        return opened[0][1]
+
+    def _value(self, found: re.Match[str], start: int, line: int) -> Node | None:
+        """Return the value on a line that begins at ``start``; None where the line has none."""
+        match found.lastindex:
+            case 3:
+                text = self._texts.setdefault(found[3], found[3])
+                return ScalarNode(text, line, found.start(3) - start + 1, plain=True)
+            case 4:
+                return ScalarNode(found[4][1:-1], line, found.start(4) - start + 1, plain=False)
+            case 5:
+                return self._of_texts(found.start(5), found[5], start, line)
+            case 6:
+                return self._map(found.start(6), found.end(6), start, line)
+            case 7:
+                return self._list(found.start(7), found.end(7), start, line)
+        return None
+
+    def _of_texts(self, start: int, written: str, line_start: int, line: int) -> MappingNode:
+        """Read a map of texts between brackets, as it is written."""
+        known = self._texts.setdefault
+        found = _WORDS.findall(written)
+        texts = {known(key, key): known(text, text) for key, text in found}
+        if not _NULL.isdisjoint(texts.values()):
+            return self._map(start, start + len(written), line_start, line)
+        if len(texts) < len(found):
+            raise _NotPlainError
+        return TextMap(self.text, line, line_start, start, texts)
+
+    def _map(self, start: int, end: int, line_start: int, line: int) -> MappingNode:
+        """Read a map between brackets."""
+        known, before = self._texts.setdefault, line_start - 1
+        node = MappingNode(line, start - before, {}, line)
+        entries = node.entries
+        for found in _PAIR.finditer(self.text, start + 1, end):
+            name, word, quoted, within, _ = found.groups()
+            if name in entries:
+                raise _NotPlainError
+            key = ScalarNode(known(name, name), line, found.start() - before, plain=True)
+            value: Node
+            if word is not None:
+                value = ScalarNode(known(word, word), line, found.start(2) - before, plain=True)
+            elif quoted is not None:
+                value = ScalarNode(quoted[1:-1], line, found.start(3) - before, plain=False)
+            elif within is not None:
+                value = self._map(found.start(4), found.end(4), line_start, line)
+            else:
+                value = self._list(found.start(5), found.end(5), line_start, line)
+            entries[key.text] = (key, value)
+        return node
+
+    def _list(self, start: int, end: int, line_start: int, line: int) -> SequenceNode:
+        """Read a list between brackets."""
+        before = line_start - 1
+        items: list[Node] = [
+            ScalarNode(found[1] or found[2][1:-1], line, found.start() - before, plain=found[1] is not None)
+            for found in _ITEM.finditer(self.text, start, end)
+        ]
+        return SequenceNode(line, start - before, items)
