@@ -56,6 +56,13 @@ OBSERVED: Final = (
         "What was seen last holds.",
     ),
     CodeInfo(
+        "ROS907",
+        "type-hashes-differ",
+        "warning",
+        "Endpoints of one topic have different definitions of one message type.",
+        "They connect over DDS and cannot read each other's samples. Over Zenoh they do not meet, since the hash is a part of the key.",
+    ),
+    CodeInfo(
         "ROS910",
         "qos-not-recorded",
         "note",

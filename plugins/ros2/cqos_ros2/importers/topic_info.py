@@ -36,6 +36,9 @@ _POLICIES: Final = {
     "Liveliness lease duration": "liveliness_lease_duration",
 }
 _ALWAYS: Final = tuple(key for key in _POLICIES if key != "History (Depth)")  # Foxy and Galactic print no history
+_HEX: Final = frozenset("0123456789abcdef")
+_SHOWN: Final = 8
+"""So many digits of a hash are shown."""
 _FIELDS: Final = ("Node namespace", "Topic type", "Topic type hash", "Endpoint type", "GID", "QoS profile")
 _SIDES: Final[dict[str, Role]] = {
     "Publisher count": PUBLISHER,
@@ -218,6 +221,7 @@ class _Writer(RosFile):
         _name(snapshots, self.switch, self)
         for snapshot in snapshots:
             self.compare_counts(snapshot, Counter(self.observed(block, snapshot) for block in snapshot.blocks))
+            self.compare_hashes(snapshot)
         by_id = Counter(endpoint.id for endpoint, _ in self.seen.values())
         numbers: Counter[str] = Counter()
         for endpoint, gid in self.seen.values():
@@ -298,6 +302,21 @@ class _Writer(RosFile):
         if snapshot.whole and SUBSCRIBER not in snapshot.counts:
             message = f"the snapshot of `{topic}` ends before its subscriptions: the output is cut off"
             self.note("ROS904", message, snapshot.place)
+
+    def compare_hashes(self, snapshot: _Snapshot) -> None:
+        """Report endpoints of one type with different definitions of it (REP 2016)."""
+        found: dict[str, dict[str, _Block]] = {}
+        for block in snapshot.blocks:
+            digest = block.text("Topic type hash").removeprefix("RIHS01_")
+            if digest.strip("0") and set(digest) <= _HEX:
+                found.setdefault(block.text("Topic type"), {}).setdefault(digest, block)
+        topic = snapshot.topic.text if snapshot.topic is not None else "this topic"
+        for name, by_hash in found.items():
+            if len(by_hash) > 1:
+                sides = [f"`{each.text('Node name')}` with {digest[:_SHOWN]}…" for digest, each in by_hash.items()]
+                message = f"endpoints of `{topic}` have different definitions of {name}: {listed(sides, 'and')}"
+                last = [*by_hash.values()][-1]
+                self.note("ROS907", message, last.place, "build both sides with the same message files")
 
 
 def _settings(block: _Block) -> Iterator[tuple[str, Setting]]:

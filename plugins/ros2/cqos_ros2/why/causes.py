@@ -153,6 +153,9 @@ def _type(seen: Evidence) -> Answer:
         return Answer(
             "found", f"published as {_listed(full[0])}, subscribed as {_listed(full[1])}", "use one type on both sides"
         )
+    differ = [each for each in seen.noted("ROS907") if f"`{seen.topic}`" in each]
+    if differ:
+        return Answer("found", differ[0], "build both sides with the same message files")
     return Answer(
         "excluded",
         f"both sides have {_listed(full[0] & full[1])}; whether both were built from one definition shows only on the robot",
@@ -221,7 +224,7 @@ def _partition(seen: Evidence) -> Answer:
             "not known", seen.noted("ROS963")[0], "set partitions in the default profile, the same on both sides"
         )
     if any(overlay.name.startswith("Fast DDS") for overlay in seen.system.overlays):
-        return Answer("excluded", "the profiles of Fast DDS that were read set none")
+        return Answer("excluded", "the profiles of Fast DDS that were read keep nothing apart")
     return Answer(
         "not known",
         "ROS 2 sets none, and an XML file of the middleware may",

@@ -125,6 +125,83 @@ def test_a_snapshot_and_a_log(tmp_path):
     assert snapshot[1]["quality of service"]["state"] == "found"
 
 
+HASHES = """Topic: /image
+
+Type: a/msg/A
+
+Publisher count: 1
+
+Node name: camera
+Node namespace: /
+Topic type: a/msg/A
+Topic type hash: RIHS01_{first}
+Endpoint type: PUBLISHER
+GID: 01
+QoS profile:
+{qos}
+Subscription count: 1
+
+Node name: viewer
+Node namespace: /
+Topic type: a/msg/A
+Topic type hash: RIHS01_{second}
+Endpoint type: SUBSCRIPTION
+GID: 02
+QoS profile:
+{qos}
+"""
+QOS = "\n".join(
+    [
+        *(
+            "  Reliability: RELIABLE",
+            "  History (Depth): KEEP_LAST (1)",
+            "  Durability: VOLATILE",
+            "  Lifespan: Infinite",
+        ),
+        *("  Deadline: Infinite", "  Liveliness: AUTOMATIC", "  Liveliness lease duration: Infinite", ""),
+    ]
+)
+
+
+@pytest.mark.parametrize(("second", "state"), [("ab" * 32, "excluded"), ("cd" * 32, "found"), ("00" * 32, "excluded")])
+def test_different_definitions_of_a_type(tmp_path, second, state):
+    (tmp_path / "image.txt").write_text(HASHES.format(first="ab" * 32, second=second, qos=QOS))
+    _, causes = asked(tmp_path, "/image", "image.txt")
+    assert causes["type"]["state"] == state, causes["type"]
+
+
+PROFILES = (
+    "<profiles>{}</profiles>",
+    '<{0} profile_name="{0}" is_default_profile="true"><qos><partition><names><name>{1}</name></names></partition></qos></{0}>',
+)
+
+
+@pytest.mark.parametrize(
+    ("names", "define", "state"),
+    [
+        (("left", "right"), [], "not known"),
+        (
+            ("left", "right"),
+            ["--option", "ros2.rmw=fastdds", "--define", "RMW_IMPLEMENTATION=rmw_fastrtps_cpp"],
+            "found",
+        ),
+        (("left", "left"), [], "excluded"),
+    ],
+)
+def test_partitions_of_profiles(tmp_path, names, define, state):
+    parts = {
+        "published": "image: {}",
+        "subscribed": "image: {}",
+        "camera": "external: false",
+        "viewer": "external: false",
+    }
+    (tmp_path / "system.yaml").write_text(SYSTEM.format(**parts))
+    inner = "".join(PROFILES[1].format(*each) for each in zip(("data_writer", "data_reader"), names, strict=True))
+    (tmp_path / "profiles.xml").write_text(PROFILES[0].format(inner))
+    _, causes = asked(tmp_path, "/image", "system.yaml", "profiles.xml", *define)
+    assert causes["partition"]["state"] == state, causes["partition"]
+
+
 def test_a_topic_that_is_nowhere(tmp_path):
     defaults = {
         "published": "image: {}",

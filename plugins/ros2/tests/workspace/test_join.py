@@ -271,3 +271,13 @@ def test_inputs_of_a_filter_follow_their_configuration(joined):
         if each.type and each.role == "subscriber" and "/" in each.topic[1:]
     }
     assert inputs == {"/wheel/odom": "3", "/imu/data": "10"}
+
+
+def test_an_image_that_a_node_copies_the_qos_of(joined, findings):
+    nodes = (
+        '<node pkg="usb_cam" exec="usb_cam_node_exe"/>',
+        '<node pkg="image_proc" exec="rectify_node"><remap from="image" to="image_raw"/></node>',
+    )
+    system = joined(launch_of(*nodes))
+    assert {each.topic for each in system.endpoints} >= {"/image_raw", "/image_rect"}
+    assert findings(system) == []
