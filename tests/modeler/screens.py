@@ -75,6 +75,7 @@ def _first(shown: Shown, _folder: Path) -> None:
     shown.page.keyboard.type("weather")
     shown.page.keyboard.press("Enter")
     shown.page.locator(".qos-badge-unmatched").wait_for()
+    shown.page.locator('.panel [data-policy="reliability"]').wait_for()
 
 
 def _problems(shown: Shown, _folder: Path) -> None:
