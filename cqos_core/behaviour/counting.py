@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.model.flow import Timer
 
 _MOST_ORIGINS: Final = 3
+_SHOWN: Final = 1_000_000  # nanoseconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +54,16 @@ class Rate:
 
     @property
     def shortest_gap(self) -> int:
-        """The shortest gap in nanoseconds that need not be exceeded."""
-        return ceil(1 / self.rate) if self.rate else INFINITE
+        """The shortest gap in nanoseconds that need not be exceeded, in whole milliseconds."""
+        return ceil(1 / self.rate / _SHOWN) * _SHOWN if self.rate else INFINITE
 
     @property
     def mean_period(self) -> int | None:
-        """The mean time between two of them is at least this many nanoseconds; None where there are finitely many."""
-        return int(1 / self.rate) if self.rate else None
+        """The mean time between two of them is at least this many nanoseconds, as people read it; None where there are finitely many."""
+        if not self.rate:
+            return None
+        exact = int(1 / self.rate)
+        return exact - exact % _SHOWN if exact > _SHOWN else exact
 
 
 NEVER: Final = Rate(Fraction(0))
