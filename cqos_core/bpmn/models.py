@@ -31,7 +31,10 @@ _OF_FLOW: Final = (b"attachedToRef", b"cancelActivity", b"isInterrupting", b"par
 _FIRST = re.compile(rb"""<[A-Za-z_](?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>""")
 # An attribute with a number other than zero, perhaps with a unit; without an exponent, which is spelt out.
 _QUANTITY = rb"""([ \t\r\n](?:PREFIXES)(?!(?:WORDS)=)[\w.:-]++=")
-((?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?)(?=")"""
+(NUMBER)(?=")"""
+_NUMBER = rb"(?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?"
+_MOST_FORMS: Final = 3
+"""Kinds of one element that are known by a regular expression each, which takes less than a look at every quantity."""
 _ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="[^"]*+"')
 
 
@@ -54,7 +57,9 @@ class Models:
         self._qos = tuple(f"{prefix}:" for prefix, uri in prefixes.items() if prefix and uri == NAMESPACES["qos"])
         names = b"|".join(re.escape(each.encode()) for each in self._qos) or b"(?!)"
         words = "|".join(EVENT.attributes).encode()
-        self._quantity = re.compile(_QUANTITY.replace(b"PREFIXES", names).replace(b"WORDS", words), re.VERBOSE)
+        self._quantity = re.compile(
+            _QUANTITY.replace(b"NUMBER", _NUMBER).replace(b"PREFIXES", names).replace(b"WORDS", words), re.VERBOSE
+        )
         self._bpmn = bpmn
         bound = "".join(
             f' xmlns{":" if prefix else ""}{prefix or ""}="{escape(uri)}"' for prefix, uri in prefixes.items()
@@ -62,12 +67,18 @@ class Models:
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
         self._written: dict[tuple[bytes, ...], Kind | None] = {}
+        self._forms: dict[bytes, list[tuple[re.Pattern[bytes], Kind]]] = {}
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
         """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
 
         Quantities are set aside: events that differ in them alone are of one kind.
         """
+        forms = self._forms.setdefault(tag, [])
+        for form, kind in forms:
+            match = form.fullmatch(attributes)
+            if match is not None:
+                return Model(kind, match.groups())
         parts = self._quantity.split(attributes)  # what is before a quantity, the attribute up to it, the quantity, …
         quantities = parts[2::3]
         del parts[2::3]
@@ -79,6 +90,9 @@ class Models:
             keep(self._written, written, found)
         if found is None:
             return None
+        if len(forms) < _MOST_FORMS:
+            text = (re.escape(part) + (b"(%b)" % _NUMBER if number % 2 else b"") for number, part in enumerate(parts))
+            forms.append((re.compile(b"".join(text)), found))
         return Model(found, tuple(quantities))
 
     def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
