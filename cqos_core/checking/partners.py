@@ -211,7 +211,7 @@ def near_misses(
                     c
                     for each in near
                     for c in folded.get(each, ())
-                    if c not in silenced and not _of_one_bridge(lonely[key], lonely[c])
+                    if c not in silenced and not _of_one_relay(lonely[key], lonely[c])
                 ]
                 if not candidates or key in silenced or (len(candidates) > 1 and not matched):
                     continue
@@ -225,7 +225,7 @@ def near_misses(
                 c
                 for c in (offered[other] for other in misspelt)
                 if c not in silenced
-                and not _of_one_bridge(lonely[key], lonely[c])
+                and not _of_one_relay(lonely[key], lonely[c])
                 and _of_one_type(lonely[key], lonely[c])
             ]
             if len(candidates) == 1:
@@ -235,10 +235,11 @@ def near_misses(
     return findings, silenced
 
 
-def _of_one_bridge(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
-    """Whether all of them are ends of one bridge, which renames what it carries."""
+def _of_one_relay(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
+    """Whether all of them are ends of one bridge, or of one participant, which may rename what it carries."""
     bridges = bridges_of((*missing, *offering))
-    return len(bridges) == 1 and None not in bridges
+    owners = {each.participant.participant.id for each in (*missing, *offering)}
+    return len(owners) == 1 or (len(bridges) == 1 and None not in bridges)
 
 
 def _of_one_type(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:

@@ -75,7 +75,7 @@ def _near(
         if len(sides) > 1 and any(endpoint.type in types for _, _, endpoint in sides.get(missing, ()))
     ]
     meant = next(iter(typing_errors([topic], busy).get(topic, ())), None)
-    if meant is None and not opaque:
+    if meant is None and missing == PUBLISHER and not opaque:
         same = [name for name in busy if without_namespace(name) == without_namespace(topic)]
         meant = same[0] if len(same) == 1 else None
     if meant is None or meant[-1:].isdigit() or topic[-1:].isdigit():

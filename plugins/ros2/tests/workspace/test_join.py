@@ -281,3 +281,23 @@ def test_an_image_that_a_node_copies_the_qos_of(joined, findings):
     system = joined(launch_of(*nodes))
     assert {each.topic for each in system.endpoints} >= {"/image_raw", "/image_rect"}
     assert findings(system) == []
+
+
+def test_a_published_topic_that_nothing_takes_is_no_typing_error(joined):
+    def rectify(name, camera):
+        inner = f'<remap from="image" to="{camera}/image"/><remap from="image_rect" to="{camera}/image_rect"/>'
+        return f'<node pkg="image_proc" exec="rectify_node" name="{name}">{inner}</node>'
+
+    cloud = (
+        '<node pkg="depth_image_proc" exec="point_cloud_xyz_node">'
+        '<remap from="image_rect" to="front/image_rect"/></node>'
+    )
+    system = joined(launch_of(rectify("one", "front"), rectify("two", "rear"), cloud))
+    assert [each.message for each in system.notes if each.code == "ROS973"] == []
+
+
+def test_the_topics_of_one_node_are_no_near_misses_of_each_other(joined, findings):
+    inner = '<remap from="image" to="camera/image_rect"/>'
+    system = joined(launch_of(f'<node pkg="image_proc" exec="rectify_node">{inner}</node>'))
+    assert {each.topic for each in system.endpoints} == {"/camera/image_rect", "/image_rect"}
+    assert findings(system) == []
