@@ -359,7 +359,9 @@ class _Check:
             if self.wishes.quiet and sink.path == STDOUT:
                 continue
             try:
-                sink.write(render(sink, reports, problems, self._style(sink)))
+                with Progress("writing", quiet=self.wishes.quiet):
+                    text = render(sink, reports, problems, self._style(sink))
+                sink.write(text)
             except CqosError as error:
                 self._fault(str(error))
                 written = False

@@ -90,7 +90,8 @@ def convert(
             say(f"{where}{note.message}", head=f"{note.severity}[{note.code}]", choice=color)
     if fixed is not None and not _say_fixed(fixed, color):
         return
-    exported = _export(info, system if fixed is None else fixed.system, reader, chosen, fixed)
+    with Progress("writing"):
+        exported = _export(info, system if fixed is None else fixed.system, reader, chosen, fixed)
     more = [f"{len(exported.notes) - _MOST_NOTES} more like these"] if len(exported.notes) > _MOST_NOTES else []
     for text in (*exported.notes[:_MOST_NOTES], *more):
         say(text, severity="note", choice=color)

@@ -12,7 +12,8 @@ import click
 
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
-from cqos_core.cli.parameters import color_option, debug_option, form_option, nearest
+from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
@@ -20,19 +21,17 @@ from cqos_core.formatters.pair import endpoints_as_json, endpoints_as_text, pair
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Group, Report, Severity
 from cqos_core.model.style import Style
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.pair_names import pair_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Sequence
 
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
-    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
 _OK, _FINDINGS = 0, 1
 _SCREEN = 24  # endpoints that are listed below an error
-_PAIRS = 5  # pairs that are listed where names leave several
 
 
 @click.command(
@@ -91,7 +90,8 @@ def explain(
     if chains or budgets:
         emit(_time(Pipeline(system, reader.context), form, chains=chains, budgets=budgets))
         ctx.exit(UNUSABLE if loaded.problems else _OK)
-    endpoints = endpoints_of(system, reader.context)
+    with Progress("resolving"):
+        endpoints = endpoints_of(system, reader.context)
     listed = partial(endpoints_as_text, columns=width(), color=colored(color, sys.stdout))
     if not ids:
         emit(endpoints_as_json(endpoints) if form == "json" else listed(endpoints))
@@ -104,7 +104,8 @@ def explain(
         if len(near) < len(endpoints):
             say(f"`cqos explain {' '.join(paths)}` lists all {len(endpoints)} endpoints", choice=color)
         ctx.exit(UNUSABLE)
-    pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
+    with Progress("explaining"):
+        pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
     style = _style(system, color)
     emit((pair_as_json if form == "json" else pair_as_text)(pair, report := _report(pair, *ends), ends, style))
     ctx.exit(UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
@@ -141,66 +142,10 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
 
 def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
     """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
-    by_id = {endpoint.id: endpoint for endpoint in endpoints}
-    roles = [by_id[name].role if name in by_id else None for name in ids]
-    if {*roles} == {PUBLISHER, SUBSCRIBER}:
-        publisher, subscriber = sorted((by_id[name] for name in ids), key=lambda each: each.role)
-        return publisher, subscriber
-    sides = [_of_name(name, by_id, endpoints) for name in ids]
-    if None in roles and all(sides):
-        return _only_pair(ids, sides[0], sides[1])
-    for name, role in zip(ids, roles, strict=True):
-        if role is None and not _of_name(name, by_id, endpoints):
-            say(f"there is no endpoint `{name}`{nearest(name, by_id, listed=False)}", severity="error")
-    if None not in roles:
-        say(f"both are {roles[0]}s; a pair is a publisher and a subscriber", severity="error")
-    return None
-
-
-def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resolved]) -> list[Resolved]:
-    """The endpoints that ``name`` may mean: the one of that id, or those of the participant of that name."""
-    if name in by_id:
-        return [by_id[name]]
-    whole = [each for each in endpoints if each.endpoint.participant == name]
-    return whole or [each for each in endpoints if each.endpoint.participant.rpartition("/")[2] == name]
-
-
-def _only_pair(
-    ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
-) -> tuple[Resolved, Resolved] | None:
-    """Return the only pair among endpoints of two participants; refuse none or several."""
-    both = (*one, *other)
-    packs = {each.pack.id: each.pack for each in both}.values()
-    topics = {keys for pack in packs for keys in _matches(pack, both)}
-    pairs = [
-        (publisher, subscriber)
-        for side, opposite in ((one, other), (other, one))
-        for publisher in side
-        for subscriber in opposite
-        if (publisher.role, subscriber.role) == (PUBLISHER, SUBSCRIBER)
-        and publisher.pack is subscriber.pack
-        and (publisher.key == subscriber.key or (publisher.key, subscriber.key) in topics)
-    ]
-    if len(pairs) == 1:
-        return pairs[0]
-    message = f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`"
-    if pairs:
-        shown = "; ".join(f"{publisher.id} {subscriber.id}" for publisher, subscriber in pairs[:_PAIRS])
-        more = f"; and {len(pairs) - _PAIRS} more" if len(pairs) > _PAIRS else ""
-        message = f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`, name one of them: {shown}{more}"
-    say(message, severity="error")
-    return None
-
-
-def _matches(pack: RulePack, endpoints: Sequence[Resolved]) -> Iterable[tuple[str, str]]:
-    """Pairs of different keys that match, in protocols whose subscribers have filters."""
-    if pack.meeting.match is None:
-        return ()
-    keys = {
-        role: {each.key for each in endpoints if each.pack is pack and each.role == role and each.key is not None}
-        for role in (PUBLISHER, SUBSCRIBER)
-    }
-    return pack.meeting.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])
+    found = pair_named(ids, endpoints)
+    for message in found if isinstance(found, list) else ():
+        say(message, severity="error")
+    return None if isinstance(found, list) else found
 
 
 def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolved]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 # They shape emoji and Persian words, have no width of their own and reorder nothing.
 _JOINERS = "\u200c\u200d"
-_NARROWEST = 40  # below this, wrapped text is a column of single words
+_NARROWEST = 30  # below this, wrapped text is a column of single words
 _COLORS = {
     "error": "1;31",
     "warning": "1;33",

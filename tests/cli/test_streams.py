@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -217,3 +218,36 @@ def test_who_waits_less_than_a_second_sees_no_progress(screen, monkeypatch):
     with Progress() as bar:
         bar.start("reading")
     assert screen.text.strip() == ""
+
+
+@terminal
+@pytest.mark.parametrize(
+    ("arguments", "label"),
+    [
+        (["check", "clashes.yaml", "--format", "html", "--output", "x.html"], "writing"),
+        (["explain", "clashes.yaml", "first", "second"], "resolving"),
+        (["convert", "clashes.yaml", "--to", "dot"], "writing"),
+        (["breaking", "clashes.yaml", "--against", "fits.yaml"], "comparing"),
+        (["diff", "clashes.yaml", "fits.yaml"], "reading"),
+    ],
+)
+def test_each_long_part_of_a_command_has_its_bar(cqos, files, monkeypatch, screen, arguments, label):
+    """The terminal sees the name of each part that may take long; here every part counts as long."""
+    begun = []
+    start = progress.Progress.start
+    monkeypatch.setattr(progress.Progress, "start", lambda bar, name: (begun.append(name), start(bar, name))[1])
+    cqos(*arguments)
+    assert label in begun
+
+
+# --- width ---
+
+
+@terminal
+@pytest.mark.parametrize("columns", [40, 80])
+def test_findings_are_as_wide_as_the_terminal(files, columns):
+    """Lines fit a narrow terminal, but for paths, the text of the file, and the last line, which is one line anywhere."""
+    text = in_terminal("check", "clashes.yaml", COLUMNS=str(columns), NO_COLOR="1")
+    shown = [line for line in text.splitlines() if line and not re.match(r"\s*(\d* \||-->|:::)|clashes.yaml: ", line)]
+    assert len(shown) > 5
+    assert columns * 0.7 < max(map(len, shown)) <= columns

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit
 from cqos_core.formatters.terminal import clean, paint
@@ -59,8 +60,9 @@ def why(
 
     reader = prepare(reading, paths)
     system, _ = reader.one(paths, color)
-    seen = evidence(topic, system, reader, paths, log, keystore)
-    found = [(cause, cause.look(seen)) for cause in CAUSES]
+    with Progress("looking for causes"):
+        seen = evidence(topic, system, reader, paths, log, keystore)
+        found = [(cause, cause.look(seen)) for cause in CAUSES]
     if form == "json":
         causes = [{"cause": cause.name, **answer._asdict()} for cause, answer in found]
         emit(json.dumps({"version": 1, "topic": seen.topic, "causes": causes}, indent=2, ensure_ascii=False) + "\n")
