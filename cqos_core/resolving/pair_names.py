@@ -18,7 +18,7 @@ _PAIRS: Final = 5
 
 
 def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | list[str]:
-    """Return the publisher and the subscriber that two names stand for, in whichever order; or else why there are none."""
+    """Return the publisher and the subscriber that two names stand for, in whichever order; or the reasons that they stand for no pair."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]
     if {*roles} == {PUBLISHER, SUBSCRIBER}:

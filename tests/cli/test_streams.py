@@ -235,7 +235,12 @@ def test_each_long_part_of_a_command_has_its_bar(cqos, files, monkeypatch, scree
     """The terminal sees the name of each part that may take long; here every part counts as long."""
     begun = []
     start = progress.Progress.start
-    monkeypatch.setattr(progress.Progress, "start", lambda bar, name: (begun.append(name), start(bar, name))[1])
+
+    def begin(bar, name):
+        begun.append(name)
+        start(bar, name)
+
+    monkeypatch.setattr(progress.Progress, "start", begin)
     cqos(*arguments)
     assert label in begun
 

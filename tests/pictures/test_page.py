@@ -40,10 +40,17 @@ class Tags(HTMLParser):
 
 @pytest.mark.parametrize(
     ("system", "theme"),
-    [("fleet", "light"), ("fleet", "dark"), ("hostile", "light"), ("hostile", "dark"), ("large", "light")],
+    [
+        ("fleet", "light"),
+        ("fleet", "dark"),
+        ("hostile", "light"),
+        ("hostile", "dark"),
+        ("large", "light"),
+        ("large", "dark"),
+    ],
 )
 def test_axe_finds_nothing(tmp_path, shown, system, theme):
-    text = {"fleet": FLEET, "hostile": hostile(), "large": large(12, 40)}[system]
+    text = {"fleet": FLEET, "hostile": hostile(), "large": large(20, 100)}[system]
     (tmp_path / "system.yaml").write_text(text, encoding="utf-8")
     run(["check", "system.yaml", "--format", "html", "--output", "out.html"], tmp_path)
     opened = shown((tmp_path / "out.html").read_text(encoding="utf-8"), color_scheme=theme)
