@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.wildcards import fits
 from cqos_core.packs import NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
 
@@ -172,7 +172,7 @@ def why_illegal(full: str) -> str | None:
         return None
     if len(full) > LONGEST:
         return f"it is longer than {LONGEST} characters"
-    return next((why for pattern, why in ILLEGAL.items() if fnmatchcase(full, pattern)), None)
+    return next((why for pattern, why in ILLEGAL.items() if fits(full, pattern)), None)
 
 
 def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:

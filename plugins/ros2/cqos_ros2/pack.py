@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.later import later
 from cqos_core.packs import NEEDS, Meeting, RulePack, Timing
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
@@ -12,14 +13,18 @@ from cqos_ros2.costs import COSTS
 from cqos_ros2.dialects import DIALECTS
 from cqos_ros2.evidence import PROOFS
 from cqos_ros2.guarantees import GUARANTEES, UNAFFECTED
-from cqos_ros2.importers.codes import CODES
-from cqos_ros2.logs import read_line
 from cqos_ros2.panel import PANEL
 from cqos_ros2.policies import POLICIES
 from cqos_ros2.presets import PRESETS
 from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
 from cqos_ros2.rules import RULES
 from cqos_ros2.wire import WIRE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.model.code_info import CodeInfo
+    from cqos_core.packs.logs import About, Misfit
 
 NOT_CHECKED: Final = (
     "whether access control (SROS 2) lets the endpoints talk to each other",
@@ -42,6 +47,20 @@ TIMING: Final = Timing(
     period="period",
     latched="latched",
 )
+
+
+# Few runs need the following two, and each start of a check would pay for their modules.
+def _codes() -> tuple[CodeInfo, ...]:
+    from cqos_ros2.importers.codes import CODES
+
+    return CODES
+
+
+def _read_line(line: str) -> Iterable[Misfit | About]:
+    from cqos_ros2.logs import read_line
+
+    return read_line(line)
+
 
 _RAW: Final = RulePack(
     id="ros2",
@@ -71,8 +90,8 @@ _RAW: Final = RulePack(
     unaffected=UNAFFECTED,
     proofs=PROOFS,
     implementation_option="rmw",
-    codes=CODES,
-    read_log=read_line,
+    codes=later(_codes),
+    read_log=_read_line,
     timing=TIMING,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",
     validated=True,
