@@ -13,6 +13,7 @@ import cqos_core as cqos
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core.model import report as r
 from cqos_core.model import system as s
+from cqos_core.remote import messages
 from cqos_core.remote.messages import (
     from_message,
     report_message,
@@ -274,3 +275,13 @@ def test_a_finding_alone_travels_too():
     finding = r.Finding("ROS101", "weaker", r.Severity.ERROR, "m")
     assert from_message(to_message(finding, report_pb2.Finding)) == finding
     assert list(itertools.islice(from_message(report_pb2.Report(verdict=report_pb2.VERDICT_COMPATIBLE)).pairs, 1)) == []
+
+
+def test_guarantees_that_are_alike_are_written_once_and_say_the_same():
+    pairs = [({"depth": str(depth), "deadline": "100ms"}, {"deadline": f"{depth}s"}) for depth in (1, 7, 7, 50)]
+    for offered, requested in pairs:
+        report = cqos.check_pair("ros2", offered=offered, requested=requested)
+        plain = messages._make_writer(report_pb2.PairReport, lambda each: each)  # remembers none
+        assert messages.pair_message(report) == plain(report)
+    written: Any = messages._writer(report_pb2.Guarantee, messages._as_it_is, messages.EVERYTHING)
+    assert written.cache_info().hits

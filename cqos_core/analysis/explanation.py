@@ -300,7 +300,7 @@ def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> 
 
 
 def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
-    return tuple((rule.code, rule.because) for rule in lost)
+    return tuple([(rule.code, rule.because) for rule in lost])
 
 
 def _path_report(

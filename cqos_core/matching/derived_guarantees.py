@@ -246,8 +246,7 @@ class _AskedWord:
         """Ask a rule as if this were needed; False or None where it speaks."""
         key = (id(bound), need, self._read_by(bound, faults))
         if key not in self._answers:
-            said = ask(bound, self.offered, self._asking(need, faults))
-            self._answers[key] = True if said is None else None if bound.rule.doubt else said.outcome.result
+            self._answers[key] = _answer(bound, self.offered, self._asking(need, faults))
         return self._answers[key]
 
     def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
@@ -279,6 +278,23 @@ class _AskedWord:
         asking = self._nothing.copy()
         asking[self.need], asking[self.survives] = need, faults
         return tuple(asking)
+
+
+_ANSWERED: Final[dict[tuple[Any, ...], tuple[BoundRule, bool | None]]] = {}
+
+
+def _answer(bound: BoundRule, offered: Values, asking: Values) -> bool | None:
+    """Ask a rule; values that differ in what it does not read have one answer."""
+    first, second = bound.bound.sides
+    # The rule is kept with the answer, so that no other one gets its identity.
+    key = (id(bound), *[offered[at] for at in first], *[asking[at] for at in second])
+    known = _ANSWERED.get(key)
+    if known is None:
+        said = ask(bound, offered, asking)
+        result = True if said is None else None if bound.rule.doubt else said.outcome.result
+        known = bound, result
+        keep(_ANSWERED, key, known)
+    return known[1]
 
 
 def _candidates(bound: BoundRule, use: Use, offered: Values, asking: Values) -> Iterator[Value]:
