@@ -178,9 +178,12 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
     for row in walk.table.rows("parameters", name, (), method=False):
         return parameter(row, given, None, walk)
     alias = walk.program.aliases.get(last_part(name))
-    if alias is not None and last_part(without_arguments(alias)) != last_part(name):
+    if alias is not None and last_part(without_arguments(alias)) != last_part(name) and name not in walk.aliases:
         again = Call(Name(alias), given.call.arguments, given.call.keywords, tuple(given.types), given.call.place)
-        return call(again, walk)
+        walk.aliases.add(name)  # aliases of several classes may name each other
+        found = call(again, walk)
+        walk.aliases.discard(name)
+        return found
     return _value(name, given, walk)
 
 

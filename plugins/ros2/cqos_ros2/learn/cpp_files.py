@@ -60,7 +60,7 @@ _TRANSPARENT: Final = frozenset(
         "export_declaration",
     )
 )
-_BRANCHES: Final = ("preproc_else", "preproc_elif")
+_ALIASES: Final = {"alias_declaration": "name", "type_definition": "declarator"}
 _BLOCKS: Final = frozenset(("compound_statement", "labeled_statement", "ERROR"))
 _ARGUMENTS: Final = re.compile(r"<.*>")
 _LONGEST_MACRO: Final = 300
@@ -165,10 +165,11 @@ def _define(node: Node, scope: str, templates: tuple[str, ...], file: CppFile, p
         _declaration(node, scope, file, program)
         for name, value, _ in _declared(node, file):
             program.constants.setdefault(last_part(name), []).append((_inside(scope, name), value))
-    elif node.type == "alias_declaration":
-        program.aliases[text_of(node.child_by_field_name("name"))] = text_of(node.child_by_field_name("type"))
-    elif node.type == "type_definition":
-        program.aliases[text_of(node.child_by_field_name("declarator"))] = text_of(node.child_by_field_name("type"))
+    elif node.type in _ALIASES:
+        name = text_of(node.child_by_field_name(_ALIASES[node.type]))
+        program.aliases[name] = text_of(node.child_by_field_name("type"))
+    elif node.type == "using_declaration" and not text_of(node).startswith("using namespace"):
+        program.aliases.setdefault(last_part(text_of(node.named_children[-1])), text_of(node.named_children[-1]))
     elif (
         node.type == "expression_statement" and node.named_children and node.named_children[0].type == "call_expression"
     ):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.table import Table
     from cqos_ros2.learn.values import Code, NodeRecord, Tests
 
-MOST_STEPS: Final = 40_000
+MOST_STEPS: Final = 60_000
 """How many expressions and statements are walked for one program or component."""
 DEEPEST_CALL: Final = 10
 MOST_ENDPOINTS: Final = 2_000
@@ -77,6 +77,7 @@ class Walk:
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
         constants: objects that stand at the top of files.
+        aliases: names that are followed right now.
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
     """
@@ -93,6 +94,7 @@ class Walk:
     callbacks: list[Code] = field(default_factory=list)
     starting: bool = True
     in_callback: bool = False
+    aliases: set[str] = field(default_factory=set)
     homeless: list[Place] = field(default_factory=list)
     setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)
