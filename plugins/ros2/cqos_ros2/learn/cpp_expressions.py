@@ -114,14 +114,7 @@ def arguments_of(node: Node | None, file: CppFile) -> tuple[Expression, ...]:
     """Return the arguments in a list of them."""
     if node is None:
         return ()
-    return tuple(expression(each, file) for part in node.named_children for each in _listed(part))
-
-
-def _listed(node: Node) -> list[Node]:
-    """Return the elements of a list that one of its parts is: the parser takes a long one for the comma operator."""
-    if node.type == "comma_expression":
-        return [each for part in node.named_children for each in _listed(part)]
-    return [] if node.type == "comment" else [node]
+    return tuple(expression(each, file) for each in node.named_children if each.type != "comment")
 
 
 def _name(node: Node, file: CppFile) -> Expression:

@@ -27,7 +27,7 @@ _TESTS: Final = frozenset(
     ("test", "tests", "benchmark", "benchmarks", "doc", "docs", "third_party", "thirdparty", "3rdparty")
 )
 _TEST_NAMES: Final = re.compile(r"(test_.*|.*_test|conftest|gtest.*)\.\w+")
-_EXPORTS: Final = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b")
+_EXPORTS: Final = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+[A-Za-z_:~])")
 """Macros before names of classes and functions, which no parser of C++ understands."""
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
 

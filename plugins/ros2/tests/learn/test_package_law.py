@@ -39,26 +39,30 @@ ENDPOINTS = st.lists(
         st.sampled_from(["publisher", "subscriber"]),
         TOPICS,
         QUALITIES,
-        st.sampled_from(["message", "message", "service"]),
+        st.sampled_from(["message", "message", "service", "action"]),
     ),
     min_size=1,
     max_size=8,
     unique_by=lambda each: (each[0], each[1], each[2], each[4]),
 )
-TYPES = {"message": "std_msgs/msg/String", "service": "std_srvs/srv/Trigger"}
+TYPES = {
+    "message": "std_msgs/msg/String",
+    "service": "std_srvs/srv/Trigger",
+    "action": "example_interfaces/action/Fibonacci",
+}
 
 
 def system_of(endpoints):
     system = System(name="design", protocol="ros2")
     for number, (node, role, topic, values, kind) in enumerate(endpoints):
         system.participants.setdefault(f"/{node}", Participant(f"/{node}", "ros2"))
-        service = "service_server" if role == "subscriber" else "service_client"
-        found = {name: Setting(value) for name, value in values.items()}
+        side = "server" if role == "subscriber" else "client"
+        found = {name: Setting(value) for name, value in values.items()} if kind != "action" else {}
         made = Endpoint(
             id=f"e{number}", role=role, topic=topic, participant=f"/{node}", settings=found, type=TYPES[kind]
         )
-        if kind == "service":
-            made.kind, made.topic = service, f"{topic}_service"
+        if kind != "message":
+            made.kind, made.topic = f"{kind}_{side}", f"{topic}_{kind}"
         system.endpoints.append(made)
     return system
 
