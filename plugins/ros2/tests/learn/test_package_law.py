@@ -85,7 +85,7 @@ def shape(system):
                 each.endpoint.role,
                 each.endpoint.kind,
                 part.key,
-                (each.endpoint.type or "").partition("_Re")[0],
+                "" if each.endpoint.kind.startswith("action") else (each.endpoint.type or "").partition("_Re")[0],
                 said,
             )
         )
@@ -109,6 +109,7 @@ def learned_again(system):
 @settings(max_examples=25, deadline=None, database=None)
 @given(ENDPOINTS)
 def test_learning_a_written_package_gives_the_same_system(endpoints):
+    """The types of the topics of an action follow from its own, so they are left out here."""
     system = system_of(endpoints)
     assert shape(learned_again(system)) == shape(system)
 
