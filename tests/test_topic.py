@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core import check
-from cqos_core.checking import findings, fixes
+from cqos_core.checking import fixes
 from cqos_core.formatters.json_report import render_json
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.style import Style
@@ -393,12 +393,13 @@ def test_a_system_without_endpoints_says_so():
 
 def test_fixes_are_computed_when_they_are_read(monkeypatch):
     asked: list[object] = []
+    remedies: Any = fixes.remedies
 
     def counted(*given: Any) -> Any:
         asked.append(given)
-        return fixes.remedies(*given)
+        return remedies(*given)
 
-    monkeypatch.setattr(findings, "remedies", counted)
+    monkeypatch.setattr(fixes, "remedies", counted)
     text = b"{cqos: 1, protocol: ros2, participants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}}"
     report = check(text)
     assert report.findings
