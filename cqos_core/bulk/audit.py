@@ -69,12 +69,19 @@ class _Topics(NamedTuple):
 
 
 def audit(
-    source: Frame, profiles: FleetProfiles, store: TableStore, step: Callable[[str], None], *, one_system: bool
+    source: Frame,
+    texts: Frame,
+    profiles: FleetProfiles,
+    store: TableStore,
+    step: Callable[[str], None],
+    *,
+    one_system: bool,
 ) -> Audited:
     """Check the endpoints of one protocol.
 
     Args:
         source: a row for each endpoint, all columns as text.
+        texts: the distinct rows of all columns that decide values.
         profiles: empty; it is filled.
         store: keeps what each stage found.
         step: called before each of `STAGES`.
@@ -82,7 +89,7 @@ def audit(
     """
     step(STAGES[0])
     keys = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
-    store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
+    store.keep("texts", texts.select(*keys))
     plain = _numbered(keys, profiles, store)
     step(STAGES[1])
     found = _candidates(source, plain, keys, profiles, store, one_system)

@@ -120,7 +120,7 @@ def _audited(
     """Check each protocol of a table in its own way; ``stated`` are the columns that the table has itself."""
     names = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
     keys = ["protocol", *[name for name in names if name != "protocol"]]
-    store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
+    texts = store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
     packs, used, counts = _protocols(store, wanted, where)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
     in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
@@ -137,7 +137,9 @@ def _audited(
         inner.folder.mkdir(exist_ok=True)
         profiles = FleetProfiles(pack, where, wanted.severity, wanted.options.get(name, {}))
         own = own.drop("protocol", *[each for each in other if each not in known])
-        found.append(audit(own, profiles, inner, lambda what: step(what, stages), one_system="system" not in stated))
+        of_pack = texts.filter(nw.col("protocol") == name)
+        one_system = "system" not in stated
+        found.append(audit(own, of_pack, profiles, inner, lambda what: step(what, stages), one_system=one_system))
     rest = [name for name in packs if name not in in_columns]
     if rest and "participant" not in stated:
         raise CqosError(
