@@ -120,8 +120,8 @@ def audit(
     protocol = nw.lit(profiles.pack.id).alias("protocol")
     listed = [each.with_columns(protocol).select(*map(_typed, FINDING)) for each in parts]
     findings = store.keep("findings", nw.concat(listed, how="vertical"))
-    texts = [each.texts for each in profiles.known]
-    return Audited(texts, findings, _totals(found, said, rest.verdicts, len(texts)))
+    stated = [each.texts for each in profiles.known]
+    return Audited(stated, findings, _totals(found, said, rest.verdicts, len(stated)))
 
 
 def _typed(name: str) -> nw.Expr:
