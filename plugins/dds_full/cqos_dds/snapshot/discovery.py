@@ -29,7 +29,7 @@ from cqos_dds.snapshot.ros_nodes import RosNodes
 from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Sequence
 
     from cqos_core.model.system import Role
 
@@ -77,22 +77,25 @@ class Discovery:
             ) from None
 
     def seen(self) -> Seen:
-        """Return who is there now; to be asked once."""
+        """Return who is there now."""
         own = self._self.guid
         seen = Seen(self.domain)
-        seen.participants = [_participant(sample) for sample in _alive(self._participants) if sample.key != own]
         for reader, role in ((self._writers, PUBLISHER), (self._readers, SUBSCRIBER)):
             seen.endpoints += [_endpoint(sample, role) for sample in _alive(reader) if sample.participant_key != own]
+        # A participant is announced before its endpoints: read afterwards, the participants have the names of all of them.
+        seen.participants = [_participant(sample) for sample in _alive(self._participants) if sample.key != own]
         seen.nodes = self._nodes.seen()
         seen.topics = [SeenTopic(sample.topic_name, sample.type_name) for sample in _alive(self._topics)]
         return seen
 
 
-def _alive(reader: Any) -> Iterator[Any]:
-    """Yield what a built-in topic says of all who have not left."""
+def _alive(reader: Any) -> Sequence[Any]:
+    """Return what a built-in topic says of all who have not left; the next look finds them again."""
     condition = ReadCondition(reader, ViewState.Any | SampleState.Any | InstanceState.Alive)
-    while samples := reader.take(_BATCH, condition):
-        yield from samples
+    most = _BATCH
+    while len(samples := reader.read(most, condition)) == most:
+        most *= 4
+    return samples
 
 
 def _participant(sample: Any) -> SeenParticipant:

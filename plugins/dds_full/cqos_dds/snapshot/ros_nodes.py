@@ -48,18 +48,18 @@ class RosNodes:
         self._readers = [
             DataReader(participant, Topic(participant, NAME, message(size, _Undecoded)), _QOS) for size in SIZES
         ]
+        self._latest: dict[str, list[SeenNode]] = {}
 
     def seen(self) -> list[SeenNode]:
-        """Return the last announced nodes of each participant; call it once."""
-        latest: dict[str, list[SeenNode]] = {}
+        """Return the last announced nodes of each participant, also of those that have left."""
         for reader in self._readers:
             while samples := reader.take(_BATCH):
                 for sample in samples:
                     announced = decoded(sample.data) if isinstance(sample, _Undecoded) else None
                     if announced is not None:
                         participant, nodes = announced
-                        latest[participant] = nodes
-        return [node for nodes in latest.values() for node in nodes]
+                        self._latest[participant] = nodes
+        return [node for nodes in self._latest.values() for node in nodes]
 
 
 class _Undecoded:

@@ -391,7 +391,11 @@ def test_watching_prints_new_endpoints(domain: int, start: Start):
         assert watching.stdout.readline() == "nothing is there yet\n"
         start("sensor", (PUBLISHER, "reading", "Reading", {}))
         lines = [watching.stdout.readline(), watching.stdout.readline()]
+        time.sleep(1.5)
+        start("panel", (SUBSCRIBER, "reading", "Reading", {}))
+        lines += [watching.stdout.readline(), watching.stdout.readline()]
         watching.send_signal(signal.SIGINT)
-    assert lines[0].count(":") == 2
+    assert [line.count(":") for line in lines[::2]] == [2, 2]
     assert lines[1].startswith("+ sensor publishes reading (")
+    assert lines[3].startswith("+ panel subscribes reading ("), "what was seen before is still there"
     assert watching.returncode == 0

@@ -332,7 +332,7 @@ def test_what_rabbitmq_answered_becomes_its_clients(interface: str, monkeypatch:
 
     def stated_qos(each: Any) -> str:
         shared = [system.profiles[profile.name].settings for profile in each.profiles]
-        return next(settings["qos"].text for settings in (each.settings, *shared) if "qos" in settings)
+        return str(next(settings["qos"].text for settings in (each.settings, *shared) if "qos" in settings))
 
     assert {(each.participant, each.topic): stated_qos(each) for each in system.endpoints} == {
         ("dash board", "farm/+/temp"): "1",

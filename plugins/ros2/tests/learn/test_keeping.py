@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_ros2.learn import learning
+from cqos_ros2.learn import learning, packages
 
 CODE = "import rclpy\nfrom std_msgs.msg import String\ndef main():\n    node = rclpy.create_node('n')\n    node.create_publisher(String, 'a', 3)\n"
 FILES = {
@@ -20,8 +20,12 @@ FILES = {
 def reads(monkeypatch):
     """Return the packages that were read, one after the other."""
     found: list[str] = []
-    read = learning.read_package
-    monkeypatch.setattr(learning, "read_package", lambda name, *rest: found.append(name) or read(name, *rest))
+
+    def reading(name, *rest):
+        found.append(name)
+        return packages.read_package(name, *rest)
+
+    monkeypatch.setattr(learning, "read_package", reading)
     return found
 
 
