@@ -135,8 +135,9 @@ ELSEWHERE = {
     *(("liveness", fault) for fault in ("link", "publisher_restart")),
     ("max_age", "link"),
     ("max_gap", "link"),
+    ("duplicate_free", "broker_crash"),
 }
-"""Cells that the tests below and those of `test_mosquitto.py` show."""
+"""Cells that the tests below, those of `test_mosquitto.py`, and the recorded runs of other designs show."""
 
 
 # What a run of one pair does not show
