@@ -121,11 +121,29 @@ def with_confirmed(document: dict[str, Any], kept: dict[str, Any]) -> dict[str, 
                         for each in (entry if isinstance(entry, list) else [entry])
                     )
                     if confirmed:
-                        document.setdefault(part, {}).setdefault(name, {}).setdefault(direction, {})[topic] = entry
+                        entries = document.setdefault(part, {}).setdefault(name, {}).setdefault(direction, {})
+                        _drop_unknown(entries, entry)
+                        entries[topic] = entry
     for key in ("versions", "profiles"):
         if key in kept:
             document[key] = kept[key]
     return document
+
+
+def _drop_unknown(entries: dict[str, Any], entry: Any) -> None:
+    """Drop the one endpoint without a name that a person has named: of the same type, in the same file."""
+    named = entry if isinstance(entry, dict) else {}
+    file = str(named.get("at", "")).partition(":")[0]
+    alike = [
+        key
+        for key, each in entries.items()
+        if isinstance(each, dict)
+        and "unknown" in each
+        and each.get("type") == named.get("type")
+        and str(each.get("at", "")).partition(":")[0] == file
+    ]
+    if file and len(alike) == 1:
+        del entries[alike[0]]
 
 
 class Counts(NamedTuple):

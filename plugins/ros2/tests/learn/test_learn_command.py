@@ -111,6 +111,20 @@ def test_a_confirmed_entry_stays(workspace, run):
     assert run("learn", workspace, "--check").exit_code == 0
 
 
+def test_a_name_that_a_person_gave_takes_the_place_of_what_was_unknown(workspace, run):
+    driver = workspace / "bot" / "src" / "driver.cpp"
+    driver.write_text(DRIVER.replace('declare_parameter<std::string>("topic", "scan")', "read_it()"))
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    text = file.read_text()
+    assert "(unknown 1): {unknown: a call that is not followed, " in text
+    text = text.replace("(unknown 1): {unknown: a call that is not followed, ", "scan: {confirmed: true, ")
+    file.write_text(text)
+    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace).exit_code == 0
+    assert "unknown" not in file.read_text()
+
+
 def test_a_file_by_hand_is_not_overwritten(workspace, run):
     file = workspace / "bot" / "bot.node.yaml"
     file.write_text("cqos_nodes: 1\npackage: bot\nnodes: {driver: {name: mine}}\n")
