@@ -152,8 +152,10 @@ class _Reader(Configuration):
             settings["reliability"] = Setting("best_effort", self.place(value), derived=True)
         settings.setdefault("depth", Setting(_DEFAULTS["depth"], self.place(value), derived=True))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
-        if plugin in _OWN and all(_DEFAULTS.get(policy) == each.text for policy, each in settings.items()):
-            settings |= {policy: Setting(own, self.place(value), derived=True) for policy, own in _OWN[plugin].items()}
+        own = plugin in _OWN and all(_DEFAULTS.get(policy) == each.text for policy, each in settings.items())
+        if own:  # a change of any key would put the values of all keys in their place, so none can be edited alone
+            texts = {policy: each.text for policy, each in settings.items()} | _OWN[plugin]
+            settings = {policy: Setting(text, self.place(value), derived=True) for policy, text in texts.items()}
         # A display of maps always has this topic, but few map servers send updates.
         updates = key.text == "Update Topic"
         type_name = _MAP_UPDATES if updates else _TYPES.get(plugin, "")
@@ -169,7 +171,7 @@ class _Reader(Configuration):
             label=self.a_text(node, "Name") or plugin or None,
             external=updates,
         )
-        if isinstance(value, MappingNode):
+        if isinstance(value, MappingNode) and not own:
             made.room = Room(self.place(key), tuple(RVIZ), restated=True)
         self.system.endpoints.append(made)
 
