@@ -29,7 +29,7 @@ from cqos_dds.snapshot.ros_nodes import RosNodes
 from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from cqos_core.model.system import Role
 
@@ -89,12 +89,13 @@ class Discovery:
         return seen
 
 
-def _alive(reader: Any) -> Sequence[Any]:
+def _alive(reader: Any) -> list[Any]:
     """Return what a built-in topic says of all who have not left; the next look finds them again."""
     condition = ReadCondition(reader, ViewState.Any | SampleState.Any | InstanceState.Alive)
-    most = _BATCH
-    while len(samples := reader.read(most, condition)) == most:
+    most, samples = _BATCH, list(reader.read(_BATCH, condition))
+    while len(samples) == most:
         most *= 4
+        samples = list(reader.read(most, condition))
     return samples
 
 
