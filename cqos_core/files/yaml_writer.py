@@ -174,7 +174,9 @@ class _SystemFile:
         for name, setting in participant.settings.items():
             # A map, and what is named like a key of the form, stands where everything is a setting.
             node = _said(setting)
-            (client if name in PARTICIPANT.keys or node.text.startswith("{") else own)[_escaped(name)] = node
+            (client if name in (*PARTICIPANT.keys, *PARTICIPANT.never) or node.text.startswith("{") else own)[
+                _escaped(name)
+            ] = node
         remap: dict[str, Node] = {_escaped(old): _text(new) for old, new in participant.remap.items()}
         own |= _stated({"client": client or None, "remap": remap or None})
         return own if not endpoints else Block({**own, **self._endpoints(endpoints)})
@@ -345,7 +347,8 @@ def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
 
     Names of settings are read whatever their case, keys are not.
     """
-    return {_escaped(name.title() if name in form.keys else name): _said(each) for name, each in settings.items()}
+    taken = {*form.keys, *form.never}
+    return {_escaped(name.title() if name in taken else name): _said(each) for name, each in settings.items()}
 
 
 def _settings(settings: Settings) -> dict[str, Node]:

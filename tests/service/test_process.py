@@ -530,7 +530,7 @@ def test_an_unknown_key_of_the_file_is_named(tmp_path, monkeypatch, capsys):
     Path("cqos.toml").write_text('[serve]\nlissen = "127.0.0.1:0"\n', encoding="utf-8")
     assert main(["serve"]) == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert "cqos.toml:2: `cqos serve` has no option `lissen`" in said
+    assert "cqos.toml:2:10: `cqos serve` has no option `lissen`" in said
     assert "`listen`" in said
 
 
@@ -547,7 +547,7 @@ def test_a_value_of_the_file_that_cannot_be_is_named_with_its_place(line, expect
     monkeypatch.chdir(tmp_path)
     Path("cqos.toml").write_text(f'[serve]\nlisten = "127.0.0.1:0"\n{line}\n', encoding="utf-8")
     assert main(["serve"]) == 2
-    assert f"cqos.toml:3: {expected}" in " ".join(capsys.readouterr().err.split())
+    assert f"cqos.toml:3:{line.index('=') + 3}: {expected}" in " ".join(capsys.readouterr().err.split())
 
 
 def test_settings_reach_another_process_as_they_are():
