@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tests.bulk.random_ends import End
 
 WITHOUT_FORM = {
-    "ros2": {"ROS319", "ROS320", "ROS321"},
+    "ros2": {"ROS319", "ROS320", "ROS321", "ROS411"},
     "dds": {
         *("DDS112", "DDS225", "DDS321", "DDS326", "DDS327", "DDS343", "DDS344", "DDS345", "DDS355"),
         *("DDS403", "DDS404"),

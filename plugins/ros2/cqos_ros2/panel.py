@@ -72,6 +72,10 @@ PANEL: Final = Panel(
             "best_available": _PEERS,
         },
         "liveliness_lease_duration": {"system_default": _MIDDLEWARE, "best_available": _PEERS},
+        "ownership": {
+            "shared": "A subscription hears all publishers.",
+            "exclusive": "A subscription hears only the strongest publisher.",
+        },
         "comparison": {
             "semantic": "Values are judged by what they mean.",
             "rmw": "The answer is exactly that of `rmw_qos_profile_check_compatible`.",

@@ -39,8 +39,6 @@ WIRE: Final = Wire(
         "liveliness": "liveliness",
         "liveliness_lease_duration": "liveliness.lease_duration",
         "lifespan": "lifespan",
-        "partition": "partition",
-        "ownership": "ownership",
         # What rmw_cyclonedds keeps for late readers; by Cyclone DDS alone that would be one sample.
         "history": ("history", "durability_service.history_kind"),
         "depth": ("history.depth", "durability_service.history_depth"),
