@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     Frame = nw.LazyFrame[Any]
 
 _ROLES: Final = (PUBLISHER, SUBSCRIBER)
-_MOST_TOGETHER: Final = 3_000_000
-"""The most endpoints that are checked as wholes: their systems are in the memory of Python, about 2 kB for each endpoint."""
 
 
 class WantedAudit(NamedTuple):
@@ -121,7 +119,7 @@ def _audited(
     names = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
     keys = ["protocol", *[name for name in names if name != "protocol"]]
     texts = store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
-    packs, used, counts = _protocols(store, wanted, where)
+    packs, used = _protocols(store, wanted, where)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
     in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
     stages = len(STAGES) * len(in_columns) + (len(in_columns) < len(packs) or crossing is not None)
@@ -147,7 +145,7 @@ def _audited(
         )
     if rest or crossing is not None:
         step("checking systems", stages)
-        found += _as_wholes(source, crossing, packs, rest, sum(counts[name] for name in rest), wanted, where, store)
+        found += _as_wholes(source, crossing, packs, rest, wanted, where, store)
     return found
 
 
@@ -159,17 +157,11 @@ def _as_wholes(
     crossing: Frame | None,
     packs: Mapping[str, RulePack],
     rest: Sequence[str],
-    number: int,
     wanted: WantedAudit,
     where: Context,
     store: TableStore,
 ) -> Iterator[Audited]:
     """Check what has no column form: systems of some protocols, and topics on which two protocols match."""
-    if number > _MOST_TOGETHER:
-        raise CqosError(
-            f"`{wanted.path}` has {number:,} endpoints of {packs[rest[0]].title}, at most {_MOST_TOGETHER:,} are checked together; "
-            "split the table by broker"
-        )
     for kind, rows in (
         ("rest", source.filter(nw.col("protocol").is_in([*rest])) if rest else None),
         (
@@ -267,11 +259,10 @@ def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSyst
 
 def _protocols(
     store: TableStore, wanted: WantedAudit, where: Context
-) -> tuple[dict[str, RulePack], dict[str, set[str]], dict[str, int]]:
-    """Return by protocol the pack, the columns of settings that its rows use, and the number of its rows."""
+) -> tuple[dict[str, RulePack], dict[str, set[str]]]:
+    """Return by protocol the pack and the columns of settings that its rows use."""
     packs: dict[str, RulePack] = {}
     used: dict[str, set[str]] = {}
-    counts: dict[str, int] = {}
     for row in store.rows("texts"):
         if row["role"] not in _ROLES:
             raise CqosError(f"`{wanted.path}`: role `{row['role']}`, expected publisher or subscriber")
@@ -280,7 +271,6 @@ def _protocols(
             packs[name] = _pack(name, where)
             used[name] = set()
         used[name].update(each for each, text in row.items() if text and each not in NO_SETTINGS and each != "number")
-        counts[name] = counts.get(name, 0) + row["number"]
         columns = [each for each in row if each not in NO_SETTINGS and each != "number"]
     for name, pack in packs.items():
         for column in columns:
@@ -293,7 +283,7 @@ def _protocols(
                 raise CqosError(
                     f"column `{shown}` names no policy of {pack.title}{meant} (`--skip {shown}` leaves it out)"
                 )
-    return dict(sorted(packs.items())), used, counts
+    return dict(sorted(packs.items())), used
 
 
 def _pack(name: str, where: Context) -> RulePack:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from hashlib import blake2b
-from itertools import groupby
+from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.bulk.profiles import SEVERITIES, settings_of
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _LEFT_OUT: Final = frozenset(("CQ404", "CQ406"))
 """Notes about a whole system that say nothing of a fleet: nothing was compared, and a participant hears itself."""
 _REMEMBERED: Final = 1_000
+_MOST: Final = 400_000
+"""The most endpoints of one system: about 8 kB of memory for each."""
 
 
 class NamedSystem(NamedTuple):
@@ -154,10 +156,14 @@ def systems_of(
         options: of packs, by id.
 
     Raises:
-        CqosError: a participant has two values of one setting.
+        CqosError: a participant has two values of one setting, or a system is too large.
     """
     for name, of_system in groupby(rows, lambda row: row["system"]):
-        listed = [{key: text for key, text in row.items() if key != "system"} for row in of_system]
+        listed = [{key: text for key, text in row.items() if key != "system"} for row in islice(of_system, _MOST + 1)]
+        if len(listed) > _MOST:
+            raise CqosError(
+                f"system `{name}` has more than {_MOST:,} endpoints that are checked together; split it by `system`"
+            )
         listed.sort(key=lambda row: tuple(row.values()))
         system = System(options={pack: dict(given) for pack, given in options.items()})
         for at, row in enumerate(listed):
