@@ -118,7 +118,7 @@ def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
     content, where = case.content, context(packs, case.pack)
     options = _settings(content.get("options", {}))
     if "system" in content:
-        data = json.dumps(content["system"], default=str).encode()
+        data = json.dumps({"cqos": 1} | content["system"], default=str).encode()
         system = tried_out(read(data, importer="yaml", protocol=case.pack), case.pack)
         report = check_system(with_options(system, {case.pack: options}, where), where)
         return Result(report.verdict, report.findings)

@@ -218,7 +218,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a zero that is no word": (
         {"policies": [*POLICIES, Policy("a", Duration(), zero="none")]},
-        "policy `a`: zero is `none`, which is none of its words",
+        "policy `a`: zero is `none`, which is none of its words (none: state it in `words`)",
     ),
     "a word by an unknown option": (
         {"policies": [*POLICIES, Policy("a", Flag(), words={"usual": by_option("vehicle", bike="true")})]},

@@ -120,12 +120,7 @@ def assemble(
 
         made, divided = with_behaviour(made, [*groups], problems, packs)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
-    lonely: list[Finding] = []
-    unmatched = 0
-    if any(result.lonely for result in judged):
-        from cqos_core.checking.partners import partners
-
-        lonely, unmatched = partners(system, results, packs, resolved.endpoints)
+    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints)
     plain = [
         *stated_findings(system, resolved, context, problems),
         *participant_findings(resolved.endpoints),
@@ -163,6 +158,19 @@ def assemble(
         hypothetical=hypothetical,
         assumed=later(lambda: assumptions(endpoints, paired, findings, packs)),
     )
+
+
+def _without_partners(
+    system: System,
+    results: Mapping[TopicKey, TopicResult],
+    packs: Mapping[str, RulePack],
+    endpoints: Iterable[Resolved],
+) -> tuple[list[Finding], int]:
+    if not any(result.lonely for result in results.values()):
+        return [], 0
+    from cqos_core.checking.partners import partners
+
+    return partners(system, results, packs, endpoints)
 
 
 def _groups(results: Iterable[TopicResult]) -> list[Group]:

@@ -131,11 +131,7 @@ class _Stated(NamedTuple):
 
 
 def read(source: Source, context: ReadContext) -> System:
-    """Read ``source`` and everything it includes into one system.
-
-    Raises:
-        InputError: with every problem found in all of the files.
-    """
+    """Read ``source`` and everything it includes into one system; `InputError` has all problems of all files."""
     loader = Loader(context)
     with uncollected():
         loader.load(source)

@@ -197,15 +197,11 @@ def _only(pairs: dict[str, Any]) -> tuple[str, Any] | None:
 
 
 _Meant: TypeAlias = Annotated[dict[str, Many], Field(min_length=1, max_length=1), AfterValidator(_only)]
-TimingModel: Final = create_model(  # `{gap: POLICY, kept: {POLICY: [VALUE, …]}, …}`, with the names of `Timing`
-    "TimingModel",
-    __base__=_Model,
-    **{  # type: ignore[call-overload]
-        each.name: (str if each.default == "" else _Meant, each.default)
-        for each in fields(Timing)
-        if each.default is not None
-    },
-)
+# `{gap: POLICY, kept: {POLICY: [VALUE, …]}, …}`, with the names of `Timing`
+_TIMES: Final[dict[str, Any]] = {
+    each.name: (_Meant if each.default else str, each.default) for each in fields(Timing) if each.default is not None
+}
+TimingModel: Final = create_model("TimingModel", __base__=_Model, **_TIMES)
 
 
 class PresetModel(_Model):

@@ -269,7 +269,8 @@ def _words(policy: Policy, pack: RulePack) -> Iterator[str]:
         yield from _meaning(policy, meaning, pack)
         yield from _circle(policy, word)
     if policy.zero is not None and policy.zero not in policy.words:
-        yield f"zero is `{policy.zero}`, which is none of its words"
+        known = ", ".join(f"`{word}`" for word in policy.words) or "none: state it in `words`"
+        yield f"zero is `{policy.zero}`, which is none of its words ({known})"
 
 
 def _word(policy: Policy, text: str) -> str:

@@ -149,7 +149,7 @@ class _Kin:
         self.external = endpoint.external or owner.participant.external
         self.number, self.context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
         self.conventions = conventional(owner.pack)
-        self._patterns: dict[Pattern, _Written] = {}
+        self._patterns: dict[Pattern, _Alike] = {}
 
     def overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
         """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""
@@ -161,7 +161,7 @@ class _Kin:
         if overrides is None or not self.base.is_plain(overrides):
             return None
         if found is not None:
-            self._patterns[found[0]] = _Written(found[0], overrides)
+            self._patterns[found[0]] = _Alike(found[0], overrides)
         return overrides
 
     def stated(self, said: Any) -> tuple[Override, ...] | None:
@@ -169,7 +169,7 @@ class _Kin:
         return self._bases.overrides(self.base, said, self._endpoint, self._owner)
 
 
-class _Written:
+class _Alike:
     """Settings that some endpoints state in the same order, with other texts in some places."""
 
     __slots__ = ("_known", "_said", "_whole")

@@ -151,8 +151,7 @@ class SettingsReader:
     ) -> tuple[dict[int, Stated], tuple[str, ...]]:
         """Read the names of settings; report those that spell no policy.
 
-        Returns:
-            The settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
+        Returns the settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
         """
         found: dict[int, Stated] = {}
         misread: dict[str, Setting] = {}
@@ -179,11 +178,10 @@ class SettingsReader:
 
                 wrong = [each for each in others if fields or near_policies(pack, levels, each)]
                 shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
+                may_be = may_be_meant(pack, levels, grouped=bool(wrong))
                 for written, near in shown.items():
                     message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = elsewhere(pack, levels, written, setting) or meant_by(
-                        near, may_be_meant(pack, levels, grouped=bool(wrong))
-                    )
+                    advice = elsewhere(pack, levels, written, setting) or meant_by(near, may_be)
                     self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
                 misread.update(dict.fromkeys(wrong or (name,), setting))
                 continue
