@@ -238,7 +238,7 @@ def near_misses(
 def _of_one_relay(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
     """Whether all of them are ends of one bridge, or of one participant, which may rename what it carries."""
     bridges = bridges_of((*missing, *offering))
-    owners = {each.participant.participant.id for each in (*missing, *offering)}
+    owners = {each.endpoint.participant for each in (*missing, *offering)}
     return len(owners) == 1 or (len(bridges) == 1 and None not in bridges)
 
 
