@@ -50,7 +50,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
         if not isinstance(node, MappingNode):
-            advice = _as_map(node) if isinstance(node, SequenceNode) else _missing_blank(node)
+            advice = _missing_blank(node) or _as_map(node)
             self.refuse(node, reading, name, advice)
             return None
         found = {}
@@ -68,14 +68,14 @@ class MapOf(Shape[dict[str, Member[T]]]):
         return named(values if self.empty else nullable(values))
 
 
-def _as_map(node: SequenceNode) -> str:
-    """Say how the parts of a list are written as a map, by the first of them."""
-    first = node.items[0] if node.items else None
+def _as_map(node: Node) -> str:
+    """Say how a text, or the parts of a list, are written as a map, by the first of them."""
+    first = node.items[0] if isinstance(node, SequenceNode) and node.items else node
     if isinstance(first, ScalarNode) and first.text:
         return f"write each with a colon, without dashes or brackets: `{first.text}:`"
     names = first.entries if isinstance(first, MappingNode) else {}
-    value = next((names[word][1] for word in ("name", "id") if word in names), None)
-    name = value.text if isinstance(value, ScalarNode) else "name"
+    value = next((names[word][1] for word in ("topic", "name", "id") if word in names), None)
+    name = value.text if isinstance(value, ScalarNode) else next(iter(names)) if len(names) == 1 else "name"
     return f"write each as `{name}: …`, without a dash"
 
 

@@ -55,6 +55,7 @@ NEEDS: Final = Key(
     hints=("need_settings",),
 )
 _NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it"}
+_TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
     "endpoint",
@@ -62,6 +63,7 @@ ENDPOINT: Final = Form(
     (PROFILE, ID, TYPE, NEEDS, PROTOCOL, EXTERNAL, STARTS_AFTER, LABEL, OBSERVED),
     short=PROFILE.name,
     others=SETTING,
+    never=_TOPIC_ABOVE,
     hints=(*_ENDPOINT_SETTINGS, *PROFILE.hints),
 )
 _ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True)
@@ -71,7 +73,7 @@ PUBLISHED: Final = Form(
     tuple(key for key in ENDPOINT.keys.values() if key is not NEEDS),
     short=PROFILE.name,
     others=SETTING,
-    never=_NEEDS_ELSEWHERE,
+    never=_NEEDS_ELSEWHERE | _TOPIC_ABOVE,
     hints=ENDPOINT.hints,
 )
 

@@ -1,7 +1,7 @@
-"""Seventy texts as people write them by mistake, and what the command says to the letter.
+"""Texts as people write them by mistake, and what the command says to the letter.
 
-The first thirty were chosen from forty after a run. The other forty were listed before any of them was run: the ten that were left out,
-and thirty new ones. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
+The first thirty were chosen from forty after a run. The next forty were listed before any of them was run: the ten that were left out,
+and thirty new ones. Later ones came from use. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
 them as the person who made the mistake.
 """
 
@@ -33,8 +33,8 @@ def test_a_mistake_is_named_with_its_place_and_what_to_do(file):
     assert file.stem in RIGHT or "help: " in text or "must be " in text
 
 
-def test_there_are_seventy():
-    assert len(FILES) == 70
+def test_there_are_at_least_seventy():
+    assert len(FILES) >= 70
 
 
 if __name__ == "__main__":
