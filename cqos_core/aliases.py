@@ -81,10 +81,16 @@ MOVED: Final = (
 )
 
 
+LEFT: Final = {"bulk": "cqos_bulk"}
+"""Rooms that became distributions, by the package that has them now."""
+
+
 def find(fullname: str) -> ModuleSpec | None:
     """Return what loads the module that an old path names, or None for a path that never was."""
-    new = MOVED.get(fullname.removeprefix("cqos_core."))
-    return None if new is None else ModuleSpec(fullname, _Alias(f"cqos_core.{new}"))
+    old = fullname.removeprefix("cqos_core.")
+    room, dot, rest = old.partition(".")
+    new = LEFT[room] + dot + rest if room in LEFT else f"cqos_core.{MOVED[old]}" if old in MOVED else None
+    return None if new is None else ModuleSpec(fullname, _Alias(new))
 
 
 class _Alias(Loader):

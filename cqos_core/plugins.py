@@ -1,9 +1,7 @@
-"""Hook specifications and the manager that loads packs, importers, exporters, formatters and commands.
+"""What plugins can register, and how C-QoS finds and loads them.
 
-The parts of C-QoS use the same entry-point group ``cqos`` as other plugins. Hooks hand over light
-descriptors; what they describe is imported on use, so that start-up loads only what a command needs. Plugins are
-loaded one at a time: a broken one is reported in `Plugins.broken` and the rest works. ``docs/plugins.md`` says how to
-write one.
+Our own parts use the entry-point group ``cqos`` as others do. Hooks hand over light descriptors; what these name is imported
+on use. Each plugin is loaded alone: `Plugins.broken` has those that failed. ``docs/plugins.md`` says how to write one.
 """
 
 from __future__ import annotations
@@ -39,6 +37,7 @@ LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
 """The environment variable that names the distributions to load plugins from, beside those we ship."""
 FILES_VARIABLE: Final = "CQOS_PACK_FILES"
 """The environment variable that names rule pack files, which count as installed; `cqos serve --pack` sets it for its processes."""
+NOT_LOADED: Final = "could not be loaded and is left out"
 FAULTS: Final = (Exception, SystemExit)
 """What to expect of a foreign plugin: it may also call ``sys.exit``."""
 
@@ -205,6 +204,19 @@ class FormatterInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class TranslatorInfo:
+    """A language into which rule packs are translated; ``translate`` names a function from a `RulePack` to text."""
+
+    name: str
+    summary: str
+    translate: str
+
+    def load(self) -> Callable[[RulePack], str]:
+        """Import the function."""
+        return named(self.translate)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, slots=True)
 class CommandInfo:
     """A subcommand of ``cqos``; ``command`` names a `click.Command`. A name of two words is in the group of the first word."""
 
@@ -237,19 +249,18 @@ class Hooks:
         """Register formatters."""
 
     @hookspec
+    def register_translators(self, register: Callable[[TranslatorInfo], None]) -> None:
+        """Register languages into which rule packs are translated."""
+
+    @hookspec
     def register_commands(self, register: Callable[[CommandInfo], None]) -> None:
         """Register subcommands."""
 
 
 class _Kind(NamedTuple):
-    """One kind of thing that plugins register.
+    """One kind of thing that plugins register, under its name as an attribute of `Plugins`.
 
-    Attributes:
-        name: of the attribute of `Plugins` that holds them.
-        noun: for messages.
-        hook: which registers them.
-        objects: fields of the descriptor that are ``"module:object"``.
-        lists: fields of the descriptor that are tuples of text.
+    ``objects`` are the fields of its descriptor that are ``"module:object"``; ``lists`` are tuples of text.
     """
 
     name: str
@@ -267,6 +278,7 @@ KINDS: Final = {
         _Kind("importers", "importer", "register_importers", ImporterInfo, ("claims", "reader"), ("suffixes",)),
         _Kind("exporters", "exporter", "register_exporters", ExporterInfo, ("writer",), ("settings",)),
         _Kind("formatters", "formatter", "register_formatters", FormatterInfo, ("renderer",)),
+        _Kind("translators", "translator", "register_translators", TranslatorInfo, ("translate",)),
         _Kind("commands", "command", "register_commands", CommandInfo, ("command",)),
     )
 }
@@ -277,13 +289,9 @@ _OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where something that is registered comes from.
+    """Where something comes from: the entry point ``plugin``, its import package, and its distribution with the version.
 
-    Attributes:
-        plugin: name of the entry point.
-        distribution: name and version.
-        shipped: it is a part of C-QoS, and so comes before others.
-        package: the import package of the entry point.
+    What is ``shipped`` is a part of C-QoS, and comes before others.
     """
 
     plugin: str
@@ -292,26 +300,15 @@ class Origin:
     package: str
 
 
-_NOT_LOADED: Final = "could not be loaded and is left out"
-
-
 @dataclass(frozen=True, slots=True)
 class BrokenPlugin:
-    """A plugin, or something that one registered, that does not work.
-
-    Attributes:
-        name: of the entry point, or of what was registered.
-        distribution: name and version, or empty.
-        reason: what went wrong, of several lines perhaps.
-        noun: what it is.
-        failed: what it failed to do.
-    """
+    """A plugin, or something that one registered, that does not work; ``distribution`` has name and version, or is empty."""
 
     name: str
     distribution: str
     reason: str
     noun: str = "plugin"
-    failed: str = _NOT_LOADED
+    failed: str = NOT_LOADED
 
     def __str__(self) -> str:
         """One sentence for a person; further lines of the reason follow it."""
@@ -327,6 +324,7 @@ class Plugins:
     importers: dict[str, ImporterInfo] = field(default_factory=dict)
     exporters: dict[str, ExporterInfo] = field(default_factory=dict)
     formatters: dict[str, FormatterInfo] = field(default_factory=dict)
+    translators: dict[str, TranslatorInfo] = field(default_factory=dict)
     commands: dict[str, CommandInfo] = field(default_factory=dict)
     broken: list[BrokenPlugin] = field(default_factory=list)
     owners: dict[tuple[str, str], Origin] = field(default_factory=dict)
@@ -360,7 +358,7 @@ class Plugins:
             self.note_failure("packs", pack_id, error)
             return None
 
-    def note_failure(self, kind: str, name: str, error: BaseException, failed: str = _NOT_LOADED) -> None:
+    def note_failure(self, kind: str, name: str, error: BaseException, failed: str = NOT_LOADED) -> None:
         """Note in `broken`, once, that something registered failed when it was needed."""
         if (kind, name) not in self._failed:
             self._failed.add((kind, name))

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from cqos_core.aliases import MOVED
+from cqos_core.aliases import LEFT, MOVED
 
 
 @pytest.mark.parametrize("old", sorted(MOVED))
@@ -17,6 +17,11 @@ def test_an_old_path_is_the_module_itself(old):
     new = importlib.import_module(f"cqos_core.{MOVED[old]}")
     assert moved is new or vars(moved)["__getattr__"].args == (new,)  # a package hands on names
     assert new.__spec__.name == f"cqos_core.{MOVED[old]}"
+
+
+def test_a_room_that_became_a_distribution_has_its_modules():
+    for old, new in LEFT.items():
+        assert importlib.import_module(f"cqos_core.{old}.command") is importlib.import_module(f"{new}.command")
 
 
 def test_a_room_has_the_names_of_the_module_that_was_called_so():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import click
 
-from cqos_core.cli.parameters import Run, debug_option, form_option, nearest, packs_option
+from cqos_core.cli.parameters import Registered, Run, debug_option, form_option, nearest, packs_option
 from cqos_core.cli.reading import packs_here
+from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
 from cqos_core.formatters.inventory import dump, inventory, inventory_as_text, pack_as_text
 from cqos_core.plugins import load_plugins
@@ -16,7 +17,7 @@ from cqos_core.plugins import load_plugins
 @click.option(
     "--as",
     "language",
-    type=click.Choice(["sql", "javascript"]),
+    type=Registered("translators"),
     help="Print the rules of the pack over pairs and endpoints as a program in another language.",
 )
 @form_option
@@ -52,8 +53,7 @@ def packs(
         unknown = f"there is no rule pack `{pack_id}`{nearest(pack_id, (*extra, *plugins.packs))}"
         raise click.BadParameter(reasons[0] if reasons else unknown, param_hint="'ID'")
     if language is not None:
-        from cqos_core.bulk.source_text import source_text
-
-        emit(source_text(pack, language))
+        with written_by("translators", language):
+            emit(plugins.translators[language].load()(pack))
         return
     emit(dump({"version": 1, **pack.describe()}) if form == "json" else pack_as_text(pack, width()))

@@ -132,7 +132,7 @@ def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], s
 
 @contextmanager
 def written_by(kind: str, name: str) -> Iterator[None]:
-    """Blame a plugin's ``formatters`` or ``exporters`` for what they raise.
+    """Blame a plugin's ``formatters``, ``exporters`` or ``translators`` for what they raise.
 
     Raises:
         CqosError: it is a plugin's and failed.

@@ -98,7 +98,4 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("serve", "Serve checks by gRPC, to modelers and to others."),
     ):
         register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))
-    register(
-        CommandInfo("audit", "Check the endpoints of a whole fleet, from a table.", "cqos_core.bulk.command:audit")
-    )
     register(CommandInfo("test-pack", "Run the case files of a rule pack.", "cqos_core.cli.pack_cases:test_pack"))

@@ -18,6 +18,7 @@ _KINDS: Final = (
     ("importers", "Importers, for `--from`"),
     ("formatters", "Formatters, for `--format`"),
     ("exporters", "Exporters, for `cqos convert --to`"),
+    ("translators", "Translators, for `cqos packs ID --as`"),
     ("commands", "Commands"),
 )
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import duckdb
 
-from cqos_core.bulk.fleet import WantedAudit, run_audit
+from cqos_bulk.fleet import WantedAudit, run_audit
 from cqos_core.matching.pipeline import context
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.bulk.forms import spans
+from cqos_bulk.forms import spans
 from cqos_core.language.domains import Names
 from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import Literal
@@ -17,7 +17,7 @@ from cqos_core.model.problems import InvalidValueError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.bulk.forms import Column, RuleForm
+    from cqos_bulk.forms import Column, RuleForm
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
 

@@ -8,7 +8,7 @@ from collections import Counter
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from cqos_core.bulk.profiles import settings_of
+from cqos_bulk.profiles import settings_of
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System

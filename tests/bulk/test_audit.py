@@ -24,7 +24,7 @@ def audited(folder: Path, **wanted: Any) -> tuple[dict[str, int], Counter[tuple[
     for name in ("narwhals", "duckdb", "polars"):
         needed(name)
     parquet = needed("pyarrow.parquet") if needed("pyarrow") else None
-    from cqos_core.bulk.fleet import WantedAudit, run_audit
+    from cqos_bulk.fleet import WantedAudit, run_audit
 
     output = folder / "findings.parquet"
     result = run_audit(WantedAudit(output=output, severity="note", **wanted), context())
@@ -123,7 +123,7 @@ def test_plain_names_are_what_endpoints_match_on(protocol):
 
 def test_stages_of_other_rules_are_not_read_again():
     needed("narwhals")
-    from cqos_core.bulk.fleet import _edition
+    from cqos_bulk.fleet import _edition
 
     pack = load_plugins().pack("ros2")
     assert pack is not None

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.bulk.source_text import answers, compiled_pack, source_text
-from cqos_core.bulk.writers import pattern_of
+from cqos_bulk.source_text import answers, as_javascript, as_sql, compiled_pack
+from cqos_bulk.writers import pattern_of
 from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
 from tests.bulk.tried_rules import Tried, answers_in, both_ends, both_kinds
@@ -46,7 +46,7 @@ def test_every_rule_has_a_column_form_or_is_listed(pack):
 def test_sql_in_duckdb_says_what_python_says(pack):
     duckdb = needed("duckdb")
     pyarrow = needed("pyarrow")
-    text = source_text(pack, "sql")
+    text = as_sql(pack)
     queries = [each for each in text.split(";\n") if "SELECT" in each]
     assert len(queries) == 2
     for query, (_, tried) in zip(queries, both_kinds(pack), strict=True):
@@ -65,7 +65,7 @@ def test_sql_in_duckdb_says_what_python_says(pack):
 
 
 def test_javascript_says_what_python_says(pack, tmp_path):
-    (tmp_path / "pack.mjs").write_text(source_text(pack, "javascript"), "utf-8")
+    (tmp_path / "pack.mjs").write_text(as_javascript(pack), "utf-8")
     for kind, (_, tried) in zip(("pair", "endpoint"), both_kinds(pack), strict=True):
         rows = [[_row(tried, end) for end in pair] for pair in tried.ends]
         found = in_node(tmp_path, kind, rows)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.bulk.source_text import CompiledPack, compiled_pack
-from cqos_core.bulk.writers import expression
+from cqos_bulk.source_text import CompiledPack, compiled_pack
+from cqos_bulk.writers import expression
 from tests.bulk.needed import needed
 from tests.bulk.random_ends import random_ends, said
 
 if TYPE_CHECKING:
-    from cqos_core.bulk.forms import Column, RuleForm
+    from cqos_bulk.forms import Column, RuleForm
     from cqos_core.packs.pack import RulePack
 
 PAIRS = 150

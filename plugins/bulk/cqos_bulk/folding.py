@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.bulk.forms import FALSE, TRUE, Column, ColumnForm, compared, joined, negated, whole
+from cqos_bulk.forms import FALSE, TRUE, Column, ColumnForm, compared, joined, negated, whole
 from cqos_core.language.values import INFINITE, Range, in_world, worlds_of
 
 if TYPE_CHECKING:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.bulk.forms import forms_of
-from cqos_core.bulk.writers import javascript, sql, written
+from cqos_bulk.forms import forms_of
+from cqos_bulk.writers import javascript, sql, written
 from cqos_core.language.domains import Choice, Duration, Flag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.bulk.forms import RuleForm
+    from cqos_bulk.forms import RuleForm
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-
-LANGUAGES: Final = ("sql", "javascript")
 
 
 class CompiledPack(NamedTuple):
@@ -34,12 +32,21 @@ def compiled_pack(pack: RulePack) -> CompiledPack:
     return CompiledPack(pairs, endpoints, (*others, *left))
 
 
-def source_text(pack: RulePack, language: str) -> str:
-    """Return a pack as a program in one of `LANGUAGES`, with a comment that says what it reads."""
+def as_sql(pack: RulePack) -> str:
+    """Return a pack as SQL, with a comment that says what it reads."""
     compiled = compiled_pack(pack)
-    mark, write = ("--", _sql) if language == "sql" else ("//", _javascript)
+    return _joined("--", pack, compiled, _sql(pack, compiled))
+
+
+def as_javascript(pack: RulePack) -> str:
+    """Return a pack as JavaScript, with a comment that says what it reads."""
+    compiled = compiled_pack(pack)
+    return _joined("//", pack, compiled, _javascript(pack, compiled))
+
+
+def _joined(mark: str, pack: RulePack, compiled: CompiledPack, program: Iterator[str]) -> str:
     head = [f"{mark} {line}".rstrip() for line in (*_head(pack, compiled), *_columns(pack, compiled))]
-    return "\n".join([*head, "", *write(pack, compiled)]) + "\n"
+    return "\n".join([*head, "", *program]) + "\n"
 
 
 def _head(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.bulk.audit import STAGES, Audited, audit
-from cqos_core.bulk.crossing import crossing_topics
-from cqos_core.bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
-from cqos_core.bulk.fleet_report import FleetResult, summed_up, write_findings
-from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
-from cqos_core.bulk.topic_frames import FINDING
-from cqos_core.bulk.whole_systems import NamedSystem, WholeSystems, systems_of
+from cqos_bulk.audit import STAGES, Audited, audit
+from cqos_bulk.crossing import crossing_topics
+from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
+from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
+from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
+from cqos_bulk.topic_frames import FINDING
+from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.matching.pipeline import with_options
@@ -30,7 +30,7 @@ from cqos_core.packs.parts import nothing_follows, nothing_summed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from cqos_core.bulk.engines import Engine
+    from cqos_bulk.engines import Engine
     from cqos_core.matching.pipeline import Context
     from cqos_core.packs.pack import RulePack
 

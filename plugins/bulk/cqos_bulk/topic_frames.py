@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
 
-from cqos_core.bulk.judging import Judge, column_name
-from cqos_core.bulk.slow_topics import ALONE, COLUMNS, PYTHON, QUIET
-from cqos_core.bulk.writers import expression
+from cqos_bulk.judging import Judge, column_name
+from cqos_bulk.slow_topics import ALONE, COLUMNS, PYTHON, QUIET
+from cqos_bulk.writers import expression
 from cqos_core.matching.judge import verdict_by
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.bulk.forms import Column, RuleForm
+    from cqos_bulk.forms import Column, RuleForm
     from cqos_core.model.report import Verdict
 
     Frame = nw.LazyFrame[Any]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     import narwhals as nw
 
-    from cqos_core.bulk.forms import Column, ColumnForm
+    from cqos_bulk.forms import Column, ColumnForm
     from cqos_core.language.vocabulary import Vocabulary
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
 
-from cqos_core.bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
+from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
 from cqos_core.matching.wire import plain_texts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.bulk.engines import TableStore
+    from cqos_bulk.engines import TableStore
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Setting
     from cqos_core.packs.meeting import Wire

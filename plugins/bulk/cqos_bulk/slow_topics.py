@@ -19,7 +19,7 @@ from cqos_core.model.system import PUBLISHER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.bulk.profiles import FleetProfiles
+    from cqos_bulk.profiles import FleetProfiles
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved

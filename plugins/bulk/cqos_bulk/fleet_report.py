@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.bulk.engines import DOT
-from cqos_core.bulk.profiles import NO_SETTINGS
-from cqos_core.bulk.topic_frames import rows_of, summed
+from cqos_bulk.engines import DOT
+from cqos_bulk.profiles import NO_SETTINGS
+from cqos_bulk.topic_frames import rows_of, summed
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from cqos_core.bulk.audit import Audited
-    from cqos_core.bulk.engines import TableStore
+    from cqos_bulk.audit import Audited
+    from cqos_bulk.engines import TableStore
     from cqos_core.matching.pipeline import Context
 
     Frame = nw.LazyFrame[Any]

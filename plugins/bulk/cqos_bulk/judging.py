@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.bulk.folding import Constants, folded, in_all_worlds, worlds_of_ends
-from cqos_core.bulk.forms import FALSE, TRUE, Column, RuleForm, forms_of, spans
+from cqos_bulk.folding import Constants, folded, in_all_worlds, worlds_of_ends
+from cqos_bulk.forms import FALSE, TRUE, Column, RuleForm, forms_of, spans
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Anything, is_plain
 from cqos_core.matching.judge import ask, of_end, signal_rules
@@ -16,7 +16,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.bulk.profiles import FleetProfiles, KnownProfile
+    from cqos_bulk.profiles import FleetProfiles, KnownProfile
     from cqos_core.language.vocabulary import Vocabulary
     from cqos_core.packs.bound_rule import BoundRule
 

@@ -76,8 +76,8 @@ def audit(
         raise CqosError(f"`cqos audit` needs {', '.join(lacking)}: pip install 'cqos[bulk]'")
     if given["spark"] and importlib.util.find_spec("pyspark") is None:
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
-    from cqos_core.bulk.fleet import WantedAudit, run_audit
-    from cqos_core.bulk.fleet_report import as_json, as_text
+    from cqos_bulk.fleet import WantedAudit, run_audit
+    from cqos_bulk.fleet_report import as_json, as_text
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)

@@ -4,7 +4,7 @@ Every value is a span: its least and its largest value. A known value has both a
 domain. So what is not known is never NULL: a condition is unknown where neither part is true. The same form, over the
 extremes of many endpoints, tells what holds of all of them. `BoundCondition.open` stays the meaning.
 
-`cqos_core.bulk.writers` writes a form for Narwhals, in SQL and in JavaScript.
+`cqos_bulk.writers` writes a form for Narwhals, in SQL and in JavaScript.
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.bulk.judging import Judge, judge_of
-from cqos_core.bulk.similar_names import BUSY, OFFERED, REQUESTED, similar_topics
-from cqos_core.bulk.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
-from cqos_core.bulk.topic_frames import (
+from cqos_bulk.judging import Judge, judge_of
+from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, similar_topics
+from cqos_bulk.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
+from cqos_bulk.topic_frames import (
     COUNTS,
     FINDING,
     TOPIC,
@@ -29,15 +29,15 @@ from cqos_core.bulk.topic_frames import (
     summed,
     verdicts_of,
 )
-from cqos_core.bulk.writers import pattern_of
+from cqos_bulk.writers import pattern_of
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from cqos_core.bulk.engines import TableStore
-    from cqos_core.bulk.profiles import FleetProfiles
+    from cqos_bulk.engines import TableStore
+    from cqos_bulk.profiles import FleetProfiles
 
     Frame = nw.LazyFrame[Any]
 

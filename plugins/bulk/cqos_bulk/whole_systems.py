@@ -10,7 +10,7 @@ from hashlib import blake2b
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.bulk.profiles import SEVERITIES, settings_of
+from cqos_bulk.profiles import SEVERITIES, settings_of
 from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.memory import uncollected
@@ -52,7 +52,7 @@ class WholeSystems:
     Attributes:
         severity: the least that is reported.
         texts: what each profile states, by column; a number in a finding is a position here.
-        totals: as in `cqos_core.bulk.audit.Audited`.
+        totals: as in `cqos_bulk.audit.Audited`.
     """
 
     where: Context

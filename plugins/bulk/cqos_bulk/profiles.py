@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.bulk.engines import DOT
+from cqos_bulk.engines import DOT
 from cqos_core.matching.judge import ask, judge_endpoint
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.resolving.resolve import Resolver
