@@ -81,7 +81,7 @@ MOVED: Final = (
 )
 
 
-LEFT: Final = {"bulk": "cqos_bulk"}
+LEFT: Final = {"bulk": "cqos_bulk", "pictures": "cqos_pictures"}
 """Rooms that became distributions, by the package that has them now."""
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
-OURS = ("cqos", "cqos-bulk", "cqos-core", "cqos-dds", "cqos-lsp", "cqos-mqtt", "cqos-ros2")
+OURS = ("cqos", "cqos-bulk", "cqos-core", "cqos-dds", "cqos-lsp", "cqos-mqtt", "cqos-pictures", "cqos-ros2")
 
 
 def run(*command, **settings):

@@ -381,16 +381,12 @@ class _Check:
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
-            picture=self._picture,
+            checked=self._checked,
         )
 
-    def _picture(self, report: Report) -> Any:
-        from cqos_core.pictures.picture import picture_of
-
-        found = [
-            picture_of(each.system, report, each.context, self.proofs) for each in self.reports if each.report is report
-        ]
-        return found[0] if found else None
+    def _checked(self, report: Report) -> Any:
+        found = ((each.system, each.context, self.proofs) for each in self.reports if each.report is report)
+        return next(found, None)
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
         from cqos_core.files.applying import replacements_of

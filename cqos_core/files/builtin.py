@@ -47,10 +47,6 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
     register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
     summary = "a BPMN model with its QoS as attributes in words"
     register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.files.bpmn_writer:write"))
-    graphs = "cqos_core.pictures.graph_text"
-    register(ExporterInfo("dot", "the graph of the system with verdicts, for Graphviz", ".dot", f"{graphs}:write_dot"))
-    summary = "the graph of the system with verdicts, for Mermaid in Markdown"
-    register(ExporterInfo("mermaid", summary, ".mmd", f"{graphs}:write_mermaid"))
 
 
 @hookimpl
@@ -68,12 +64,10 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
         ("gitlab", "GitLab's Code Quality report"),
         ("rdjson", "reviewdog's diagnostics, for the review of any forge"),
         ("markdown", "Markdown for the summary of a step or a comment"),
-        ("html", "one HTML file with graph, topics, guarantees and findings"),
     ):
         module = "json_report" if name in {"json", "jsonl"} else name
-        where = "pictures.page" if name == "html" else f"formatters.{module}"
-        renderer = f"cqos_core.{where}:render_{name}"
-        people, plugins_have_it = name in {"full", "concise", "statistics"}, name in {"markdown", "statistics", "html"}
+        renderer = f"cqos_core.formatters.{module}:render_{name}"
+        people, plugins_have_it = name in {"full", "concise", "statistics"}, name in {"markdown", "statistics"}
         register(FormatterInfo(name, summary, renderer, for_people=people, gives_way=plugins_have_it))
 
 

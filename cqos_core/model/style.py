@@ -18,6 +18,10 @@ def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str
     return {}
 
 
+def _unknown(report: Report) -> None:
+    """Return None."""
+
+
 @dataclass(frozen=True, slots=True)
 class Style:
     """Choices of the caller; every formatter ignores what does not concern it.
@@ -34,7 +38,7 @@ class Style:
         replaced: returns what edits replace in the texts of `sources`, by name: from where to where, and the new text; nothing
             where they cannot be applied. For formats that carry fixes.
         tool_version: of C-QoS, for formats that name their tool.
-        picture: returns what pictures show of the system of a report, a `Picture` of the room `pictures`.
+        checked: returns what a report is of: its `System`, the `Context` of the check and the runs on middleware; None if it is not known.
     """
 
     show: Severity = Severity.WARNING
@@ -47,4 +51,4 @@ class Style:
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing
-    picture: Callable[[Report], Any] | None = None
+    checked: Callable[[Report], Any] = _unknown

@@ -31,7 +31,7 @@ from cqos_core.model.encoding import decode
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.model.style import Style
 from cqos_core.model.system import Place
-from cqos_core.pictures.page import render_html
+from cqos_pictures.page import render_html
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent.parent / "docs"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.pictures.layout import layered
+from cqos_pictures.layout import layered
 from tests.command import run
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 

@@ -9,20 +9,21 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.formatters import wording
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.pictures import tables
-from cqos_core.pictures.drawing import drawn
-from cqos_core.pictures.findings import MOST_FINDINGS, Findings
-from cqos_core.pictures.graph import graph_of, usage
-from cqos_core.pictures.picture_parts import Picture, PicturedEnd
-from cqos_core.pictures.template import data_file, rendered
-from cqos_core.pictures.words import WORDS, counted, some, spoken, symbol
+from cqos_pictures import tables
+from cqos_pictures.drawing import drawn
+from cqos_pictures.findings import MOST_FINDINGS, Findings
+from cqos_pictures.graph import graph_of, usage
+from cqos_pictures.picture import picture_of
+from cqos_pictures.picture_parts import Picture, PicturedEnd
+from cqos_pictures.template import data_file, rendered
+from cqos_pictures.words import WORDS, counted, some, spoken, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.report import Report
     from cqos_core.model.style import Style
-    from cqos_core.pictures.graph import Key
+    from cqos_pictures.graph import Key
 
 _MOST_SYSTEMS: Final = 20
 _BAR: Final = 600
@@ -106,7 +107,8 @@ def _listed(reports: list[Report]) -> list[dict[str, str]]:
 
 def _system(report: Report, style: Style, numbers: _Numbers) -> dict[str, Any]:
     """Return the data of one system."""
-    picture = (style.picture and style.picture(report)) or _from_ids(report)
+    checked = style.checked(report)
+    picture = picture_of(report, *checked) if checked else _from_ids(report)
     used = usage(report, picture)
     # Owners and topics are pointed at by anchors, since names may hold anything.
     anchors: dict[Key, str] = {owner: f"p{numbers.next()}" for owner in sorted(used.owners)}

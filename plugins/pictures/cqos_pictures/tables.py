@@ -9,15 +9,15 @@ from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
-from cqos_core.pictures.graph import ranked
-from cqos_core.pictures.words import WORDS, counted, some, symbol
+from cqos_pictures.graph import ranked
+from cqos_pictures.words import WORDS, counted, some, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from cqos_core.model.report import Guarantee, Report
-    from cqos_core.pictures.graph import Key, Usage
-    from cqos_core.pictures.picture_parts import Picture, RequirementPath
+    from cqos_pictures.graph import Key, Usage
+    from cqos_pictures.picture_parts import Picture, RequirementPath
 
 MOST_ROWS: Final = 200
 MOST_COLUMNS: Final = 40

@@ -10,7 +10,7 @@ from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
 from cqos_core.model.remarks import plural
-from cqos_core.pictures.words import some, spoken
+from cqos_pictures.words import some, spoken
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -6,13 +6,13 @@ import itertools
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.terminal import cells, clean
-from cqos_core.pictures.layout import layered
-from cqos_core.pictures.words import WORDS, counted, symbol
+from cqos_pictures.layout import layered
+from cqos_pictures.words import WORDS, counted, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.pictures.graph import DrawnGraph, DrawnNode, Key, Line
+    from cqos_pictures.graph import DrawnGraph, DrawnNode, Key, Line
 
 _LETTER: Final = 7.0
 _SMALL: Final = 5.9

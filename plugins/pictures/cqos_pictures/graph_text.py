@@ -10,15 +10,15 @@ from cqos_core.formatters.terminal import clean
 from cqos_core.matching.pipeline import Context, Pipeline
 from cqos_core.model.report import Verdict
 from cqos_core.packs.export import Exported
-from cqos_core.pictures.graph import graph_of
-from cqos_core.pictures.picture import ends_of
+from cqos_pictures.graph import graph_of
+from cqos_pictures.picture import ends_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.model.system import System
     from cqos_core.packs.export import ExportContext
-    from cqos_core.pictures.graph import DrawnGraph, Line
+    from cqos_pictures.graph import DrawnGraph, Line
 
 _COLORS: Final[Mapping[Verdict | None, str]] = {
     Verdict.COMPATIBLE: "#17704a",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_core.model.report import Report, Verdict
-    from cqos_core.pictures.picture_parts import Picture, PicturedEnd
+    from cqos_pictures.picture_parts import Picture, PicturedEnd
 
 MOST_TOPICS: Final = 24
 """Up to so many topics, each is a node; of more, lines between participants count them."""

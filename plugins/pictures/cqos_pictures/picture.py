@@ -10,7 +10,7 @@ from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER
-from cqos_core.pictures.picture_parts import Picture, PicturedEnd, RequirementPath
+from cqos_pictures.picture_parts import Picture, PicturedEnd, RequirementPath
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 MOST_PATHS: Final = 40
 
 
-def picture_of(system: System, report: Report, where: Context, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
-    """Return what pictures of a system show beside its report; at most `MOST_PATHS` pairs are explained.
+def picture_of(report: Report, system: System, where: Context, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
+    """Return what pictures of a system show beside a report of it; at most `MOST_PATHS` pairs are explained.
 
     Those of the ``runs`` are shown that are of pairs of the system.
     """
