@@ -2,11 +2,13 @@
 
 import time
 from itertools import product
+from unittest.mock import Mock
 
 import pytest
 
+from cqos_core.model import spelling
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.spelling import distance, nearest, typing_errors
+from cqos_core.model.spelling import KnownNames, distance, nearest, typing_errors
 
 
 @pytest.mark.parametrize(
@@ -71,6 +73,15 @@ def test_long_names_cost_little():
 )
 def test_nearest_name(word, known, found):
     assert nearest(word, known) == found
+
+
+@pytest.mark.parametrize("word", ["q15432", "p154.32", "p15432x", "p15432"])
+def test_of_many_numbered_names_few_are_compared(word, monkeypatch):
+    known = KnownNames(f"p{number}" for number in range(10_000, 20_000))
+    counted = Mock(side_effect=distance)
+    monkeypatch.setattr(spelling, "distance", counted)
+    assert known.nearest(word) == "p15432"
+    assert 0 < counted.call_count < 40
 
 
 def test_suggestion_names_the_nearest():

@@ -113,25 +113,31 @@ class KnownNames:
         self.names = tuple(sorted(set(names)))
 
     def nearest(self, word: str) -> str | None:
-        """Return the name that ``word`` was probably meant to be; of many names only those that one or two letters change."""
+        """Return the name that ``word`` was probably meant to be; of many names only those that differ by one letter or two swapped."""
         if len(self.names) <= _FEW:
             return nearest(word, self.names)
-        stubs = stubs_of(folded(word), digits=True)
-        return nearest(word, dict.fromkeys(name for stub in stubs for name in self._by_stub.get(stub, ())[:_CROWD]))
+        shortened = _shortened(word)
+        return nearest(word, sorted({name for each in shortened for name in self._by_stub.get(each, ())[:_CROWD]}))
 
     @cached_property
     def _by_stub(self) -> dict[str, list[str]]:
-        return _by_stub(self.names, folded, digits=True)
+        return _by_stub(self.names, _shortened)
 
 
 _FEW: Final = 200
 """Names that are all compared."""
 
 
-def _by_stub(names: Iterable[str], spelled: Callable[[str], str] = str, **how: bool) -> dict[str, list[str]]:
+def _shortened(name: str) -> set[str]:
+    """Return the folded name, whole and without each one of its letters: two that share one of them differ by a typing error."""
+    word = folded(name) if len(name) <= _LONGEST else ""
+    return {word, *(word[:at] + word[at + 1 :] for at in range(len(word)))}
+
+
+def _by_stub(names: Iterable[str], stubs: Callable[[str], Iterable[str]]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name in names:
-        for stub in stubs_of(spelled(name), **how):
+        for stub in stubs(name):
             found.setdefault(stub, []).append(name)
     return found
 
@@ -143,7 +149,7 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
     meant to. The cost grows with the length of all names, not with their pairs.
     """
-    by_stub = _by_stub(dict.fromkeys(others))
+    by_stub = _by_stub(dict.fromkeys(others), stubs_of)
     found = {}
     for name in dict.fromkeys(names):
         candidates = dict.fromkeys(other for stub in stubs_of(name) for other in by_stub.get(stub, ())[:_CROWD])
@@ -207,16 +213,15 @@ _LONG_WORD: Final = 8
 _WORD: Final = regular_expression(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
-def stubs_of(name: str, *, digits: bool = False) -> set[str]:
-    """Return the letters of ``name`` in alphabetical order, all and without each one of them, or of its ``digits`` too.
+def stubs_of(name: str) -> set[str]:
+    """Return the letters of ``name`` in alphabetical order, all and without each one of them; its digits as they stand.
 
     Two names that share one of them differ by one letter, or by one and by the order of letters.
     """
     if len(name) > _LONGEST:
         return set()
-    letters = "".join(sorted(letter for letter in name if digits or not letter.isdigit()))
-    fixed = "" if digits else "".join(letter for letter in name if letter.isdigit())
-    return {letters + fixed, *(letters.replace(letter, "", 1) + fixed for letter in set(letters))}
+    letters, digits = _sorted_letters(name)
+    return {letters + digits, *(letters.replace(letter, "", 1) + digits for letter in set(letters))}
 
 
 def _mistyped(one: str, other: str) -> int:
