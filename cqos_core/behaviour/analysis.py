@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.counting import Counting, added
+from cqos_core.behaviour.counting import Counting, added, is_single
 from cqos_core.behaviour.graph import joined
 from cqos_core.behaviour.order import Order
 from cqos_core.behaviour.reach import reached, single_waits
@@ -75,7 +75,7 @@ class Behaviour:
     @cached_property
     def order(self) -> Order:
         """What happens before what."""
-        return Order(self.graph, self.signals)
+        return Order(self.graph, self.signals, self.counting.token)
 
     def thrown(self, nodes: Iterable[int]) -> Rate | None:
         """Return how often some nodes throw together."""
@@ -88,11 +88,6 @@ class Behaviour:
     def is_once(self, at: int) -> bool:
         """Whether a node happens at most once."""
         return is_single(self.counting.throws(at))
-
-
-def is_single(bound: Rate | None) -> bool:
-    """Whether something happens at most once."""
-    return bound is not None and bound.once <= 1 and not bound.rate
 
 
 def analysed(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:

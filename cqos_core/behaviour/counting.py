@@ -18,7 +18,7 @@ from cqos_core.language.values import INFINITE
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Iterator, Sequence
+    from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
@@ -84,6 +84,11 @@ def added(bounds: Iterable[Rate | None]) -> Rate | None:
     return Rate(once, rate, tuple(origins)[:_MOST_ORIGINS], alone, signals)
 
 
+def is_single(bound: Rate | None) -> bool:
+    """Whether something happens at most once."""
+    return bound is not None and bound.once <= 1 and not bound.rate
+
+
 def tightest(bounds: Iterable[Rate | None]) -> Rate | None:
     """Return the bound of what happens only together with all of them."""
     known = [each for each in bounds if each is not None]
@@ -133,7 +138,8 @@ class Counting:
         self._graph = graph
         self._happening = happening
         self._earlier = earlier
-        self._leaving: dict[int, tuple[int, Rate]] = {}
+        self._leaving: dict[int, tuple[int, Rate | None]] = {}
+        self._sources: dict[int, tuple[int, Rate | None]] = {}
         self._signals = signals
         self._waits = Waits(graph)
         self._size = len(graph.nodes)
@@ -142,7 +148,8 @@ class Counting:
         self.bounds: list[Rate | None] = [None] * (self._size + len(self._thrown))
         for group in components(range(len(self.bounds)), self._depends):
             if len(group) == 1 and group[0] not in self._depends(group[0]):
-                self.bounds[group[0]] = self._count(group[0])
+                bound = self.bounds[group[0]] = self._count(group[0])
+                self._sources.setdefault(group[0], (group[0], bound))
             else:
                 self._turn(group)
 
@@ -154,6 +161,11 @@ class Counting:
     def throws(self, at: int) -> Rate | None:
         """Return how often a node throws."""
         return scaled(self.bounds[at], self._graph.nodes[at].times)
+
+    def token(self, at: int) -> int | None:
+        """Return the node from which the only token of a run comes that may come to a node, once; None where there may be more."""
+        source, bound = self._sources.get(at, (None, None))
+        return source if is_single(bound) else None
 
     def _depends(self, at: int) -> Sequence[int]:
         """Return what the bound of a node or a topic follows from."""
@@ -201,15 +213,38 @@ class Counting:
             return None if waits else self._inside(graph.parent[at])
         if len(graph.before[at]) > 1 and node.kind == "parallel":
             return tightest(self._left(each, at) for each in graph.before[at])
-        return added(self._coming(at))
+        coming, sources = self._coming([at])
+        if len(coming) == 1 and sources:
+            ((self._sources[at]),) = sources.items()
+        return added(coming)
 
-    def _coming(self, at: int, inside: AbstractSet[int] = frozenset()) -> list[Rate | None]:
-        """Return how often tokens come over the flows to a node from elsewhere than ``inside``."""
-        before = [each for each in self._graph.before[at] if each not in inside]
-        # A token leaves a loop over one of its ways.
-        loops = {self._leaving[each][0]: each for each in before if self._leaves_once(each)}
-        ways = [each for each in before if not self._leaves_once(each)]
-        return [self._left(each, at) for each in [*ways, *loops.values()]]
+    def _coming(
+        self, group: Iterable[int], inside: AbstractSet[int] = frozenset()
+    ) -> tuple[list[Rate | None], Mapping[int, Rate | None]]:
+        """Return how often tokens come over the flows to some nodes from elsewhere than ``inside``, and where they come from.
+
+        A token that is passed on from where it comes from takes one of several ways.
+        """
+        ways: list[Rate | None] = []
+        sources: dict[int, Rate | None] = {}
+        passed: dict[int, list[Rate | None]] = {}
+        for at in group:
+            for each in self._graph.before[at]:
+                source = self._source(each)
+                if source is not None and each not in inside:
+                    sources[source[0]] = source[1]
+                    passed.setdefault(source[0], []).append(self._left(each, at))
+                elif each not in inside:
+                    ways.append(self._left(each, at))
+        together = [tightest([sources[source], added(bounds)]) for source, bounds in passed.items()]
+        return [*ways, *together], sources
+
+    def _source(self, at: int) -> tuple[int, Rate | None] | None:
+        """Return where a token comes from that leaves a node once, over one of its ways; None where it may do so more often."""
+        if at in self._leaving:
+            return self._leaving[at] if self._leaves_once(at) else None
+        graph = self._graph
+        return self._sources.get(at) if graph.nodes[at].kind in _CHOOSING or len(graph.after[at]) == 1 else None
 
     def _leaves_once(self, at: int) -> bool:
         """Whether a token that comes into the loop of a node leaves it from there at most once."""
@@ -374,8 +409,8 @@ class Counting:
                     return None
             elif node.kind == "start":
                 entering.append(self._starting(at, inside))
-            entering += self._coming(at, inside)
-        return added(entering)
+        nodes = [at for at in group if at < self._size]
+        return added([*entering, *self._coming(nodes, inside)[0]])
 
     def _entering_samples(self, at: int, inside: AbstractSet[int]) -> list[Rate | None]:
         """Return how many samples come to a topic of a loop from elsewhere; one of the loop starts one process of it."""

@@ -13,6 +13,7 @@ from cqos_core.language.binding import bind
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
+from cqos_core.matching.judge import apart
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Remedy, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -100,6 +101,14 @@ class Drawn:
     def on(self, topic: Hashable, role: str) -> list[Resolved]:
         """Return the endpoints of one role on a topic."""
         return [each for each in self.topics.get(topic, ()) if each.role == role]  # type: ignore[call-overload]
+
+    def partners(self, end: Resolved, topics: Iterable[Hashable]) -> list[Resolved]:
+        """Return the publishers on some topics that form a pair with a subscriber there."""
+        return [each for topic in topics for each in self.on(topic, PUBLISHER) if not apart(each.profile, end.profile)]
+
+    def partners_here(self, end: Resolved) -> list[Resolved]:
+        """Return the publishers that form a pair with a subscriber on the topic that it names."""
+        return self.partners(end, [(end.pack.id, end.key)])
 
     def subscribers(self) -> Iterator[tuple[Resolved, frozenset[Hashable]]]:
         """Yield every subscriber that the control flow draws, with its topics."""

@@ -18,6 +18,9 @@ EndpointKey: TypeAlias = tuple[str, str]
 ENTERED: Final = frozenset({"process", "subprocess"})
 """Kinds of nodes whose contents are done once and in order each time that they are entered."""
 
+UNENTERED: Final = frozenset({"process", "start", "event_start", "boundary"})
+"""Kinds of nodes to which no flow may lead."""
+
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
@@ -60,7 +63,8 @@ class Graph:
         catches: topics from which a node catches; None where they are not known.
         replayed: a catch may get a sample again for each token.
         drawn: the process around the node draws flows, so that what it does not draw does not happen.
-        loose: processes and sub-processes in which a flow leads to a node that is not there, so it may lead to any node.
+        loose: processes and sub-processes in which a flow leads to a node that is not there, or to one that takes none, so it may lead
+            to any node.
         called_anywhere: a call activity runs a process whose name is computed.
     """
 
@@ -123,6 +127,8 @@ def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
     for at, node in enumerate(graph.nodes):
         if node.kind == "unknown" and not (node.id and graph.after[at]):
             graph.loose.update(graph.parent[each] for each in graph.before[at])
+        if graph.before[at] and (node.kind in UNENTERED or node.by_event):
+            graph.loose.add(graph.parent[at])
         for topic in graph.throws[at]:
             graph.thrown_at.setdefault(topic, []).append(at)
         if node.kind in {"start", "catch", "boundary"}:

@@ -1,4 +1,7 @@
-"""What happens before what, and how long before: in one process by dominance, across processes by signals with one source."""
+"""What happens before what, and how long before: in one process by dominance, across processes by signals with one source.
+
+Where a way leads around an event, and only one token may come to either, the event happens earlier or never.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from cqos_core.behaviour.waiting import Waits, least, timer_wait
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator
+    from collections.abc import Callable, Hashable, Iterator
 
     from cqos_core.behaviour.graph import Graph, Wiring
 
@@ -22,9 +25,10 @@ _BUDGET: Final = 40
 class Order:
     """The order of the events of all processes."""
 
-    def __init__(self, graph: Graph, signals: Wiring) -> None:
-        """Find dominators and least times once."""
+    def __init__(self, graph: Graph, signals: Wiring, token: Callable[[int], int | None]) -> None:
+        """Find dominators and least times once; ``token`` names the only token that may come to a node."""
         self._graph = graph
+        self._token = token
         self._signals = signals
         self._waits = Waits(graph)
         self._size = len(graph.nodes)
@@ -37,7 +41,7 @@ class Order:
     def since(self, first: int, last: int, hops: int = 0) -> int | None:
         """Return how many nanoseconds pass at least from one event until a token arrives at another; None: no such order is certain.
 
-        The first one happens at most once.
+        The first one happens at most once, or never.
         """
         if first == last:
             return 0
@@ -55,6 +59,9 @@ class Order:
             if known and len(known) == len(times):
                 time = min(known) + self._between(at, last)
                 found = time if found is None else max(found, time)
+        if found is None and self._token(first) is not None and self._token(first) == self._token(last):
+            self._left -= len(self._graph.inside[self._graph.parent[first]])
+            found = least([first], self._waits.steps).get(last) if self._left > 0 else None
         return found
 
     def heard(self, at: int) -> Hashable | None:

@@ -8,7 +8,7 @@ from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_o
 from cqos_core.behaviour.sequences import AT_TOKEN, BUFFERED, OPTION, OWNER
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.report import Verdict
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
@@ -35,8 +35,10 @@ def round_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
     return [*found, *_bursts(drawn)]
 
 
-def _partners(drawn: Drawn, end: Resolved) -> list[Resolved]:
-    return drawn.on((end.pack.id, end.key), PUBLISHER)
+def _fact(end: Resolved, name: str) -> bool:
+    """Whether a fact of a topic holds, or may hold."""
+    index = end.pack.vocabulary.indices.get((TOPIC, name))
+    return index is not None and end.profile.values[index] != 0
 
 
 def _worlds(reading: str | None, name: str) -> dict[str, Verdict]:
@@ -48,7 +50,7 @@ def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -
     graph, order = drawn.behaviour.graph, drawn.behaviour.order
     starts = [each for each in graph.inside[graph.process[at]] if graph.nodes[each].kind == "start"]
     timers = [each.timer for start in starts for each in graph.nodes[start].triggers]
-    topic, publishers = order.heard(at), _partners(drawn, end)
+    topic, publishers = order.heard(at), drawn.partners_here(end)
     if len(timers) != 1 or timers[0] is None or timers[0].kind != "cycle" or not timers[0].wait or topic is None:
         return
     requests = {each for throw in order.before(at) for each in graph.throws[throw]}
@@ -57,7 +59,7 @@ def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -
     lives = [finite(each, life) for each in publishers for life in (timing.lifespan, timing.kept_for)]
     kept = all(keep(each, end) for each in publishers)
     short = any(life is not None and life < timers[0].wait for life in lives)
-    if answers and all(each in requests for each in answers) and kept and not short:
+    if publishers and answers and all(each in requests for each in answers) and kept and not short:
         message = (
             f"with {AT_TOKEN}, `{end.id}` may take the answer to an earlier request on `{end.shown}`: both ends keep it, "
             f"for no less than the {time_text(timers[0].wait)} between two rounds"
@@ -76,12 +78,12 @@ def _started_by(drawn: Drawn, throw: int) -> Hashable | None:
 def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
     """Report a reader whose process takes one sample, beside a writer that keeps all and goes on for ever."""
     behaviour, timing = drawn.behaviour, end.pack.timing
-    publishers, topic = _partners(drawn, end), behaviour.order.heard(at)
+    publishers, topic = drawn.partners_here(end), behaviour.order.heard(at)
     bound = None if topic is None else behaviour.on_topic(topic)
     if bound is None or not bound.rate or not behaviour.is_once(at) or len(drawn.nodes([end])) != 1:
         return
     same = [each for each in drawn.on(topic, SUBSCRIBER) if each.participant is end.participant]
-    everything = all(is_one_of(each, timing.unlimited) for each in (end, *publishers))
+    everything = publishers and all(is_one_of(each, timing.unlimited) for each in (end, *publishers))
     if len(same) == 1 and everything and all(is_one_of(each, timing.certain) for each in (end, *publishers)):
         message = (
             f"with {BUFFERED}, `{end.id}` takes one sample of `{end.shown}`, later ones fill its queue, "
@@ -93,11 +95,10 @@ def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> It
 
 def _kept_for_restarts(drawn: Drawn, end: Resolved) -> Iterator[Finding]:
     """Report samples that are kept for a subscription that exists from the start of its device."""
-    timing, publishers = end.pack.timing, _partners(drawn, end)
+    timing, publishers = end.pack.timing, drawn.partners_here(end)
     index = end.pack.vocabulary.indices.get((TOPIC, timing.latched))
-    latched = index is not None and end.profile.values[index] != 0
     stated = index is not None and end.written(index) is not None
-    if publishers and all(keep(each, end) for each in publishers) and not (latched and stated):
+    if publishers and all(keep(each, end) for each in publishers) and not (stated and _fact(end, timing.latched)):
         message = (
             f"samples of `{end.shown}` are kept for later subscribers, and `{end.id}` is later only after a restart"
         )
@@ -107,10 +108,11 @@ def _kept_for_restarts(drawn: Drawn, end: Resolved) -> Iterator[Finding]:
 def _bursts(drawn: Drawn) -> Iterator[Finding]:
     """Report requirements that nothing is lost, where more samples are sent at once than the publisher keeps."""
     for end, topics in drawn.subscribers():
-        if not needed(end, "loss_free"):
+        # A history keeps as many samples of each instance.
+        if not needed(end, "loss_free") or _fact(end, end.pack.timing.keyed):
             continue
         for topic in topics:
-            for publisher in drawn.on(topic, PUBLISHER):
+            for publisher in drawn.partners(end, [topic]):
                 timing, depth = publisher.pack.timing, finite(publisher, publisher.pack.timing.depth)
                 size = max((_burst(drawn, each, topic) for each in drawn.nodes([publisher])), default=0)
                 if depth is not None and depth < size and is_one_of(publisher, timing.unlimited) is False:

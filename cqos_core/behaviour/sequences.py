@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, keep, kept_for, time_text
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.matching.judge import apart
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -52,8 +53,9 @@ def sequence_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
 
 
 def _meet(publisher: Resolved, subscriber: Resolved) -> bool:
-    """Whether two ends are on one topic."""
-    return publisher.role == PUBLISHER and subscriber.role == SUBSCRIBER and publisher.key == subscriber.key
+    """Whether two ends form a pair."""
+    same = publisher.role == PUBLISHER and subscriber.role == SUBSCRIBER and publisher.key == subscriber.key
+    return same and not apart(publisher.profile, subscriber.profile)
 
 
 def _only_throw(drawn: Drawn, topic: Hashable) -> int | None:
@@ -144,7 +146,7 @@ def _timeouts(drawn: Drawn) -> Iterator[Finding]:
             continue
         for catch in graph.after[gateway]:
             wait = _answered(drawn, request, catch) if graph.before[catch] == [gateway] else None
-            if wait is not None and wait > min(dues):
+            if wait is not None and wait > min(dues) and any(map(drawn.partners_here, drawn.ends(catch))):
                 yield _timeout(drawn, catch, wait, min(dues))
 
 

@@ -71,18 +71,11 @@ def _offered(drawn: Drawn, ends: Sequence[Resolved]) -> Iterator[Finding]:
 
 def _owners(drawn: Drawn, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
     """Report that ownership passes on, where the participant of some endpoints is the strongest and keeps no gap."""
-    timing, everybody = ends[0].pack.timing, drawn.on(topic, PUBLISHER)
-    strengths = [finite(each, timing.strength) for each in everybody]
-    gap, bound = finite(ends[0], timing.gap), _sent(drawn, ends)
-    if len(ends) != 1 or len(everybody) == 1 or None in strengths or gap is None or bound is None:
-        return
-    others = [finite(each, timing.strength) or 0 for each in everybody if each is not ends[0]]
-    strongest = (finite(ends[0], timing.strength) or 0) > max(others)
-    owned = all(is_one_of(each, timing.owned) for each in everybody)
-    if not (strongest and owned and bound.once and bound.excludes(gap)):
+    timing, gap, bound = ends[0].pack.timing, finite(ends[0], ends[0].pack.timing.gap), _sent(drawn, ends)
+    if len(ends) != 1 or gap is None or bound is None or not bound.once or not bound.excludes(gap):
         return
     for end in drawn.on(topic, SUBSCRIBER):
-        if is_one_of(end, timing.owned):
+        if is_one_of(end, timing.owned) and _is_strongest(ends[0], drawn.partners(end, [topic])):
             message = (
                 f"{_subject([end])} takes samples of the strongest publisher, `{ends[0].id}`, which offers {timing.gap} "
                 f"{time_text(gap)} and sends {often(bound)}, so ownership passes on each time"
@@ -91,6 +84,15 @@ def _owners(drawn: Drawn, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator
             yield behaviour_finding(
                 "BP115", message, [end], policies=policies, beside=timers_of(drawn, bound), assumed=notes
             )
+
+
+def _is_strongest(owner: Resolved, everybody: Sequence[Resolved]) -> bool:
+    """Whether all publishers are exclusive, and one is stronger than each of one or more others."""
+    timing = owner.pack.timing
+    strengths = {each.id: finite(each, timing.strength) for each in everybody}
+    own = strengths.pop(owner.id, None)
+    weaker = own is not None and all(each is not None and each < own for each in strengths.values())
+    return weaker and bool(strengths) and all(is_one_of(each, timing.owned) for each in everybody)
 
 
 def _manual(drawn: Drawn, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:
@@ -126,7 +128,7 @@ def _requested(drawn: Drawn, topics: Iterable[Hashable], end: Resolved) -> Itera
     """Report a requested gap, or a required one, that all publishers together certainly exceed."""
     timing = end.pack.timing
     gap, required = finite(end, timing.gap), needed(end, "max_gap")
-    asked = gap is not None or required is not None
+    asked = (gap is not None or required is not None) and drawn.partners(end, topics)
     bound = added(map(drawn.behaviour.on_topic, topics)) if asked else None
     if bound is None or not bound.once:
         return

@@ -178,6 +178,7 @@ class Timing:
         strength: which publisher that is.
         period: the fact of topics that says how often samples come.
         latched: the fact of topics that says that the last sample is meant for later subscribers.
+        keyed: the fact of topics that says that they have instances, each with a history of its own.
     """
 
     gap: str = ""
@@ -196,6 +197,7 @@ class Timing:
     strength: str = ""
     period: str = ""
     latched: str = ""
+    keyed: str = ""
 
 
 def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature of all that read output

@@ -109,7 +109,7 @@ _TIME: Final = "a policy of endpoints"
 _TIMES: Final = {
     **dict.fromkeys(("gap", "lease", "lifespan", "kept_for"), "a duration of endpoints"),
     **dict.fromkeys(("depth", "strength"), "a count of endpoints"),
-    **dict.fromkeys(("period", "latched"), "a policy of topics"),
+    **dict.fromkeys(("period", "latched", "keyed"), "a policy of topics"),
 }
 
 

@@ -40,6 +40,13 @@ REASONS: Final = {
     "it is called by a name that an engine computes": "An engine may call the process from anywhere. The simulator calls it from here.",
     "a way around the first throw": "Nothing arrives. C-QoS follows what certainly happens before, and a way leads around it.",
     "the answer may come just in time": "Answer and timer are due at the same time. The timer comes first in these runs.",
+    **dict.fromkeys(
+        ("they are in different domains", "the strongest one is in another partition"),
+        "The ends form no pair. The simulator knows no domains and no partitions.",
+    ),
+    "the topic may have instances, each with a queue": "Each sample may be of another instance. The simulator knows none.",
+    "an inclusive gateway takes several ways": "It takes any of them. No random run takes enough of them each time.",
+    "a flow leads to a start event, which takes none": "The model is not valid, so C-QoS claims nothing.",
     "no pair rests on it": "No subscriber is in the model, so nothing depends on the fault.",
 }
 """Why no run of a twin is without the fault."""

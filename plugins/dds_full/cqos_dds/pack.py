@@ -54,6 +54,7 @@ TIMING: Final = Timing(
     strength="ownership_strength",
     period="period",
     latched="latched",
+    keyed="keyed",
 )
 
 PACK: Final = RulePack(

@@ -46,6 +46,7 @@ TIMING: Final = Timing(
     depth="depth",
     period="period",
     latched="latched",
+    keyed="keyed",
 )
 
 
