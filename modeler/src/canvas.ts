@@ -34,8 +34,34 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
     },
   });
   easeNaming(modeler);
-  new ResizeObserver(() => modeler.get<Canvas>('canvas').resized()).observe(container);
+  keepFitted(modeler, container);
   return modeler;
+}
+
+/** A change of the height that a notice does not make. */
+const MUCH = 100;
+
+/** Show all of the diagram in a window of another size, too, unless a person has moved the view since it was fitted. */
+function keepFitted(modeler: Modeler, container: HTMLElement): void {
+  let [width, height] = [0, 0];
+  new ResizeObserver(() => {
+    const canvas = modeler.get<Canvas>('canvas');
+    const isOther = width > 0 && (container.clientWidth !== width || Math.abs(container.clientHeight - height) > MUCH);
+    const isFitted = FITTED.get(modeler) === viewOf(canvas);
+    canvas.resized();
+    if (isOther && isFitted) {
+      fit(modeler);
+    }
+    [width, height] = [container.clientWidth, container.clientHeight];
+  }).observe(container);
+}
+
+/** The view of each modeler when its diagram was fitted last. */
+const FITTED = new WeakMap<Modeler, string>();
+
+function viewOf(canvas: Canvas): string {
+  const { x, y, scale } = canvas.viewbox();
+  return [x, y, scale].map((each) => each.toFixed(3)).join(' ');
 }
 
 const MARGIN = 24;
@@ -59,6 +85,7 @@ export function fit(modeler: Modeler): void {
     width: outer.width / scale,
     height: outer.height / scale,
   });
+  FITTED.set(modeler, viewOf(canvas));
 }
 
 /** The same, and again where a notice about the diagram takes room from it. */

@@ -6,6 +6,7 @@ import './style/qos.css';
 import type Modeler from 'bpmn-js/lib/Modeler';
 
 import { semanticXml } from './canvas';
+import { decode } from './files/encoding';
 import { listeners } from './listeners';
 import type { Page } from './page';
 import { startQos } from './qos';
@@ -41,6 +42,8 @@ export interface Voice {
   badge?(tab: Tab, count: number | null): void;
   /** Bring a part to the front. */
   show?(tab: Tab): void;
+  /** A document that stood beside the diagram is the diagram now, under its own name. */
+  swapped?(name: string): void;
 }
 
 /** QoS on a page: the parts that others may use, and the documents beside the diagram. */
@@ -63,7 +66,9 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
   const changed = listeners<[cause: 'import' | 'edit']>();
   const besideChanged = listeners<[]>();
   let revision = 0;
-  const name = (): string => voice.name?.() ?? 'diagram.bpmn';
+  let isSwapping = false;
+  let swapped: string | undefined;
+  const name = (): string => swapped ?? voice.name?.() ?? 'diagram.bpmn';
   const note = (cause: 'import' | 'edit'): void => {
     revision += 1;
     changed.call(cause);
@@ -100,15 +105,31 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
       if (companion === undefined) {
         return;
       }
-      const present = { name: name(), bytes: new TextEncoder().encode(await this.document().xml()) };
-      await modeler.importXML(new TextDecoder().decode(companion.bytes));
+      const text = await this.document().xml();
+      isSwapping = true;
+      try {
+        await modeler.importXML(decode(companion.bytes));
+      } catch (error) {
+        await modeler.importXML(text);
+        const why = error instanceof Error ? error.message : String(error);
+        voice.notice?.('failed', { kind: 'error', closable: true, text: `${id} cannot be opened: ${why}` });
+        return;
+      } finally {
+        isSwapping = false;
+      }
       companions.delete(id);
-      this.addCompanion(present);
+      companions.set(name(), { name: name(), bytes: new TextEncoder().encode(text) });
+      swapped = id;
+      besideChanged.call();
+      voice.swapped?.(id);
     },
     onExport: () => () => undefined,
   };
   const page = startQos(workspace, services, catalogue);
-  modeler.on('import.done', () => note('import'));
+  modeler.on('import.done', () => {
+    swapped = isSwapping ? swapped : undefined;
+    note('import');
+  });
   modeler.on<{ trigger: string }>('commandStack.changed', ({ trigger }) => {
     if (trigger !== 'clear') {
       note('edit');

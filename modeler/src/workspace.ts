@@ -2,6 +2,8 @@
 
 import type Modeler from 'bpmn-js/lib/Modeler';
 
+import type { Place } from './files/place';
+
 /** How a line of the status bar is meant; `busy` shows until the next one. */
 export type StatusKind = 'info' | 'ok' | 'warning' | 'error' | 'busy';
 
@@ -53,6 +55,9 @@ export interface DrawnDocument {
 export interface Companion {
   readonly name: string;
   readonly bytes: Uint8Array;
+  /** Where a save writes it once it is the diagram; a download without one. */
+  readonly place?: Place | null;
+  readonly handle?: FileSystemFileHandle | null;
 }
 
 /** Ends a subscription. */

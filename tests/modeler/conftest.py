@@ -246,6 +246,14 @@ class Shown:
         chosen = f'.djs-element.selected[data-element-id="{name}"]'
         return self.until(chosen, lambda: self.shape(name).click(force=True, **where))
 
+    def put_beside(self, *files):
+        """Open documents beside the diagram."""
+        self.page.evaluate("() => { delete window.showOpenFilePicker; }")  # no test can answer the dialog of the system
+        self.page.get_by_role("tab", name="Other documents").click()
+        with self.page.expect_file_chooser() as waiting:
+            self.page.get_by_role("button", name="Open beside the diagram").click()
+        waiting.value.set_files(files)
+
     def press(self, *keys):
         for key in keys:
             self.page.keyboard.press(key)

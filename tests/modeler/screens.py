@@ -98,8 +98,7 @@ def _matrix(shown: Shown, _folder: Path) -> None:
 def _beside(shown: Shown, folder: Path) -> None:
     file = folder / "fleet.yaml"
     file.write_text(FLEET, encoding="utf-8")
-    shown.page.get_by_role("tab", name="Other documents").click()
-    shown.page.locator('.tab-content input[type="file"]').set_input_files(file)
+    shown.put_beside(file)
     shown.page.locator(".document", has_text="logger").wait_for()
     shown.choose("Temperature")
 
@@ -200,7 +199,7 @@ STATES = {
     "protocol": State(PAPER, _protocol, "modeler-protocol"),
     "mqtt": State(PAPER, _mqtt),
     "folds": State(PAPER, _folds),
-    "convert": State(OTHER_TOOLS, _choose("Fame", ".panel .convert:not([hidden])"), "modeler-other-tools"),
+    "convert": State(OTHER_TOOLS, _choose("Fame", ".panel .convert:has-text('another tool')"), "modeler-other-tools"),
     "suggest": State(NEEDS, _suggest),
     "away": State(PAPER, _away, "modeler-away"),
     "help": State(PAPER, _help),

@@ -142,6 +142,8 @@ def test_a_team_with_tokens_asks_for_one_in_the_page(built, tmp_path, browser):
 
         answer("another-token-0123456789abcdef")
         dialog.get_by_text("The service refused this token.").wait_for()
+        page.evaluate((ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8"))
+        assert page.evaluate("axe.run('dialog').then(({ violations }) => violations.map(each => each.id))") == []
         dialog.get_by_role("button", name="Cancel").click()
         page.get_by_role("button", name="Enter the token").click()
         answer(OF_THE_TEAM)

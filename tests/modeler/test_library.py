@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.modeler.conftest import Shown, missing
+from tests.modeler.drawings import CATCH, Event, Pool, drawing, written
 from tests.service.running import serving
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -70,7 +71,29 @@ def served(folder):
         server.server_close()
 
 
-def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser):
+def swaps_with_a_document_beside(page, folder):
+    """Show a document as the diagram and back: no two documents have one name, and one that is no diagram changes nothing."""
+    other = drawing(Pool("B", (Event("Elsewhere", CATCH, "t"),)))
+    files = [written(folder, "other.bpmn", other), written(folder, "broken.bpmn", "<definitions>")]
+    page.evaluate("() => { delete window.showOpenFilePicker; }")  # no test can answer the dialog of the system
+    for file in files:
+        with page.expect_file_chooser() as waiting:
+            page.click("text=Open beside the diagram")
+        waiting.value.set_files(file)
+    page.locator(".document", has_text="broken.bpmn").get_by_role("button", name="Show as the diagram").click()
+    page.wait_for_selector("#status >> text=Nothing is checked: the service cannot read broken.bpmn.")
+    page.wait_for_timeout(300)
+    assert page.locator("[data-element-id=Drone_ThrowReq].djs-shape").count() == 1
+    page.get_by_role("button", name="Remove broken.bpmn").click()
+    for shown, beside in (("Elsewhere", "diagram.bpmn"), ("Drone_ThrowReq", "other.bpmn")):
+        page.click("text=Show as the diagram")
+        page.wait_for_selector(f"[data-element-id={shown}].djs-shape")
+        page.wait_for_selector(f"#beside h3 >> text={beside}")
+        assert page.locator(".document").count() == 1
+    page.wait_for_selector(".qos-badge-incompatible")
+
+
+def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser, tmp_path):
     (example,) = re.findall(r"```ts\n(.*?)```", (MODELER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     (package / "index.html").write_text(PAGE, encoding="utf-8")
     (package / "public").mkdir()
@@ -90,6 +113,7 @@ def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser)
             shown.page.click("[data-element-id=Drone_ThrowReq]")
             shown.page.wait_for_selector("#panel >> text=Reliability")
             assert "ROS101" in shown.page.inner_text("#problems")
+            swaps_with_a_document_beside(shown.page, tmp_path)
             assert shown.complaints == []
         finally:
             shown.context.close()

@@ -7,6 +7,7 @@ import pytest
 
 import cqos_core
 from tests.modeler.conftest import NAME, ROOT
+from tests.modeler.drawings import THROW, Event, Pool, drawing
 
 AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
 PAPER = ROOT / "examples" / NAME
@@ -349,6 +350,27 @@ def test_a_file_that_the_browser_may_write_is_saved_in_place_and_never_overwritt
     opened.page.get_by_role("menuitem", name="picked.bpmn").wait_for()
 
 
+def test_a_file_that_was_opened_beside_the_diagram_is_saved_in_place_once_it_is_the_diagram(opens, shared):
+    opened = opens(PAPER.read_text(encoding="utf-8"))
+    text = PAPER.read_text(encoding="utf-8").replace('name="Drone"', 'name="Picked drone"')
+    opened.page.evaluate(PICKED, ["picked.bpmn", text])
+    opened.page.get_by_role("tab", name="Other documents").click()
+    opened.page.get_by_role("button", name="Open beside the diagram").click()
+    opened.page.get_by_role("button", name="Show as the diagram").click()
+    opened.page.wait_for_function("() => document.title.startsWith('picked.bpmn')")
+    opened.choose(REQUEST).press("Delete")
+    opened.saved("picked.bpmn")
+    mine = opened.page.evaluate("got()")
+    assert "Picked drone" in mine
+    assert f'id="{REQUEST}"' not in mine
+    opened.page.get_by_role("button", name="Show as the diagram").click()
+    opened.page.wait_for_function(f"() => document.title.startsWith('{NAME}')")
+    opened.choose(REQUEST).press("Delete")
+    opened.saved(NAME)
+    assert f'id="{REQUEST}"' not in shared[1].read_text(encoding="utf-8")
+    assert opened.page.evaluate("got()") == mine
+
+
 def test_the_drawing_is_exported_with_its_verdicts_and_without_variables_of_the_page(opened):
     opened.page.locator(".qos-badge").first.wait_for()
     opened.page.get_by_role("button", name="More ways to save").click()
@@ -385,6 +407,49 @@ def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(opens, s
     assert opened.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
+OUTSIDE = """selector => {
+    const canvas = document.querySelector('.canvas').getBoundingClientRect();
+    return [...document.querySelectorAll(selector)].filter(each => {
+        const { left, top, right, bottom } = each.getBoundingClientRect();
+        return left < canvas.left || top < canvas.top || right > canvas.right || bottom > canvas.bottom;
+    }).length;
+}"""
+"""How many elements are not whole in the canvas."""
+SHAPES = ".djs-shape > .djs-visual"
+
+
+def test_the_view_is_zoomed_and_a_fitted_diagram_stays_so_in_another_window(opened):
+    def zoom():
+        return int(opened.page.locator(".bar .zoom").text_content().split()[0])
+
+    fitted = zoom()
+    assert opened.page.evaluate(OUTSIDE, SHAPES) == 0
+    opened.page.set_viewport_size(SIZES["enlarged"])
+    opened.page.wait_for_function(f"() => parseInt(document.querySelector('.bar .zoom').textContent) < {fitted}")
+    assert opened.page.evaluate(OUTSIDE, SHAPES) == 0
+    opened.page.set_viewport_size(SIZES["laptop"])
+    opened.page.wait_for_function(f"() => parseInt(document.querySelector('.bar .zoom').textContent) === {fitted}")
+    opened.page.get_by_role("button", name="Zoom in").click()
+    opened.press("Control++")
+    seen = zoom()
+    assert seen == pytest.approx(fitted * 1.25**2, abs=1)
+    assert opened.page.evaluate(OUTSIDE, SHAPES) > 0
+    opened.page.set_viewport_size(SIZES["enlarged"])
+    opened.page.wait_for_timeout(200)
+    assert zoom() == seen
+    opened.press("Control+-", "Control+-", "Control+0")
+    assert zoom() == 100
+    opened.press("Control+9")
+    assert opened.page.evaluate(OUTSIDE, SHAPES) == 0
+
+
+def test_the_entries_beside_a_shape_at_the_lower_edge_are_whole(opens):
+    events = tuple(Event(f"E{number}", THROW, "t") for number in range(41))
+    opened = opens(drawing(Pool("A", events)), viewport=SIZES["enlarged"])
+    opened.choose("E40")
+    opened.page.wait_for_function(f"() => ({OUTSIDE})('.djs-context-pad.open .entry') === 0")
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_axe_finds_nothing(opens, theme):
     if not AXE.is_file():
@@ -392,12 +457,17 @@ def test_axe_finds_nothing(opens, theme):
     opened = opens(PAPER.read_text(encoding="utf-8"), color_scheme=theme)
     opened.choose(REQUEST)
     opened.page.evaluate(AXE.read_text())
-    for state in ("page", "help", "menu"):
+    for state in ("enlarged", "page", "help", "menu", "leave"):
+        opened.page.set_viewport_size(SIZES["enlarged" if state == "enlarged" else "laptop"])
         if state == "help":
             opened.page.get_by_role("button", name="Keyboard help").click()
         if state == "menu":
             opened.page.get_by_role("button", name="Close", exact=True).click()
             opened.page.get_by_role("button", name="Recent files").click()
+        if state == "leave":
+            opened.press("Escape").choose(REQUEST).press("Delete")
+            opened.page.get_by_role("button", name="New", exact=True).click()
+            opened.page.get_by_role("dialog", name="Save").wait_for()
         found = opened.page.evaluate("axe.run().then(({ violations }) => violations)")
         places = [(each["id"], [node["html"][:150] for node in each["nodes"]][:5]) for each in found]
         assert places == [], state

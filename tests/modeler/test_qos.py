@@ -225,6 +225,8 @@ def test_the_panel_is_that_of_the_protocol(checks):
     assert panel(shown).locator('[data-policy="retain"]').get_by_label("Yes").is_checked()
     field(shown, "Protocol").select_option("dds")
     panel(shown).locator('[data-policy="latency_budget"]').wait_for(state="attached")
+    strength = panel(shown).locator('[data-policy="durability"] optgroup[label="Weakest to strongest"] option')
+    assert strength.all_text_contents() == ["Volatile", "Transient local", "Transient", "Persistent"]
     note = panel(shown).locator(".convert", has_text="DDS does not know retain")
     note.get_by_role("button", name="Remove from this event").click()
     note.wait_for(state="hidden")
@@ -424,9 +426,7 @@ def test_rules_of_the_team_are_entered_and_kept(checks, file):
 
 def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
     shown = checks(drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),))))
-    shown.page.get_by_role("tab", name="Other documents").click()
-    files = shown.page.locator('.tab-content input[type="file"]')
-    files.set_input_files(written(tmp_path, "fleet.yaml", FLEET))
+    shown.put_beside(written(tmp_path, "fleet.yaml", FLEET))
     becomes(shown, incompatible=("Out",))
     assert f"Checked together with {NAME}, as one system." in shown.page.locator(".tab-content:visible").inner_text()
     shown.choose("Out")
@@ -437,7 +437,7 @@ def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
     assert "logger subscribes to /t" in card.inner_text()
     card.get_by_role("button", name="Remove fleet.yaml").click()
     becomes(shown, unmatched=("Out",))
-    files.set_input_files(written(tmp_path, "broken.yaml", "cqos: 1\nparticipants: 5\n"))
+    shown.put_beside(written(tmp_path, "broken.yaml", "cqos: 1\nparticipants: 5\n"))
     shown.notice("cannot read broken.yaml").wait_for()
     assert shown.page.locator(".qos-stale").count() == 1
     shown.page.get_by_role("button", name="Remove broken.yaml").click()
@@ -448,8 +448,7 @@ def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
 def test_a_diagram_beside_becomes_the_diagram_and_discarded_changes_are_gone(checks, tmp_path):
     shown = checks(drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),))))
     other = drawing(Pool("B", (Event("In", CATCH, "t", {"reliability": "reliable"}),)))
-    shown.page.get_by_role("tab", name="Other documents").click()
-    shown.page.locator('.tab-content input[type="file"]').set_input_files(written(tmp_path, "other.bpmn", other))
+    shown.put_beside(written(tmp_path, "other.bpmn", other))
     becomes(shown, incompatible=("Out",))
     shown.page.get_by_role("button", name="Show as the diagram").click()
     becomes(shown, incompatible=("In",))
@@ -504,14 +503,13 @@ def test_a_recording_a_profile_file_and_an_asyncapi_document_bring_partners(chec
     ]
     shown = checks(drawing(*pools))
     becomes(shown, unmatched=[f"In_{name}" for name in topics])
-    shown.page.get_by_role("tab", name="Other documents").click()
     designs = ROOT / "tests" / "decisive" / "designs"
     files = [
         ROOT / "examples" / "robot_directory" / "bag" / "metadata.yaml",
         designs / "press_dds.xml",
         designs / "weather_asyncapi" / "station.yaml",
     ]
-    shown.page.locator('.tab-content input[type="file"]').set_input_files(files)
+    shown.put_beside(*files)
     shown.page.wait_for_function("() => document.querySelectorAll('.document').length === 3")
     shown.page.locator(".qos-unmatched").first.wait_for(state="detached")
     for name, file in zip(topics, files, strict=True):
@@ -606,6 +604,11 @@ def test_problems_are_filtered_and_lead_to_the_setting(paper):
     assert liveliness.get_attribute("data-problem") == "error"
     box = liveliness.bounding_box()
     assert 0 < box["y"] < 700
+    paper.choose("Drone_TakeOff")
+    paper.page.get_by_role("tab", name="Topic matrix").click()
+    paper.page.get_by_role("button", name="Weather station: Req weather data: incompatible").click()
+    assert paper.page.locator(".djs-shape.selected").get_attribute("data-element-id") == CATCH_REQUEST
+    assert panel(paper).locator('[data-policy="reliability"] :focus').count() == 1
 
 
 def test_the_timer_that_a_finding_names_is_found(paper):

@@ -323,6 +323,18 @@ def test_the_reason_why_an_event_has_no_partner_is_found(opens):
     assert person.count <= 2
 
 
+def test_an_event_without_a_partner_says_which_end_is_missing(opens):
+    first = Pool("A", (Event("Out", THROW, "weather"), Event("One", THROW, "alone")), ' qos:domain="3"')
+    second = Pool("B", (Event("In", CATCH, "weather"), Event("Two", THROW, "alone")), ' qos:domain="4"')
+    person = Person(opens(drawing(first, second)))
+    person.sees("unmatched", 4)
+    person.choose("In")
+    person.panel.get_by_text("The other end of this topic does not match.").wait_for()
+    person.panel.locator(".card", has_text="Domain").wait_for()
+    person.choose("One")
+    person.panel.get_by_text("No event or document subscribes to this topic yet.").wait_for()
+
+
 def test_a_file_is_handed_over(opens, tmp_path):
     person = Person(opens((EXAMPLES / NAME).read_text(encoding="utf-8")))
     person.page.evaluate("() => { delete window.showSaveFilePicker; }")  # no test can answer the dialog of the system
@@ -332,6 +344,7 @@ def test_a_file_is_handed_over(opens, tmp_path):
     with person.page.expect_download() as waiting:
         person.click(person.page.get_by_role("menuitem", name="Save as"))
     assert person.count <= 4
+    assert person.shown.is_edited  # the download is a copy; the file that is open has not changed
     given = tmp_path / waiting.value.suggested_filename
     waiting.value.save_as(given)
     assert given.name == NAME

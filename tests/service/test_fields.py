@@ -1,5 +1,6 @@
 """A caller pays for what it reads: fields of a report and severities that it asks for, and no others."""
 
+import base64
 import json
 
 import grpc
@@ -104,6 +105,22 @@ def test_json_writes_fields_as_json_does(service):
     headers = {"content-type": "application/json"}
     service.page.request("POST", "/cqos.v1.CheckService/CheckPair", json.dumps(body), headers)
     assert json.load(service.page.getresponse())["report"].keys() <= {"verdict", "findings"}
+
+
+def test_json_leaves_out_less_severe_findings_in_calls_and_in_sessions(service, report):
+    documents = {"documents": [{"name": "fleet.yaml", "content": base64.b64encode(SYSTEM.encode()).decode()}]}
+    asked = {"leastSevere": "SEVERITY_WARNING"}
+    calls = {
+        "/cqos.v1.CheckService/CheckDocument": {**documents, **asked},
+        "/cqos.v1.SessionService/OpenSession": {"documents": documents, **asked},
+    }
+    louder = [each.code for each in report.findings if each.severity is not Severity.NOTE]
+    assert len(louder) < len(report.findings)
+    for path, body in calls.items():
+        service.page.request("POST", path, json.dumps(body), {"content-type": "application/json"})
+        answer = json.load(service.page.getresponse())["report"]
+        assert [each["code"] for each in answer["findings"]] == louder
+        assert sum(int(answer["counts"].get(each, 0)) for each in ("errors", "warnings", "notes")) == len(report.findings)
 
 
 def test_a_field_that_there_is_not_is_refused_with_those_that_there_are(client):

@@ -1,5 +1,6 @@
 /** Documents that are checked together with the diagram: open, remove, and the endpoints that they bring. */
 
+import { chooseFiles, type Chosen } from '../files/picker';
 import { Role } from '../gen/cqos/v1/report_pb';
 import { memberLink } from '../findings/cards';
 import { stateSign } from '../findings/markers';
@@ -19,22 +20,10 @@ const PARTNERS = 3;
 export function createBeside(page: Page): Beside {
   const { workspace } = page;
   const region = workspace.regions.beside;
-  const input = make('input', {
-    type: 'file',
-    multiple: true,
-    class: 'only-read',
-    tabindex: -1,
-    'aria-label': 'Documents to check with the diagram',
-  });
-  input.addEventListener('change', () => {
-    void add(page, [...(input.files ?? [])]).finally(() => {
-      input.value = '';
-    });
-  });
   const note = make('p', { class: 'list-note' });
   const list = make('div', { class: 'documents' });
-  const open = button('Open beside the diagram…', () => input.click());
-  region.append(make('div', { class: 'problems-bar' }, open, input, note), list);
+  const open = button('Open beside the diagram…', () => void chooseFiles().then((chosen) => add(page, chosen)));
+  region.append(make('div', { class: 'problems-bar' }, open, note), list);
   return {
     show(view) {
       const companions = workspace.companions();
@@ -49,13 +38,12 @@ export function createBeside(page: Page): Beside {
 }
 
 /** Put files beside the diagram. */
-async function add(page: Page, files: readonly File[]): Promise<void> {
-  for (const file of files) {
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    if (file.name === page.workspace.document().name) {
-      page.workspace.regions.announce(`The diagram is named ${file.name}, too: rename one of the two files first.`, 'error');
+function add({ workspace }: Page, chosen: readonly Chosen[]): void {
+  for (const file of chosen) {
+    if (file.name === workspace.document().name) {
+      workspace.regions.announce(`The diagram is named ${file.name}, too: rename one of the two files first.`, 'error');
     } else {
-      page.workspace.addCompanion({ name: file.name, bytes });
+      workspace.addCompanion(file);
     }
   }
 }

@@ -87,7 +87,7 @@ export interface Diagram {
 const EDIT = 'cqos.edit';
 
 /** Room around an element that is brought into view; the palette is at the left. */
-const MARGIN = { top: 70, right: 70, bottom: 70, left: 180 };
+const MARGIN = { top: 70, right: 110, bottom: 90, left: 180 };
 
 class EditHandler {
   preExecute({ steps }: { readonly steps: readonly Step[] }): void {

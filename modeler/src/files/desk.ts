@@ -64,20 +64,18 @@ export class Desk {
   }
 
   /** Open a document that stood beside the diagram; return the file of the diagram that gave way, or null where the person or the document says no. */
-  async openCompanion({ name, bytes }: Companion): Promise<readonly Companion[] | null> {
-    const place = this.desktop.named.find((each) => each.name === name);
+  async openCompanion({ name, bytes, place = null, handle = null }: Companion): Promise<readonly Companion[] | null> {
     if (!(await this.mayLeave())) {
       return null;
     }
     const left = this.desktop.diagram.source; // without changes that a person discards
-    const copied = new Uint8Array(bytes);
-    const source = place === undefined ? { ...NOWHERE, name, bytes: copied } : fromPlace(place, await place.read());
-    const isOpen = await this.show(source);
-    if (!isOpen) {
+    const content = await place?.read().catch(() => null); // it may be gone: then what was read of it is shown, and a save asks where to
+    const source = place !== null && content ? fromPlace(place, content, handle) : { ...NOWHERE, name, bytes: new Uint8Array(bytes) };
+    if (!(await this.show(source))) {
       return null;
     }
     await this.forgetUnsaved();
-    return left.bytes === null || left.bytes.length === 0 ? [] : [{ name: left.name, bytes: left.bytes }];
+    return left.bytes === null || left.bytes.length === 0 ? [] : [{ name: left.name, bytes: left.bytes, place: left.place, handle: left.handle }];
   }
 
   async openBytes(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
@@ -155,7 +153,7 @@ export class Desk {
     const drawn = chosen.find(({ bytes }) => isDiagram(bytes));
     for (const each of chosen) {
       if (each !== drawn) {
-        this.desktop.addCompanion({ name: each.name, bytes: each.bytes });
+        this.desktop.addCompanion(each);
         this.desktop.regions.show('beside');
       }
     }
@@ -215,15 +213,18 @@ export class Desk {
   }
 
   async saveAs(): Promise<void> {
-    const { name } = this.desktop.diagram.source;
+    const { name, place } = this.desktop.diagram.source;
     const target = await chooseTarget(name);
-    if (target === 'download') {
+    if (target !== null && target !== 'download') {
+      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null);
+    } else if (target === 'download') {
       const bytes = await this.desktop.diagram.bytes();
       download(name, bytes, 'application/xml');
-      await this.desktop.diagram.saved({ name, bytes, place: null, handle: null, tag: null });
-      await this.afterSave(name, null, bytes);
-    } else if (target !== null) {
-      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null);
+      if (place === null) {
+        await this.desktop.diagram.saved({ name, bytes, place, handle: null, tag: null });
+        await this.afterSave(name, null, bytes);
+      }
+      this.desktop.regions.announce(`Downloaded ${place === null ? '' : 'a copy of '}${name}`, 'ok');
     }
   }
 
@@ -356,7 +357,7 @@ export class Desk {
     for (const { place, content } of opened) {
       const isRefused = isTried && !isShown && place === first.place; // a notice says why
       if (content !== null && !isRefused && place.id !== this.desktop.diagram.source.place?.id) {
-        this.desktop.addCompanion({ name: place.name, bytes: content.bytes });
+        this.desktop.addCompanion({ name: place.name, bytes: content.bytes, place });
       }
     }
     this.listen();

@@ -1,5 +1,6 @@
 /** Publishers against subscribers of each topic. */
 
+import { Severity, Verdict, type Finding, type Side } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
@@ -89,14 +90,29 @@ function cell(page: Page, view: View, topic: TopicView, publisher: string, subsc
   }
   const state = stateOfVerdict(verdict);
   const words = `${fullName(view, publisher)} to ${fullName(view, subscriber)}: ${STATE_WORDS[state]}`;
-  const place = [subscriber, publisher]
-    .map((id) => view.endpoints.get(id))
-    .find((each) => each?.here)?.endpoint.place?.element;
+  const { element, policy } = causeOf(view, publisher, subscriber, verdict);
   const jump = button('', () => {
-    if (place !== undefined) {
-      page.reveal(place);
+    if (element !== undefined) {
+      page.reveal(element, policy);
     }
-  }, { class: `cell state-${state}`, 'aria-label': words, title: words, disabled: place === undefined });
+  }, { class: `cell state-${state}`, 'aria-label': words, title: words, disabled: element === undefined });
   jump.append(sign(stateSign(state)));
   return make('td', {}, jump);
+}
+
+interface Cause {
+  readonly element: string | undefined;
+  readonly policy: string | undefined;
+}
+
+/** The end of a pair in the drawing, and the policy there that the gravest finding about both ends names, else about one. */
+function causeOf(view: View, publisher: string, subscriber: string, verdict: Verdict): Cause {
+  const ends = [subscriber, publisher].flatMap((id) => view.endpoints.get(id) ?? []).filter((each) => each.here);
+  const sideOf = ({ sides }: Finding, id: string): Side | undefined => sides.find((side) => side.members.includes(id));
+  const known = ends.flatMap((end) => (verdict === Verdict.COMPATIBLE ? [] : end.findings.map((finding) => ({ end, finding }))));
+  const cause =
+    known.find(({ finding }) => sideOf(finding, publisher) && sideOf(finding, subscriber)) ??
+    known.find(({ finding }) => finding.severity === Severity.ERROR);
+  const { endpoint } = cause?.end ?? ends[0] ?? {};
+  return { element: endpoint?.place?.element, policy: endpoint && cause && sideOf(cause.finding, endpoint.id)?.facts[0]?.policy };
 }

@@ -2,6 +2,7 @@
 
 import { text } from '../drawing/diagram';
 import { protocolSteps, signalDefinitions, signalOf, topicSteps } from '../drawing/events';
+import { Role } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
@@ -56,6 +57,20 @@ function similarHint(page: Page, { element }: ElementView, { endpoint }: Endpoin
   return make('div', { class: 'question' }, words, definition ? button(`Use the topic “${name}”`, use) : null);
 }
 
+/** Why an event has no partner, by what else has its topic. */
+function aloneWords(view: View, { endpoints }: ElementView): string {
+  const [own] = endpoints;
+  const others = [...view.endpoints.values()].filter((each) => each !== own && each.endpoint.topicWritten === own?.endpoint.topicWritten);
+  if (own === undefined || others.length === 0) {
+    return 'No event or document shares this topic yet.';
+  }
+  const { role } = own.endpoint;
+  if (others.some((each) => each.endpoint.role !== role)) {
+    return 'The other end of this topic does not match.';
+  }
+  return `No event or document ${role === Role.PUBLISHER ? 'subscribes to' : 'publishes on'} this topic yet.`;
+}
+
 /** The most partners at once. */
 const SHOWN = 20;
 
@@ -72,7 +87,7 @@ export function partnerList(page: Page, view: View, element: ElementView): HTMLE
       return make('p', { class: 'hint' }, 'The partner is outside of this system.');
     }
     const similar = element.endpoints.flatMap((own) => similarTopics(view, own).slice(0, 1).map((name) => similarHint(page, element, own, name)));
-    return similar.length > 0 ? make('div', {}, ...similar) : make('p', { class: 'hint' }, 'No event or document shares this topic yet.');
+    return similar.length > 0 ? make('div', {}, ...similar) : make('p', { class: 'hint' }, aloneWords(view, element));
   }
   const list = make('ul', { class: 'partners' });
   for (const partner of partners.slice(0, SHOWN)) {

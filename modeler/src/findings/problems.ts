@@ -124,6 +124,7 @@ function row(page: Page, view: View, finding: Finding, open: Set<string>): HTMLE
   const content = make('div', { id, class: 'problem-details' });
   const toggle = make('button', { type: 'button', class: 'problem-line', 'aria-controls': id, 'data-key': key });
   toggle.append(...summary(page, view, finding), sign('next'));
+  const line = make('li', { class: 'problem' }, toggle, content);
   const show = (isOpen: boolean): void => {
     toggle.setAttribute('aria-expanded', String(isOpen));
     content.hidden = !isOpen;
@@ -141,11 +142,15 @@ function row(page: Page, view: View, finding: Finding, open: Set<string>): HTMLE
     show(isOpen);
     if (isOpen && jump) {
       page.reveal(jump.element, jump.policy);
-      toggle.focus();
+      toggle.focus({ preventScroll: true });
+    }
+    if (isOpen) {
+      const { problems } = page.workspace.regions;
+      problems.scrollTop = line.offsetTop - (problems.firstElementChild?.clientHeight ?? 0);
     }
   });
   show(open.has(key));
-  return make('li', { class: 'problem' }, toggle, content);
+  return line;
 }
 
 /** The element of the diagram to which a finding leads, and the policy there. */

@@ -39,8 +39,8 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
     ...definitions.map((each) => topicSection(page, shape, each)),
     pack && sameSection(page, shape, pack),
     pack && unknownSection(page, shape, pack),
-    verdictSection(page, shape.id),
     convertSection(page, shape),
+    verdictSection(page, shape.id),
     protocolSection(page, owner, kind, () => views()[0]?.endpoint.protocol ?? ''),
   ];
   if (pack) {

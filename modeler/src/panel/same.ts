@@ -3,12 +3,13 @@
 import { DrawnMeaning, DrawnOwnerKind, PolicyLevel, type Pack } from '../gen/cqos/v1/catalogue_pb';
 import { text, type Shape, type Step } from '../drawing/diagram';
 import { poolOf, processOf, roleOf, signalDefinitions, signalOf } from '../drawing/events';
+import { foreignOf } from '../drawing/foreign';
 import { attributeFor, settingsOf, type Setting } from '../drawing/form';
 import { attributeStore, type Store } from '../drawing/stores';
 import { button, make } from '../layout/dom';
 import type { Page } from '../page';
 import { packOf } from './convert';
-import type { Section } from './settings';
+import { factsOf, type Section } from './settings';
 
 /** Make the section, which is there only while the event states nothing. */
 export function sameSection(page: Page, shape: Shape, pack: Pack): Section {
@@ -18,7 +19,9 @@ export function sameSection(page: Page, shape: Shape, pack: Pack): Section {
     element,
     fields: [],
     update() {
-      const other = stepsFrom(page, shape, shape, pack).length > 0 ? undefined : sourceOf(page, shape, pack);
+      const facts = [...factsOf(page.view()?.elements.get(shape.id)?.endpoints ?? []).values()];
+      const isStated = stepsFrom(page, shape, shape, pack).length > 0 || foreignOf(shape, page.catalogue.form, pack, facts) !== undefined;
+      const other = isStated ? undefined : sourceOf(page, shape, pack);
       const steps = other ? stepsFrom(page, other, shape, pack) : [];
       const words = other ? `${nameOf(page, other)} has this topic, too, and states ${steps.length === 1 ? 'a setting' : `${steps.length} settings`}.` : '';
       element.hidden = steps.length === 0;

@@ -75,9 +75,11 @@ export function topicSection(page: Page, shape: Shape, definition: ModdleElement
       const uses = signal ? usesOf(diagram, signal) : 0;
       hint.textContent = !signal
         ? 'Without a topic, this event has no partners.'
-        : uses > 1
-          ? `${uses} events have this topic.`
-          : '';
+        : name().trim() === ''
+          ? 'The signal has no name. Name the topic here.'
+          : uses > 1
+            ? `${uses} events have this topic.`
+            : '';
       hint.hidden = hint.textContent === '';
       if (last !== name()) {
         last = name();
