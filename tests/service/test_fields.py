@@ -120,7 +120,9 @@ def test_json_leaves_out_less_severe_findings_in_calls_and_in_sessions(service, 
         service.page.request("POST", path, json.dumps(body), {"content-type": "application/json"})
         answer = json.load(service.page.getresponse())["report"]
         assert [each["code"] for each in answer["findings"]] == louder
-        assert sum(int(answer["counts"].get(each, 0)) for each in ("errors", "warnings", "notes")) == len(report.findings)
+        assert sum(int(answer["counts"].get(each, 0)) for each in ("errors", "warnings", "notes")) == len(
+            report.findings
+        )
 
 
 def test_a_field_that_there_is_not_is_refused_with_those_that_there_are(client):
