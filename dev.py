@@ -477,6 +477,9 @@ PROGRAMS = (
     ("java", "default-jre-headless", "no audit runs on a Spark cluster"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
     ("nvim", "neovim", "the language server is not tried in an editor"),
+    ("zsh", "zsh", "completion is not tried in zsh"),
+    ("fish", "fish", "completion is not tried in fish"),
+    ("dot", "graphviz", "graphs are not read by Graphviz"),
 )
 INCLUDES = Path("/usr/include")
 SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"

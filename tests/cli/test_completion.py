@@ -8,6 +8,7 @@ import subprocess
 import pytest
 
 from tests.cli.conftest import COMMAND, environment
+from tests.modeler.conftest import missing
 
 
 @pytest.fixture
@@ -68,7 +69,7 @@ FISH += "; complete -C 'cqos packs ro'; complete -C 'cqos check --selec'"
 @pytest.mark.parametrize(("shell", "script"), [("bash", BASH), ("zsh", ZSH), ("fish", FISH)])
 def test_in_a_shell(files, shell, script):
     if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is missing")
+        missing(shell)
     around = environment(PATH=f"{COMMAND.parent}{os.pathsep}{os.environ['PATH']}", HOME=str(files))
     command = [shell, *(["--norc"] if shell == "bash" else []), "-c", script.format(command=COMMAND)]
     done = subprocess.run(command, cwd=files, env=around, capture_output=True, text=True, check=False)

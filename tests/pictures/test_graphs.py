@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from cqos_pictures.layout import layered
 from tests.command import run
+from tests.modeler.conftest import ROOT, missing
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 
 nodes = st.integers(1, 12)
@@ -71,7 +72,7 @@ def test_dot_is_read_by_graphviz(tmp_path, text):
     assert last == "}"
     assert [line for line in lines if not _DOT_LINE.fullmatch(line)] == []
     if (dot := shutil.which("dot")) is None:
-        pytest.skip("the structure is tried; Graphviz is not installed")
+        missing("Graphviz")
     done = subprocess.run([dot, "-Tjson"], input=written, capture_output=True, text=True, check=True)
     drawn = json.loads(done.stdout)
     names = {each["label"].split("\\n")[0] for each in drawn["objects"]}
@@ -106,6 +107,33 @@ def test_mermaid_holds_no_name_that_acts(tmp_path, text):
     assert first == "flowchart LR"
     assert [line for line in lines if not _MERMAID_LINE.fullmatch(line)] == []
     assert [line for line in lines if "<" in line.replace("<br/>", "")] == []
+
+
+MERMAID = ROOT / "modeler" / "node_modules" / "@mermaid-js" / "tiny" / "dist" / "mermaid.tiny.js"
+DRAW = """async text => {
+    mermaid.initialize({ startOnLoad: false, maxTextSize: 1e6, maxEdges: 1000 });
+    const { diagramType } = await mermaid.parse(text);
+    const { svg } = await mermaid.render("drawn", text);
+    const drawn = new DOMParser().parseFromString(svg, "text/html");
+    const labels = [...drawn.querySelectorAll(".nodeLabel")].map(each => each.textContent);
+    return [diagramType, labels, drawn.querySelectorAll("path.flowchart-link").length, drawn.querySelectorAll("script, img").length];
+}"""
+
+
+def test_mermaid_draws_it(tmp_path, shown):
+    """By the smaller build that the project Mermaid publishes beside the large one."""
+    if not MERMAID.is_file():
+        missing("Mermaid")
+    page = shown("<!doctype html><title>Mermaid</title>")
+    page.evaluate(MERMAID.read_text(encoding="utf-8"))
+    for text in (FLEET, hostile(), large(20, 100)):
+        written = converted(tmp_path, text, "mermaid")
+        kind, labels, lines, acting = page.evaluate(DRAW, written)
+        assert (kind, acting) == ("flowchart-v2", 0)
+        assert len(labels) == len(re.findall(r":::", written))
+        assert lines == len(re.findall(r"-->|==x|-\.->", written))
+        if text == FLEET:
+            assert {"robotros2", "/scan", "uplinkmqtt, ros2"} <= {label.replace("bridge, ", "") for label in labels}
 
 
 def test_many_topics_are_counted_on_lines_between_participants(tmp_path):

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 
 from tests.command import run
-from tests.modeler.conftest import ROOT
+from tests.modeler.conftest import ROOT, missing
 from tests.pictures.conftest import AXE
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 
@@ -55,7 +55,7 @@ def test_axe_finds_nothing(tmp_path, shown, system, theme):
     run(["check", "system.yaml", "--format", "html", "--output", "out.html"], tmp_path)
     opened = shown((tmp_path / "out.html").read_text(encoding="utf-8"), color_scheme=theme)
     if not AXE.is_file():
-        pytest.skip("axe-core comes with the build of the page of the modeler")
+        missing("axe-core")
     opened.evaluate(AXE.read_text(encoding="utf-8"))
     found = opened.evaluate("axe.run().then(({ violations }) => violations)")
     assert [(each["id"], [node["html"][:200] for node in each["nodes"]][:4]) for each in found] == []
@@ -118,6 +118,34 @@ def test_without_javascript_all_of_it_can_be_read(tmp_path, shown):
     ):
         assert plain.get_by_role("heading", name=each).is_visible()
     assert plain.locator(".finding").count() > 3
+
+
+@pytest.mark.parametrize("width", [360, 1280])
+def test_no_page_is_wider_than_its_window(tmp_path, shown, width):
+    long = "a/name/that/does/not/end/" * 6
+    text = large(20, 100).replace("topic_017", f"{long}topic").replace("node_03", f"node_{'03_' * 40}")
+    opened = shown(page(tmp_path, text), viewport={"width": width, "height": 900})
+    assert opened.evaluate("document.documentElement.scrollWidth") == width
+    names = opened.locator(".matrix tbody th span")
+    assert {box["height"] for box in (names.nth(at).bounding_box() for at in range(2, 6))} == {
+        names.nth(3).bounding_box()["height"]
+    }
+    head = opened.locator(".matrix th.name span[title*='03_03']")
+    assert "…" in head.text_content()
+
+
+def test_pairs_that_get_the_same_have_one_table(tmp_path):
+    text = "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {s: {}, t: {}}}\n  b: {subscribes: {s: {}, t: {}}}\n"
+    written = page(tmp_path, text)
+    assert written.count('<section class="requirement"') == 1
+    assert "The same for <code>a/publisher/t → b/subscriber/t</code>" in written
+
+
+def test_an_empty_part_promises_no_table(tmp_path):
+    text = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {s: {}}}}\n"
+    written = page(tmp_path, text)
+    assert "No pair is connected, so nothing is guaranteed." in written
+    assert "These are the guarantees" not in written
 
 
 def test_printed_it_is_light_and_has_no_tools(tmp_path, shown):

@@ -41,12 +41,17 @@ def drawn(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
         for column in range(max(layout.layers, default=-1) + 1)
     ]
     gap = _GAP if len(columns) <= _MANY else _NARROW
-    lefts = [_MARGIN + sum(columns[:column]) + gap * column for column in range(len(columns))]
+    named = len(edges) <= _LABELLED
+    gaps = [gap] * len(columns)
+    for (source, target), line in edges.items():  # a label beside two nodes covers neither
+        one, other = sorted((layout.layers[source], layout.layers[target]))
+        if other - one == 1:
+            gaps[one] = max(gaps[one], cells(_label(line, named=named)) * _SMALL + 20)
+    lefts = [_MARGIN + sum(columns[:column]) + sum(gaps[:column]) for column in range(len(columns))]
     spots = [
         (lefts[layer] + (columns[layer] - width) / 2, height + _TOP)
         for width, layer, height in zip(widths, layout.layers, layout.heights, strict=True)
     ]
-    named = len(edges) <= _LABELLED
     curves = []
     for (source, target), line in edges.items():
         if source == target:
@@ -137,10 +142,6 @@ def _curve(line: Line, points: Sequence[tuple[float, float]], ends: tuple[int, i
         path += f"C{half:.0f} {y:.0f} {half:.0f} {to_y:.0f} {to_x:.0f} {to_y:.0f}"
     middle = len(points) // 2
     (x, y), (to_x, to_y) = points[middle - 1], points[middle]
-    wrong = line.verdict is not None and line.verdict.rank > 0
-    label = ""
-    if line.topics and (named or wrong):
-        label = short(line.topics[0], 18) if line.worst == 1 else counted(line.worst, "topic")
     return {
         "path": path,
         "verdict": WORDS[line.verdict],
@@ -149,7 +150,14 @@ def _curve(line: Line, points: Sequence[tuple[float, float]], ends: tuple[int, i
         "target": ends[1],
         "title": f"{line.source[1]} → {line.target[1]}: {WORDS[line.verdict]}"
         + (f", on {', '.join(line.topics[:10])}{' …' if len(line.topics) > 10 else ''}" if line.topics else ""),  # noqa: PLR2004
-        "label": label,
+        "label": _label(line, named=named),
         "label_x": _px((x + to_x) / 2),
         "label_y": _px((y + to_y) / 2 - 4),
     }
+
+
+def _label(line: Line, *, named: bool) -> str:
+    wrong = line.verdict is not None and line.verdict.rank > 0
+    if not line.topics or not (named or wrong):
+        return ""
+    return short(line.topics[0], 18) if line.worst == 1 else counted(line.worst, "topic")

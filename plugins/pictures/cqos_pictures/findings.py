@@ -77,6 +77,7 @@ class Findings:
             "because": [] if finding.because in finding.message else spoken(finding.because),
             "clause": finding.clause,
             "topics": some(topics, 6),
+            "topics_word": "" if not topics else "Topic" if len(topics) == 1 else "Topics",
             "pairs": count,
             "has_about": bool(topics or count),
         }

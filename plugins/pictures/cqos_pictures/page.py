@@ -141,7 +141,8 @@ def _system(report: Report, style: Style, numbers: _Numbers) -> dict[str, Any]:
             if (number := sum(each.severity is severity for each in findings.shown))
         ],
         "required": required,
-        "states_needs": any(path.needs for path in picture.paths),
+        "states_needs": (stated := any(path.needs for path in picture.paths)),
+        "shows_kinds": bool(required) and not stated,
         "paths_left": counted(picture.left_out, "pair") if picture.left_out else "",
         "runs": tables.runs(picture),
         "has_runs": bool(picture.runs),

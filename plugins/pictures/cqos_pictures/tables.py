@@ -9,6 +9,7 @@ from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
+from cqos_pictures.drawing import short
 from cqos_pictures.graph import ranked
 from cqos_pictures.words import WORDS, counted, some, symbol
 
@@ -58,7 +59,9 @@ def matrix(
             }
         )
     return {
-        "columns": [{"kind": kind, "name": name, "anchor": anchors[kind, name]} for kind, name in columns],
+        "columns": [
+            {"kind": kind, "name": name, "short": short(name), "anchor": anchors[kind, name]} for kind, name in columns
+        ],
         "rows": rows,
         "left_out": [
             f"{counted(len(found) - most, noun)} not shown"
@@ -89,12 +92,15 @@ def requirements(picture: Picture) -> list[dict[str, Any]]:
         data = _requirement(path)
         if data is None:
             continue
-        key = repr((data["verdict"], data["table"], data["faults"], data["proofs"], bool(data["steps"])))
-        if key in found and not data["steps"]:
+        key = (
+            repr((data["verdict"], data["table"], data["faults"], data["proofs"], data["reasons"]))
+            + str(path) * data["path"]
+        )
+        if key in found:
             found[key]["others"].append(f"{path.publisher} → {path.subscriber}")
             found[key]["has_others"] = True
         else:
-            found[key if not data["steps"] else f"{key}{path}"] = data
+            found[key] = data
     for data in found.values():
         data["others"] = some(data["others"], 12)
     return list(found.values())
