@@ -193,7 +193,8 @@ def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Mad
 
 def nothing_compared(system: System, count: int, external: int) -> Finding:
     """Report that none of ``count`` endpoints has a partner; where all partners are elsewhere, that is expected."""
-    message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
+    ends = f"no publisher meets a subscriber among {plural(count, 'endpoint')}" if count else "no endpoint is judged"
+    message = f"{ends}, so nothing was compared"
     expected = system.partial or system.hypothetical or (count and external == count)
     return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
 

@@ -12,7 +12,7 @@ from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.remarks import plural
-from cqos_core.model.report import Side
+from cqos_core.model.report import Severity, Side
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4
+_NOTHING = "CQ404"  # the other findings say why nothing was compared
 _NARROWEST_EXCERPT = 30
 _ZERO = regular_expression(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute for another value
 _LABEL = 50  # least cells for the label of a value
@@ -38,7 +39,11 @@ def render_full(report: Report, style: Style) -> str:
         findings = wording.shown(one, style)
         places = Places(findings, style.sources)
         page = _Page(style, places, _gutter(findings, places), said)
-        found = ["\n".join(page.finding(finding)) for finding in findings]
+        explained = any(each.code != _NOTHING and each.severity is not Severity.NOTE for each in findings)
+        found = [
+            "\n".join(page.headline(each) if explained and each.code == _NOTHING else page.finding(each))
+            for each in findings
+        ]
         if report.parts and not found and blocks and apart:
             blocks[-1] += "\n" + "\n".join(page.verdict(one))  # nothing to tell it apart from the line before
             continue
@@ -174,7 +179,7 @@ class _Page:
 
     def finding(self, finding: Finding) -> Iterator[str]:
         """Yield the lines of one finding."""
-        yield from self._headline(finding)
+        yield from self.headline(finding)
         yield from self._sides(finding)
         for sentence in wording.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
@@ -192,7 +197,7 @@ class _Page:
         """Yield the verdict of one of several systems."""
         yield from wording.verdict(report, self._style, self._paint)
 
-    def _headline(self, finding: Finding) -> Iterator[str]:
+    def headline(self, finding: Finding) -> Iterator[str]:
         """Yield severity, code, name and message."""
         head, name = (terminal.clean(text) for text in (f"{finding.severity}[{finding.code}]", f"{finding.name}:"))
         first, *rest = terminal.wrap(f"{head} {name} {terminal.clean(finding.message)}", self._style.width - 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC, Policy
+from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
 from cqos_core.resolving.resolved import Stated
@@ -76,6 +77,8 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 
     A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
     """
+    if normalise(name) in _TAKING:
+        return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
     if inside:
         return f"write {' and '.join(inside)} without `{name}` around {'it' if len(inside) == 1 else 'them'}"
@@ -87,6 +90,8 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
     return f"write it {' or '.join(places)}" if places else ""
 
 
+_TAKING: Final = frozenset(("base", "extends", "inherits", "inherit", "parent", "preset", "qos_profile"))
+"""Words of other formats for the profile from which values are taken."""
 _PLACES: Final = {
     ENDPOINT: "at each endpoint, or in a profile that endpoints use",
     NEED: "under `needs` of a subscriber",

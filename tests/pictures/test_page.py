@@ -135,7 +135,9 @@ def test_no_page_is_wider_than_its_window(tmp_path, shown, width):
 
 
 def test_pairs_that_get_the_same_have_one_table(tmp_path):
-    text = "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {s: {}, t: {}}}\n  b: {subscribes: {s: {}, t: {}}}\n"
+    text = (
+        "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {s: {}, t: {}}}\n  b: {subscribes: {s: {}, t: {}}}\n"
+    )
     written = page(tmp_path, text)
     assert written.count('<section class="requirement"') == 1
     assert "The same for <code>a/publisher/t → b/subscriber/t</code>" in written
