@@ -44,6 +44,16 @@ REASONS: Final = {
         ("they are in different domains", "the strongest one is in another partition"),
         "The ends form no pair. The simulator knows no domains and no partitions.",
     ),
+    **dict.fromkeys(
+        (
+            "it is retained for as long",
+            "it is retained, and the older version has no expiry",
+            "it is retained, and the version is not stated",
+            "a retained message comes again for each token",
+        ),
+        "A retained message comes again. The simulator knows none: it keeps samples by their durability.",
+    ),
+    "as often as that": "Three calls begin at once, so no random run has their samples at equal distances.",
     "the topic may have instances, each with a queue": "Each sample may be of another instance. The simulator knows none.",
     "an inclusive gateway takes several ways": "It takes any of them. No random run takes enough of them each time.",
     "a flow leads to a start event, which takes none": "The model is not valid, so C-QoS claims nothing.",
