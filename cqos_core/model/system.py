@@ -297,7 +297,8 @@ class Overlay:
         protocol: pack id.
         when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
         fills: words that it gives a meaning to. It then takes the place only of values that are stated as one of them
-            (``system_default``), or as a zero that stands for one; empty: of every value.
+            (``system_default``), or as a zero that stands for one, or of smaller ones of a policy that may be raised; empty: of
+            every value.
         dialect: which of the pack's dialects reads the settings.
     """
 

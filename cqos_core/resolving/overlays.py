@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain
+from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity
 from cqos_core.resolving.reader import word_of
 from cqos_core.resolving.resolved import Layer
@@ -14,6 +15,7 @@ from cqos_core.resolving.resolved import Layer
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.language.policy import Policy
     from cqos_core.model.system import Endpoint, Overlay, System
     from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
@@ -40,7 +42,7 @@ class Overlays:
         self._gave_way: dict[tuple[int, int], tuple[str, Stated]] = {}
 
     def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
-        """Yield the indices of the overlays that cover an endpoint; what was observed is so, whatever files say."""
+        """Yield the indices of the overlays that cover an endpoint; what was seen of an observed one is so, whatever files say."""
         pack = participant.pack
         covers = pack.meeting.covers
         addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
@@ -55,7 +57,7 @@ class Overlays:
                 and self._holds(overlay, participant) is not False
             ):
                 self.used.add(index)
-                if not endpoint.observed:
+                if not endpoint.observed or _unseen(self._layer(index, pack), pack).settings:
                     self._laid.add(index)
                     yield index
 
@@ -74,23 +76,21 @@ class Overlays:
         return value == expected if is_plain(value) else None
 
     def lay(
-        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant
+        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant, *, observed: bool
     ) -> tuple[list[Layer], dict[tuple[str, str], list[Layer]]]:
         """Return ``layers`` with the overlays that hold, and those that hold under a value of an option not known."""
         own, *beneath = layers
-        covering = [(index, self._system.overlays[index]) for index in overlays]
+        pack = participant.pack
+        read = ((index, self._system.overlays[index], self._layer(index, pack)) for index in overlays)
+        covering = [(index, overlay, _unseen(layer, pack) if observed else layer) for index, overlay, layer in read]
         over = [
-            self._layer(index, participant.pack)
-            for index, overlay in reversed(covering)
-            if not overlay.fills and self._holds(overlay, participant)
+            layer for _, overlay, layer in reversed(covering) if not overlay.fills and self._holds(overlay, participant)
         ]
         stated = [own, *over, *beneath]
         certain = list(stated)
         possible: dict[tuple[str, str], list[Layer]] = {}
-        for index, overlay in covering:
-            layer = self._layer(index, participant.pack)
-            if overlay.fills:
-                layer = self._filling(index, layer, stated, participant.pack)
+        for index, overlay, found in covering:
+            layer = self._filling(index, found, stated, pack) if overlay.fills else found
             if not self._holds(overlay, participant):
                 possible.setdefault(overlay.when or ("", ""), []).insert(0, layer)
             elif overlay.fills:
@@ -98,13 +98,13 @@ class Overlays:
         return certain, possible
 
     def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
-        """Return what an overlay sets where ``stated`` leaves it to others; to all else it gives way."""
+        """Return what an overlay sets where ``stated`` leaves it to others, or raises it; to all else it gives way."""
         fills = self._system.overlays[overlay].fills
         taken = {}
         for index, setting in layer.settings.items():
             policy = pack.policies[index]
             found = next((one.settings[index].text for one in stated if index in one.settings), None)
-            if found is None or word_of(policy, found) in fills:
+            if found is None or word_of(policy, found) in fills or _raises(policy, found, setting):
                 taken[index] = setting
                 self._took_effect.add((overlay, index))
             elif policy.word(found) != policy.word(setting.text):
@@ -143,6 +143,23 @@ class Overlays:
                 )
                 advice = f"state `{overlay.fills[0]}` where it is to decide"
                 self._reader.say("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
+
+
+def _unseen(layer: Layer, pack: RulePack) -> Layer:
+    """What a layer says of policies that nothing shows of what runs."""
+    return layer._replace(
+        settings={index: stated for index, stated in layer.settings.items() if pack.policies[index].unseen}
+    )
+
+
+def _raises(policy: Policy, before: str, after: Stated) -> bool:
+    """Whether a policy that may be raised becomes larger."""
+    if not policy.raised or after.setting.unknown:
+        return False
+    try:
+        return policy.weakens(policy.domain.parse(after.text), policy.domain.parse(before))
+    except InvalidValueError:
+        return False
 
 
 def _covering(overlay: Overlay) -> str:

@@ -224,7 +224,7 @@ class SettingsReader:
             text = policy.default_for(role)
             if text is None:
                 return Anything(f"{policy.name} is not stated")
-            if reading.observed and ignoring is None and not policy.derived:
+            if reading.observed and ignoring is None and not (policy.derived or policy.unseen):
                 return Anything(f"discovery did not report {policy.name}")
             # A default stands in the spelling of the policy itself.
             dialect = None

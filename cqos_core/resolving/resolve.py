@@ -379,7 +379,9 @@ class Resolver:
         owner = f"{endpoint.role} `{identifier}`"
         own = self._own_layers(endpoint, identifier, participant, user, owner)
         written = own[1]
-        layers, possible = self.overlays.lay(own, overlays, participant) if overlays else (own, {})
+        layers, possible = (
+            self.overlays.lay(own, overlays, participant, observed=endpoint.observed) if overlays else (own, {})
+        )
         needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
         words: list[WrittenValue | None] = [None] * len(pack.policies)

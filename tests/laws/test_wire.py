@@ -1,17 +1,20 @@
 """Law: ROS 2 and DDS say the same of the same values, whether both ends are nodes, both are programs, or one of each."""
 
 import re
-from typing import Any
+from dataclasses import replace
+from typing import Any, Final
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
+from cqos_core.importers.source import ReadContext, Source
 from cqos_core.language.expression import unfolded
 from cqos_core.model.report import Report
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
 from cqos_dds.pack import PACK as DDS
+from cqos_ros2.importers.fastdds_xml import read as read_fastdds_xml
 from cqos_ros2.pack import PACK as ROS2
 from cqos_ros2.wire import WIRE
 
@@ -138,3 +141,92 @@ def test_a_rule_of_both_packs_has_one_condition(ours, theirs):
     """The packs do not import each other, so this holds their common rules together."""
     one, other = (str(unfolded(pack.rule(code).condition)) for pack, code in ((ROS2, ours), (DDS, theirs)))
     assert re.sub(r"[a-z_.]+", lambda word: OWN_NAMES.get(word[0], word[0]), other) == one
+
+
+NO_NODE_SETS: Final = {"destination_order", *(f"presentation.{each}_access" for each in ("coherent", "ordered"))}
+NO_NODE_SETS |= {
+    "presentation.access_scope"
+}  # Fast DDS reads neither from XML (XMLElementParser.cpp); no rmw sets them.
+
+
+def deciding() -> set[str]:
+    """The policies of endpoints on which it rests whether two endpoints of DDS match."""
+    rules = [
+        each for scope in ("pair", "meets") for each in DDS.by_scope[scope] if each.rule.kind in {"requires", "meets"}
+    ]
+    found = {DDS.policies[index] for each in rules if not each.rule.guarantee for index in each.bound.indices}
+    return {policy.name for policy in found if policy.level == "endpoint"}
+
+
+def test_whatever_decides_a_match_is_carried():
+    carried = {on_wire for _, on_wire in WIRE.translations()} | WIRE.fixed.keys() | {"type"}
+    assert deciding() - carried == NO_NODE_SETS
+
+
+XML = {
+    "reliability": "<reliability><kind>BEST_EFFORT</kind></reliability>",
+    "durability": "<durability><kind>VOLATILE</kind></durability>",
+    "deadline": "<deadline><period><sec>2</sec></period></deadline>",
+    "liveliness": "<liveliness><kind>AUTOMATIC</kind></liveliness>",
+    "liveliness.lease_duration": "<liveliness><lease_duration><sec>2</sec></lease_duration></liveliness>",
+    "latency_budget": "<latencyBudget><duration><sec>2</sec></duration></latencyBudget>",
+    "ownership": "<ownership><kind>EXCLUSIVE</kind></ownership>",
+    "partition": "<partition><names><name>left</name></names></partition>",
+}
+ASKED = {
+    "reliability": "reliable",
+    "durability": "transient_local",
+    "deadline": "1s",
+    "liveliness": "manual_by_topic",
+    "liveliness.lease_duration": "1s",
+}
+
+
+def test_a_profile_may_set_each_policy_that_decides_a_match():
+    from cqos_ros2.importers.fastdds_profiles import _FIELDS
+
+    assert {field.policy for field in _FIELDS.values()} & deciding() == XML.keys()
+
+
+def end(role: Role, owner: str, settings: dict[str, Setting], *, observed: bool = False) -> Endpoint:
+    """One end of the topic of a node and a program."""
+    topic, kind = ("/t", "std_msgs/msg/String") if owner == "node" else ("rt/t", "std_msgs::msg::dds_::String_")
+    return Endpoint(
+        id=owner, role=role, topic=topic, participant=owner, settings=settings, type=kind, observed=observed
+    )
+
+
+@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("rmw", ["fastdds", None])
+@pytest.mark.parametrize("policy", XML)
+def test_what_a_profile_sets_of_a_node_is_compared_with_a_program(policy, rmw, observed):
+    """A node that leaves all to Fast DDS, or was seen to run, and a program that would match it without the profile."""
+    profile = f'<dds><profiles><data_writer profile_name="w" is_default_profile="true"><qos>{XML[policy]}'
+    xml = f"{profile}</qos></data_writer></profiles></dds>"
+    system = read_fastdds_xml(Source("p.xml", xml.encode()), ReadContext())
+    left_open = {} if observed else dict.fromkeys(("reliability", "durability"), Setting("system_default"))
+    seen = {"reliability": "reliable", "durability": "volatile", "deadline": "infinite", "liveliness": "automatic"}
+    seen |= {"liveliness_lease_duration": "infinite", "lifespan": "infinite"}
+    system.participants |= {
+        "node": Participant("node", "ros2", {} if rmw is None else {"rmw": Setting(rmw)}),
+        "program": Participant("program", "dds", {"implementation": Setting("cyclonedds")}),
+    }
+    asked = {name: Setting(text) for name, text in ASKED.items() if name == policy}
+    settings = {name: Setting(text) for name, text in seen.items()} if observed else left_open
+    system.endpoints += [
+        end(PUBLISHER, "node", settings, observed=observed),
+        end(SUBSCRIBER, "program", asked),
+    ]
+    without = replace(system, overlays=[])
+    if policy in ASKED and observed:
+        assert check(system).verdict == check(without).verdict  # What was seen is so, whatever files say.
+    else:
+        assert check(system).verdict != "compatible"
+        assert policy in ASKED or check(without).verdict == "compatible"
+
+
+def test_a_running_node_has_the_partition_and_ownership_that_nodes_have():
+    endpoints = [end(PUBLISHER, "node", {}, observed=True), end(SUBSCRIBER, "program", {})]
+    ends = {"node": Participant("node", "ros2"), "program": Participant("program", "dds")}
+    report = check(System(participants=ends, endpoints=endpoints))
+    assert not {"DDS107", "DDS403", "DDS404"} & {finding.code for finding in report.findings}

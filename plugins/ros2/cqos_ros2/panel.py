@@ -17,7 +17,7 @@ PANEL: Final = Panel(
         "Program": (
             "intra_process",
             "avoid_ros_namespace_conventions",
-            *("partition", "ownership"),
+            *("partition", "ownership", "latency_budget"),
             "client_library_settings",
             "taken_every",
         ),
@@ -30,7 +30,7 @@ PANEL: Final = Panel(
     },
     advanced=(
         *("intra_process", "avoid_ros_namespace_conventions", "client_library_settings", "taken_every"),
-        *("partition", "ownership"),
+        *("partition", "ownership", "latency_budget"),
         *("accumulated", "keyed", "size", "participant_lease", "comparison", "bridge", "bridge_cache"),
         *("round_trip_time", "resend_round_trips", "reliable_depth_margin", "relayed"),
     ),

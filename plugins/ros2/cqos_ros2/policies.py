@@ -107,6 +107,7 @@ DEPTH: Final = Policy(
     words={"system_default": by_option("rmw", zenoh="42", otherwise="1"), **copied("10"), "unknown": REPORTED_UNKNOWN},
     zero="system_default",
     stronger="higher",
+    raised=True,
 )
 RELIABILITY: Final = Policy(
     "reliability",
@@ -250,6 +251,7 @@ PARTITION: Final = Policy(
     "The partitions that a file of the middleware puts the endpoint into; ROS 2 itself sets none.",
     "rmw_fastrtps, participant.cpp; DDS 1.4, 2.2.3.13",
     enforced=NOT_IN_ZENOH,
+    unseen=True,
 )
 OWNERSHIP: Final = Policy(
     "ownership",
@@ -258,6 +260,17 @@ OWNERSHIP: Final = Policy(
     "Whether only the strongest publisher is heard; ROS 2 itself leaves it shared, a file of the middleware may not.",
     "rmw_fastrtps, publisher.cpp; DDS 1.4, 2.2.3.9",
     enforced=NOT_IN_ZENOH,
+    unseen=True,
+)
+LATENCY_BUDGET: Final = Policy(
+    "latency_budget",
+    Duration(),
+    "0s",
+    "How long the delivery of a sample may be put off; ROS 2 itself leaves it at zero, a file of the middleware may not.",
+    "rmw_fastrtps, publisher.cpp; DDS 1.4, 2.2.3.8",
+    enforced=ONLY_IN_DDS,
+    stronger="lower",
+    unseen=True,
 )
 RAW_SETTINGS: Final = Policy(
     "client_library_settings",
@@ -455,6 +468,7 @@ POLICIES: Final = (
     AVOID_CONVENTIONS,
     PARTITION,
     OWNERSHIP,
+    LATENCY_BUDGET,
     TYPE,
     RAW_SETTINGS,
     INTRA_PROCESS,

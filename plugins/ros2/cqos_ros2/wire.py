@@ -43,6 +43,10 @@ WIRE: Final = Wire(
         "history": ("history", "durability_service.history_kind"),
         "depth": ("history.depth", "durability_service.history_depth"),
         "taken_every": "taken_every",
+        # What no node sets, but a file of the middleware.
+        "partition": "partition",
+        "ownership": "ownership",
+        "latency_budget": "latency_budget",
     },
     options={"domain": "domain", "rmw": "implementation", "participant_lease": "participant_lease"},
     facts={

@@ -220,7 +220,7 @@ CONFIGURED: Final = (
         "note",
         "Fast DDS profiles decide only what a node leaves to the middleware.",
         "They are read by rmw_fastrtps only, from the file in `FASTRTPS_DEFAULT_PROFILES_FILE`. Whatever a node sets to "
-        "something else than system_default wins over them, also with `RMW_FASTRTPS_USE_QOS_FROM_XML=1`, which adds but the "
+        "something else than system_default wins over them, but for a larger depth, also with `RMW_FASTRTPS_USE_QOS_FROM_XML=1`, which adds but the "
         "memory policy and the publication mode.",
     ),
     CodeInfo(
@@ -229,6 +229,13 @@ CONFIGURED: Final = (
         "note",
         "A Fast DDS profile has a setting that can keep endpoints of one topic apart and is not judged.",
         "Whether the endpoints that it covers match is unknown. Partitions of the default profile and ownership are judged.",
+    ),
+    CodeInfo(
+        "ROS964",
+        "fastdds-depth-above-limit",
+        "note",
+        "A Fast DDS profile asks for a depth above its `max_samples_per_instance`.",
+        "By the standard the two do not fit. Fast DDS creates the endpoint, logs a warning, and keeps no more samples of one instance.",
     ),
 )
 

@@ -35,6 +35,7 @@ _INFINITE_WORDS: Final = frozenset(
 )
 _TRUE: Final = frozenset(("true", "True", "TRUE", "1"))
 _LARGEST: Final = 2**32
+MOST_OF_ONE: Final = "resource_limits.max_samples_per_instance"
 
 _VARIABLE: Final = re.compile(r"\$\{([A-Za-z_]\w*)\}")
 _SUFFIX: Final = "_QOS"
@@ -197,6 +198,12 @@ def _count(element: Element) -> str | None:
     return None if _number(text_of(element)) is None else text_of(element)
 
 
+def _limit(element: Element) -> str | None:
+    """A count, where a negative number is no limit."""
+    text = text_of(element)
+    return text if _number(text.removeprefix("-")) is not None else None
+
+
 def _names(element: Element) -> str:
     return f"[{', '.join(text_of(name) for name in elements(element))}]"
 
@@ -209,6 +216,10 @@ _FIELDS: Final = {
     "qos/liveliness/kind": _kind("liveliness", "AUTOMATIC", "MANUAL_BY_PARTICIPANT", "MANUAL_BY_TOPIC"),
     "qos/ownership/kind": _kind("ownership", "SHARED", "EXCLUSIVE"),
     "topic/historyQos/depth": _Field("history.depth", _count, "a whole number"),
+    **{
+        f"topic/resourceLimitsQos/{name}": _Field(f"resource_limits.{name}", _limit, "a whole number")
+        for name in ("max_samples", "max_instances", "max_samples_per_instance", "allocated_samples")
+    },
     "qos/ownershipStrength/value": _Field("ownership_strength", _count, "a whole number"),
     "qos/deadline/period": _Field("deadline"),
     "qos/deadline": _Field("deadline"),

@@ -1,8 +1,8 @@
 """Reads XML profiles of Fast DDS as what they are to ROS 2: values for what a node leaves to the middleware.
 
 rmw_fastrtps begins with the profile named like the topic, else with the default profile, else with Fast DDS's own
-defaults. Then it sets every policy that the node does not leave at system_default or unspecified. A profile replaces the
-one before it as a whole. The variable RMW_FASTRTPS_USE_QOS_FROM_XML does not change that: it only takes the memory policy and
+defaults. Then it sets every policy that the node does not leave at system_default or unspecified; but a depth it only raises, so
+the larger of both holds (qos.cpp, `fill_entity_qos_from_profile`, Foxy to Rolling). A profile replaces the one before it as a whole. The variable RMW_FASTRTPS_USE_QOS_FROM_XML does not change that: it only takes the memory policy and
 the publication mode from the profile too (rmw_fastrtps: README, publisher.cpp, qos.cpp).
 """
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import listed, shown
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Setting
 from cqos_ros2.importers.configuration import RosFile
-from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
+from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE
 from cqos_ros2.types import has_wildcard
 
@@ -35,6 +35,7 @@ _POLICIES: Final = {
     "liveliness": "liveliness",
     "liveliness.lease_duration": "liveliness_lease_duration",
     "ownership": "ownership",
+    "latency_budget": "latency_budget",
 }
 _DEFAULTS: Final = {
     "history": "keep_last",
@@ -44,6 +45,7 @@ _DEFAULTS: Final = {
     "liveliness": "automatic",
     "liveliness_lease_duration": "infinite",
     "ownership": "shared",
+    "latency_budget": "0s",
 }
 _SIDES: Final[dict[Role, dict[str, str]]] = {
     PUBLISHER: {"reliability": "reliable", "durability": "transient_local"},
@@ -102,6 +104,7 @@ class _Profiles(RosFile):
         for profile in found.profiles:
             _tell(profile, self)
             _keep_apart(profile, self)
+            _limit(profile, self)
         ordered = [(_topic(profile), profile) for profile in found.profiles]
         # A later one wins: the default, then those of services as such, then those of single topics.
         ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
@@ -171,6 +174,18 @@ def _keep_apart(profile: FastDdsProfile, reading: RosFile) -> None:
         )
     profile.settings[_PARTITION] = Setting("", place, unknown=cause)
     reading.note("ROS963", cause, place, advice)
+
+
+def _limit(profile: FastDdsProfile, reading: RosFile) -> None:
+    """Report a queue that is longer than what a profile lets Fast DDS keep of one instance; a limit of 0 is none."""
+    depth, most = (profile.settings.get(name) for name in ("history.depth", MOST_OF_ONE))
+    if depth is None or most is None or depth.unknown or most.unknown or not 0 < int(most.text) < int(depth.text):
+        return
+    message = (
+        f"the profile {shown(profile.name)} asks for a depth of {depth.text}, and `max_samples_per_instance` is {most.text}: "
+        "Fast DDS logs a warning and keeps no more of an instance"
+    )
+    reading.note("ROS964", message, depth.place or profile.place, f"set `max_samples_per_instance` to {depth.text}")
 
 
 def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings:

@@ -6,9 +6,13 @@ from cqos_core import check
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
 from cqos_core.importers.source import ReadContext, Source
+from cqos_core.matching.wire import plain_texts
 from cqos_core.model.problems import InputError
+from cqos_core.model.system import Setting
+from cqos_core.resolving.resolve import resolve
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.importers.fastdds_xml import read
+from cqos_ros2.pack import PACK as ROS2
 
 DEADLINE = "<deadline><period><sec>2</sec><nanosec>0</nanosec></period></deadline>"
 BEST_EFFORT = "<reliability><kind>BEST_EFFORT</kind></reliability>"
@@ -74,6 +78,26 @@ class TestEffect:
         assert finding.message == (
             "Fast DDS profile `/scan` sets `reliability` to best_effort, but all endpoints that it covers have their own"
         )
+
+    @pytest.mark.parametrize(("own", "of_profile", "held"), [("10", "100", "100"), ("10", "5", "10"), ("0", "5", "5")])
+    def test_a_profile_raises_the_depth_of_a_node_and_never_lowers_it(self, own, of_profile, held):
+        depth = f"<topic><historyQos><depth>{of_profile}</depth></historyQos></topic>"
+        xml = profiles(f'<data_writer profile_name="/scan">{depth}</data_writer>')
+        design = f"cqos: 1\nprotocol: ros2\nparticipants:\n  driver: {{publishes: {{/scan: {{depth: {own}}}}}}}\n"
+        sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
+        system = merge([read_source(source, beside={"ros2"}) for source in sources])
+        system.options.setdefault("ros2", {})["rmw"] = Setting("fastdds")
+        (endpoint,) = resolve(system, {"ros2": ROS2}.get).endpoints
+        assert plain_texts(endpoint)["depth"] == held
+
+    def test_a_depth_above_the_limit_of_one_instance_is_a_note(self):
+        queue = "<historyQos><depth>50</depth></historyQos><resourceLimitsQos><max_samples_per_instance>{}"
+        for most, expected in (("10", 1), ("50", 0), ("0", 0), ("-1", 0)):
+            limits = f"{queue.format(most)}</max_samples_per_instance></resourceLimitsQos>"
+            xml = profiles(f'<data_writer profile_name="/scan"><topic>{limits}</topic></data_writer>')
+            report = checked(xml, subscribes="/scan: default", rmw="fastdds")
+            assert [each.code for each in report.findings].count("ROS964") == expected
+            assert report.verdict == "compatible"
 
     @pytest.mark.parametrize("stated", ["reliability: system_default", "profile: system_default"])
     def test_what_a_node_leaves_open_is_filled(self, stated):
