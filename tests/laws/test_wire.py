@@ -143,10 +143,11 @@ def test_a_rule_of_both_packs_has_one_condition(ours, theirs):
     assert re.sub(r"[a-z_.]+", lambda word: OWN_NAMES.get(word[0], word[0]), other) == one
 
 
-NO_NODE_SETS: Final = {"destination_order", *(f"presentation.{each}_access" for each in ("coherent", "ordered"))}
-NO_NODE_SETS |= {
-    "presentation.access_scope"
-}  # Fast DDS reads neither from XML (XMLElementParser.cpp); no rmw sets them.
+# Fast DDS reads neither from XML (XMLElementParser.cpp), and no rmw sets them.
+NO_NODE_SETS: Final = {
+    "destination_order",
+    *(f"presentation.{each}" for each in ("access_scope", "coherent_access", "ordered_access")),
+}
 
 
 def deciding() -> set[str]:

@@ -220,7 +220,7 @@ CONFIGURED: Final = (
         "note",
         "Fast DDS profiles decide only what a node leaves to the middleware.",
         "They are read by rmw_fastrtps only, from the file in `FASTRTPS_DEFAULT_PROFILES_FILE`. Whatever a node sets to "
-        "something else than system_default wins over them, but for a larger depth, also with `RMW_FASTRTPS_USE_QOS_FROM_XML=1`, which adds but the "
+        "something else than system_default wins over them. Only a depth may grow. That holds also with `RMW_FASTRTPS_USE_QOS_FROM_XML=1`, which adds but the "
         "memory policy and the publication mode.",
     ),
     CodeInfo(
