@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Assumption, Finding, Report
     from cqos_core.model.system import System
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
@@ -283,20 +285,18 @@ class _Pair:
 
 
 def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
-    return tuple(
-        Guarantee(
-            each.word.name,
-            each.text,
-            each.survives,
-            _reasons(each.lost),
-            tuple(
-                GuaranteeCell(fault, each.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
-                for fault, cell in each.cells.items()
-                if fault == LINK or fault in faults
-            ),
-        )
-        for each in given
-    )
+    befalling = frozenset((LINK, *faults))
+    return tuple([_guarantee(each, befalling) for each in given])
+
+
+@lru_cache(maxsize=10_000)
+def _guarantee(given: DerivedGuarantees, faults: frozenset[str]) -> Guarantee:
+    cells = [
+        GuaranteeCell(fault, given.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
+        for fault, cell in given.cells.items()
+        if fault in faults
+    ]
+    return Guarantee(given.word.name, given.text, given.survives, _reasons(given.lost), tuple(cells))
 
 
 def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
@@ -345,26 +345,30 @@ def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
     """One line per endpoint policy, with the verdict of the pair rules that compare it."""
     publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
-    rules = [
-        bound
-        for bound in topic.pack.by_scope.get("pair", ())
-        if bound.rule.kind == "requires" and not bound.rule.guarantee
-    ]
-    for index, policy in enumerate(topic.pack.policies):
-        if policy.level != "endpoint" or policy.default is None:
-            continue
-        over = [bound for bound in rules if any(use.index == index for use in bound.bound.uses)]
-        said = [spoken[bound.rule.code] for bound in over if bound.rule.code in spoken]
+    for index, comparing in _comparing(topic.pack):
+        said = [spoken[bound.rule.code] for bound in comparing if bound.rule.code in spoken]
         verdict = None
-        if over:
+        if comparing:
             verdict = Verdict.COMPATIBLE
             if said:
                 doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
                 verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
         yield PolicyComparison(
-            policy.name,
+            topic.pack.policies[index].name,
             fact(publisher.first, publisher.profile, index),
             fact(subscriber.first, subscriber.profile, index),
             verdict,
-            tuple(bound.rule.code for bound in over),
+            tuple(bound.rule.code for bound in comparing),
         )
+
+
+@lru_cache
+def _comparing(pack: RulePack) -> list[tuple[int, list[BoundRule]]]:
+    """Return the index of each endpoint policy, with the rules that compare it."""
+    pairs = pack.by_scope.get("pair", ())
+    rules = [each for each in pairs if each.rule.kind == "requires" and not each.rule.guarantee]
+    return [
+        (index, [each for each in rules if index in each.bound.indices])
+        for index, policy in enumerate(pack.policies)
+        if policy.level == "endpoint" and policy.default is not None
+    ]

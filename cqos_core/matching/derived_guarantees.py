@@ -5,10 +5,12 @@ A number is given where the strongest need that all rules grant is that number, 
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from collections import Counter
+from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.policy import BROKER, NEED
 from cqos_core.language.solve import turning_points
 from cqos_core.language.values import INFINITE, Depends, is_plain
@@ -18,8 +20,9 @@ from cqos_core.model.memory import keep
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
+    from cqos_core.language.compiled import Reporting
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
     from cqos_core.language.vocabulary import Use
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
 _CACHE: Final = 50_000
 NOT_NAMED: Final = "an implementation that is not stated"
@@ -50,9 +53,9 @@ class Cell:
     derived: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DerivedGuarantees:
-    """One guarantee of a pair, or of a path.
+    """One guarantee of a pair, or of a path; compared by identity.
 
     Attributes:
         word: which one.
@@ -131,7 +134,7 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
         )
         given = _GIVEN.get(key)
         if given is None:
-            given = _give(word, pack.guaranteed[name], publisher, subscriber)
+            given = _give(word, publisher, subscriber)
             keep(_GIVEN, key, given)
         found.append(given)
     return tuple(found)
@@ -152,24 +155,32 @@ def _read(pack: RulePack, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
     return tuple(sorted(first)), tuple(sorted(second - asked))
 
 
-def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
+def _give(word: Word, publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
     index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
     restarts = _names(publisher.values[index]), _names(subscriber.values[index])
+    rules = publisher.pack.guaranteed[word.name]
     asked = _AskedWord(word, publisher, subscriber)
 
     def under(*faults: str) -> Cell:
-        befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
-        counting = [
-            each for each in rules if each.rule.survives == LINK or set(befall) & set(faults_of(each.rule.survives))
-        ]
-        cell = asked.granted(counting, faults)
+        befall, counting = _counting(publisher.pack, word.name, faults, restarts)
+        cell = asked.granted([rules[at] for at in counting], faults)
         if cell.value is None or cell.value == word.nothing:
             return cell
-        proven, derived = _evidence(word, befall or (LINK,), publisher, subscriber)
-        return replace(cell, proven=proven, derived=derived)
+        return Cell(cell.value, cell.lost, *_evidence(word, befall or (LINK,), publisher, subscriber))
 
     cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
     return DerivedGuarantees(word, cells[LINK].value, cells[LINK].lost, cells)
+
+
+@lru_cache(maxsize=_CACHE)
+def _counting(
+    pack: RulePack, word: str, faults: tuple[str, ...], restarts: tuple[tuple[str, ...], tuple[str, ...]]
+) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Return which faults befall a pair, and the positions of the rules of a guarantee that count then."""
+    befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
+    named = [each.rule.survives for each in pack.guaranteed[word]]
+    counting = (at for at, each in enumerate(named) if each == LINK or set(befall) & set(faults_of(each)))
+    return befall, tuple(counting)
 
 
 def _names(value: Value) -> tuple[str, ...]:
@@ -221,6 +232,7 @@ class _AskedWord:
         pack = subscriber.pack
         self.word = word
         self.offered = publisher.values
+        self._functions = _functions(publisher.pack, publisher.frame, subscriber.frame)
         self.need = pack.needs[word.name][0]
         self.survives = pack.vocabulary.indices[NEED, SURVIVES.name]
         self._nothing: list[Value] = [*subscriber.values]
@@ -246,7 +258,7 @@ class _AskedWord:
         """Ask a rule as if this were needed; False or None where it speaks."""
         key = (id(bound), need, self._read_by(bound, faults))
         if key not in self._answers:
-            self._answers[key] = _answer(bound, self.offered, self._asking(need, faults))
+            self._answers[key] = self._functions.answer(bound, self.offered, self._asking(need, faults))
         return self._answers[key]
 
     def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
@@ -280,21 +292,56 @@ class _AskedWord:
         return tuple(asking)
 
 
+class _Functions:
+    """Rules asked of two profiles: each is compiled for what many profiles have in common once it was asked often."""
+
+    def __init__(self, publisher: ProfileFrame, subscriber: ProfileFrame, asked: Collection[int]) -> None:
+        """Begin without any; ``asked``: the positions of needs, which differ from question to question."""
+        first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
+        self._at = first, second.difference(asked)
+        self._uses = Counter[int]()
+        self._made: dict[int, Reporting] = {}
+
+    def answer(self, bound: BoundRule, offered: Values, asking: Values) -> bool | None:
+        """Ask a rule; False or None where it speaks."""
+        made = self._made.get(id(bound))
+        if made is not None and (says := _SAYS[made(offered, asking)]) is not _OPEN:
+            return None if says is False and bound.rule.doubt else says
+        # Values that differ in what it does not read have one answer.
+        first, second = bound.bound.sides
+        # The rule is kept with the answer, so that no other one gets its identity.
+        key = (id(bound), *[offered[at] for at in first], *[asking[at] for at in second])
+        known = _ANSWERED.get(key)
+        if known is None:
+            self._uses[id(bound)] += 1
+            if self._uses[id(bound)] == _WORTH_A_FUNCTION:
+                self._made[id(bound)] = _made(bound, Common(offered, asking, self._at))
+            said = ask(bound, offered, asking)
+            result = True if said is None else None if bound.rule.doubt else said.outcome.result
+            known = bound, result
+            keep(_ANSWERED, key, known)
+        return known[1]
+
+
+@lru_cache(maxsize=64)
+def _functions(pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame) -> _Functions:
+    survives = pack.vocabulary.indices[NEED, SURVIVES.name]
+    return _Functions(publisher, subscriber, (survives, *(index for index, _ in pack.needs.values())))
+
+
+def _made(bound: BoundRule, common: Common) -> Reporting:
+    """Compile whether a rule may be other than true, other than false, false for certain, and true for certain."""
+    ways = ((False, True), (True, True), (False, False), (True, False))
+    return compiled([Question(bound.bound, answer, undecided, common) for answer, undecided in ways]).reporting
+
+
 _ANSWERED: Final[dict[tuple[Any, ...], tuple[BoundRule, bool | None]]] = {}
-
-
-def _answer(bound: BoundRule, offered: Values, asking: Values) -> bool | None:
-    """Ask a rule; values that differ in what it does not read have one answer."""
-    first, second = bound.bound.sides
-    # The rule is kept with the answer, so that no other one gets its identity.
-    key = (id(bound), *[offered[at] for at in first], *[asking[at] for at in second])
-    known = _ANSWERED.get(key)
-    if known is None:
-        said = ask(bound, offered, asking)
-        result = True if said is None else None if bound.rule.doubt else said.outcome.result
-        known = bound, result
-        keep(_ANSWERED, key, known)
-    return known[1]
+_WORTH_A_FUNCTION: Final = 12
+_OPEN: Final = "open"
+_SAYS: Final[list[Any]] = [
+    True if not bits & 0b1 else False if not bits & 0b10 else None if not bits & 0b1100 else _OPEN for bits in range(16)
+]
+"""By what a function may report, what a rule answers."""
 
 
 def _candidates(bound: BoundRule, use: Use, offered: Values, asking: Values) -> Iterator[Value]:

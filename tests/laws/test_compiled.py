@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,7 +12,7 @@ import pytest
 from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
-from cqos_core.matching import rule_set
+from cqos_core.matching import derived_guarantees, rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
@@ -38,6 +40,8 @@ from tests.effort import EXPLORE
 from tests.worlds import POST
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
@@ -142,6 +146,40 @@ def always(request, monkeypatch):
         each.cache_clear()
 
 
+def with_much_in_common(
+    random: Random, pack: RulePack, opened: float
+) -> tuple[Common, Iterator[tuple[QosProfile, QosProfile]]]:
+    """Return the open values and options of two profiles, and pairs that have the same ones."""
+    ends = []
+    for _ in range(2):
+        shared = {at: a_value(random, pack, each, opened) for at, each in enumerate(pack.policies)}
+        words = [how_written(random, each, opened) for each in pack.policies]
+        ends.append([*shared.values(), *words])
+    at = [
+        frozenset(
+            index
+            for index, value in enumerate(values)
+            if (type(value) not in KNOWN if index < len(pack.policies) else value is UNREAD)
+            or (index < len(pack.policies) and pack.policies[index].level == "option")
+        )
+        for values in ends
+    ]
+
+    def another(side: int) -> QosProfile:
+        values = (
+            value
+            if index in at[side]
+            else plain(random, pack.policies[index])
+            if index < len(pack.policies)
+            else how_written(random, pack.policies[index - len(pack.policies)], 0)
+            for index, value in enumerate(ends[side])
+        )
+        return intern(pack, tuple(values))
+
+    common = Common(tuple(ends[0]), tuple(ends[1]), (at[0], at[1]))
+    return common, ((another(0), another(1)) for _ in itertools.count())
+
+
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
@@ -151,41 +189,13 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
     undecided = [each.rule.kind == "requires" for each in rules]
     decided = silent = 0
     for opened in (0.05, 0.2):
-        ends = []
-        for _ in range(2):
-            shared = {at: a_value(random, pack, each, opened) for at, each in enumerate(pack.policies)}
-            words = [how_written(random, each, opened) for each in pack.policies]
-            ends.append([*shared.values(), *words])
-        at = [
-            frozenset(
-                index
-                for index, value in enumerate(values)
-                if (type(value) not in KNOWN if index < len(pack.policies) else value is UNREAD)
-                or (index < len(pack.policies) and pack.policies[index].level == "option")
-            )
-            for values in ends
-        ]
-        common = Common(tuple(ends[0]), tuple(ends[1]), (at[0], at[1]))
+        common, others = with_much_in_common(random, pack, opened)
         questions = [
             Question(each.bound, each.rule.kind == "forbids", u, common)
             for each, u in zip(rules, undecided, strict=True)
         ]
         reporting, exact = compiled(questions)
-        for _ in range(30):
-            a, b = (
-                intern(
-                    pack,
-                    tuple(
-                        value
-                        if index in at[side]
-                        else plain(random, pack.policies[index])
-                        if index < len(pack.policies)
-                        else how_written(random, pack.policies[index - len(pack.policies)], 0)
-                        for index, value in enumerate(ends[side])
-                    ),
-                )
-                for side in (0, 1)
-            )
+        for a, b in itertools.islice(others, 30):
             bits = reporting(a.known, b.known)
             for position, each in enumerate(rules):
                 signal = Signal(((a.values, 1),), ((b.values, 1),)) if each.bound.aggregate_uses else NO_SIGNAL
@@ -202,6 +212,27 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
                     silent += not each.bound.is_plain(a.values)
     assert decided
     assert silent
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS[1:], ids=lambda pack: pack.id)
+def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, monkeypatch):
+    monkeypatch.setattr(derived_guarantees, "_WORTH_A_FUNCTION", 1)
+    random = Random(seed)  # noqa: S311 - no secrets
+    found = Counter[bool | None]()
+    for opened in (0.05, 0.2):
+        _, others = with_much_in_common(random, pack, opened)
+        one, other = next(others)
+        asked = derived_guarantees._Functions(one.frame, other.frame, ())
+        for a, b in itertools.islice(others, 20):
+            for each in itertools.chain(*pack.guaranteed.values()):
+                said = ask(each, a.values, b.values)
+                result = True if said is None else None if each.rule.doubt else said.outcome.result
+                derived_guarantees._ANSWERED.clear()
+                assert asked.answer(each, a.values, b.values) is result, each.rule.code
+                found[result] += 1
+    assert len(found) == 3, found
 
 
 def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
