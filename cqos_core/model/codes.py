@@ -1,20 +1,25 @@
-"""Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes.
+"""Codes of the core: what it reports about inputs, models, matching and configuration. Permanent, like rule codes.
 
-CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles alone); CQ2xx: settings and
-profiles; CQ4xx: names and meeting; CQ5xx: bridges;
-CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault; CQ8xx: chains and budgets; BP1xx: behaviour.
+``codes.json`` has them. CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles
+alone); CQ2xx: settings and profiles; CQ4xx: names and matching; CQ5xx: bridges; CQ6xx: accepted exceptions and the team's own rules;
+CQ7xx: plugins at fault; CQ8xx: chains and budgets; BP1xx: behaviour.
 """
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Final
 
 from cqos_core.model.code_info import CodeInfo
-from cqos_core.model.codes_of_behaviour import BEHAVIOUR
-from cqos_core.model.codes_of_models import MODEL
-from cqos_core.model.codes_of_reading import READING
 
-CODES: Final[dict[str, CodeInfo]] = {info.code: info for info in (*READING, *MODEL, *BEHAVIOUR)}
+
+def _stated() -> list[CodeInfo]:
+    rows = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+    return [CodeInfo(**{**row, "aliases": tuple(row.get("aliases", ()))}) for row in rows]
+
+
+CODES: Final = {info.code: info for info in _stated()}
 _SPELLINGS: Final = {spelling: info for info in CODES.values() for spelling in info.spellings}
 
 
