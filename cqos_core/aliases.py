@@ -51,6 +51,7 @@ RENAMED: Final = {
     "detours": "behaviour.paths.bridge_reachability",
     "given": "matching.derived_guarantees",
     "importers.editing": "files.editing",
+    "importers.source": "model.source",
     "matching.bridge_findings": "behaviour.paths.bridge_findings",
     "matching.bridge_reachability": "behaviour.paths.bridge_reachability",
     "matching.delivery_paths": "behaviour.paths.delivery_paths",

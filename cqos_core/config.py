@@ -16,7 +16,6 @@ from cqos_core.files.ignoring import patterns
 from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.shapes import TEXT, TEXTS, one_of
-from cqos_core.importers.source import Source
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
@@ -24,6 +23,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.source import Source
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     import click
 
-    from cqos_core.importers.source import Claim, Inserter, Reader
     from cqos_core.model.report import Report
+    from cqos_core.model.source import Claim, Inserter, Reader
     from cqos_core.model.style import Style
     from cqos_core.packs.drawn import DrawnForm
     from cqos_core.packs.export import Writer
@@ -397,7 +397,7 @@ def load_plugins() -> Plugins:
 def _read_pack_file(path: str) -> RulePack:
     from pathlib import Path
 
-    from cqos_core.importers.source import Source
+    from cqos_core.model.source import Source
     from cqos_core.packs.pack_file import read_pack
 
     return read_pack(Source(path, Path(path).read_bytes()))

@@ -7,7 +7,7 @@ from cqos_core import Edit, Place
 from cqos_core.bpmn.editing import insert as insert_bpmn
 from cqos_core.files.editing import insert
 from cqos_core.files.edits import edited
-from cqos_core.importers.source import Source
+from cqos_core.model.source import Source
 
 
 def change(text, *edits, inserter=insert):

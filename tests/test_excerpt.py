@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.excerpt import Excerpt, exact, span
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Place
 
 CASES = Path(__file__).parent / "importers" / "cases" / "bpmn"

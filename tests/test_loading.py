@@ -9,8 +9,8 @@ from cqos_core.files import opening
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths, read_source, recognise
 from cqos_core.files.opening import File, find_files, read_path
-from cqos_core.importers.source import Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 
 

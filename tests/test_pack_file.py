@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
-from cqos_core.importers.source import Source
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cqos_core.bpmn.form import FORM
-from cqos_core.importers.source import Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.packs.drawing import drawn, moddle
 from cqos_core.packs.pack_file import read_pack
 from cqos_core.packs.panel import shown, values_of

@@ -11,12 +11,12 @@ from jsonschema import Draft202012Validator
 
 from cqos_core.files.schema import suggested_values, system_schema, written_name
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, flow_text, kind_of, whole_number
 from cqos_core.importers.yaml_form import DOCUMENT
 from cqos_core.importers.yaml_system import read
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.misread import can_be_stated
 from tests.effort import EXPLORE

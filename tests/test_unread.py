@@ -4,8 +4,8 @@ import pytest
 
 from cqos_core.files.loading import read_source
 from cqos_core.files.unread import unread
-from cqos_core.importers.source import Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 
 LOG = (

@@ -26,7 +26,7 @@ from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.plain import Plain
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
 
 SWITCHES = {"message_flows": ("true", "false"), "lines": ("false", "true")}

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.plain import Plain
     from cqos_core.bpmn.plain_endpoints import PlainEndpoint
-    from cqos_core.importers.source import Source
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import Source
     from cqos_core.model.system import Role
 
 _Found = TypeVar("_Found")

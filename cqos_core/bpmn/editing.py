@@ -5,10 +5,10 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.source import Replacement
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import NAMESPACES, exact
 from cqos_core.model.regular import re
+from cqos_core.model.source import Replacement
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,11 +10,11 @@ from cqos_core.bpmn.document import DEFINITIONS
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.plain import NotPlainError, Taking
 from cqos_core.bpmn.plain_endpoints import Kind, LinesOf, Model
-from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.memory import keep
 from cqos_core.model.regular import re
+from cqos_core.model.source import Source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

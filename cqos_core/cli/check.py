@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from cqos_core.config import Config
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
-    from cqos_core.importers.source import Replacement
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Edit, Report
+    from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
 
 CLEAN, FINDINGS, UNUSABLE = 0, 1, 2

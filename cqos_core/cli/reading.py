@@ -16,10 +16,10 @@ from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
-from cqos_core.importers.source import OPTIONS, VARIABLES
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError, InvalidValueError, Problem
+from cqos_core.model.source import OPTIONS, VARIABLES
 from cqos_core.model.system import Place
 from cqos_core.plugins import FILES_VARIABLE, load_plugins
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from cqos_core.config import Config
     from cqos_core.files.loading import Loaded
-    from cqos_core.importers.source import Source
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.source import Source
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.plugins import ImporterOption

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
-from cqos_core.importers.source import Replacement
 from cqos_core.importers.tree import ScalarNode, quoted_where_needed
 from cqos_core.model.encoding import Lines
+from cqos_core.model.source import Replacement
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -7,18 +7,18 @@ from html import escape, unescape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.files.editing import is_json, replace_within, scalar
-from cqos_core.importers.source import Replacement
 from cqos_core.language.domains import flow
 from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 from cqos_core.model.excerpt import exact, span
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import re
+from cqos_core.model.source import Replacement
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cqos_core.importers.source import Inserter, Source
     from cqos_core.model.report import Edit
+    from cqos_core.model.source import Inserter, Source
     from cqos_core.model.system import Place
 
 

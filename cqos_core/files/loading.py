@@ -9,9 +9,9 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
-from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
+from cqos_core.model.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.system import Place, System
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.files.ignoring import Patterns
-    from cqos_core.importers.source import Claim
+    from cqos_core.model.source import Claim
 
 
 def recognise(

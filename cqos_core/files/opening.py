@@ -10,10 +10,10 @@ from dataclasses import field
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.files.ignoring import Ignored
-from cqos_core.importers.source import Source, no_files
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.source import Source, no_files
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:

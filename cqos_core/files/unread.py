@@ -13,7 +13,7 @@ from cqos_core.model.system import Place
 from cqos_core.plugins import FAULTS, named
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import Source
+    from cqos_core.model.source import Source
     from cqos_core.plugins import Plugins
 
 _HEAD: Final = 65_536

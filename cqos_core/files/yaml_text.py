@@ -9,10 +9,10 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import ScalarNode, flow_text, is_null, quoted_where_needed
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.source import Source
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

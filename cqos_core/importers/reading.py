@@ -14,8 +14,8 @@ from cqos_core.model.system import ImportNote, Place
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import ReadContext, Source
 
 _MOST_PROBLEMS: Final = 1000
 _LONGEST_EXCERPT: Final = 60

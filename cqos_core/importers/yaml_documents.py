@@ -31,10 +31,10 @@ from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
     from cqos_core.model.problems import Problem
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import ImportNote, Setting, System
 
 _MOST_FILES: Final = 1000

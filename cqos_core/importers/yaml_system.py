@@ -82,7 +82,7 @@ if TYPE_CHECKING:
     from typing import TypeVar
 
     from cqos_core.importers.forms import Entry, Key, Member
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Setting
 
     T = TypeVar("T")

@@ -14,9 +14,9 @@ from cqos_core.model.system import Place
 from cqos_core.packs.foreign import FileReading
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
 
 

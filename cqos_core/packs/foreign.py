@@ -17,9 +17,9 @@ from cqos_core.model.system import ImportNote, Participant, Setting, System, num
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Place, Room, Settings
 
 

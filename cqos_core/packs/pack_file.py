@@ -31,9 +31,9 @@ from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
     from cqos_core.language.expression import Node as Part
+    from cqos_core.model.source import Source
 
 RoleName: TypeAlias = Literal["publisher", "subscriber"]
 Word: TypeAlias = Literal[

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from cqos_core.files.loading import GivenSource, read_together
 from cqos_core.files.merging import merge
 from cqos_core.files.opening import SentFiles
-from cqos_core.importers.source import Source
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import system_value

@@ -26,10 +26,10 @@ from cqos.v1 import (
 from cqos_core.files.loading import GivenSource, included_files
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.files.reading import read
-from cqos_core.importers.source import Source, no_files
 from cqos_core.language.domains import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.report import Severity
+from cqos_core.model.source import Source, no_files
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
     from_message,

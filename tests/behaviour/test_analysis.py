@@ -12,7 +12,6 @@ import cqos_core as cqos
 from cqos_core.behaviour.analysis import analysed
 from cqos_core.behaviour.graph import Wiring
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.flow import (
     WITHIN,
     ControlFlow,
@@ -26,6 +25,7 @@ from cqos_core.model.flow import (
     TriggerKind,
 )
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from tests.behaviour.drawing import model
 from tests.command import run
 

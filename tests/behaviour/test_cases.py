@@ -10,7 +10,7 @@ import yaml
 
 import cqos_core as cqos
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
+from cqos_core.model.source import ReadContext, Source
 from tests.behaviour.drawing import model
 
 CASES = Path(__file__).with_name("cases")

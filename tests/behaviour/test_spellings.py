@@ -6,7 +6,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
+from cqos_core.model.source import ReadContext, Source
 from tests.behaviour.test_cases import reported
 
 DEFINITIONS = """<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos" qos:protocol="ros2"

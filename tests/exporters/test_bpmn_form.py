@@ -13,9 +13,9 @@ import cqos_core as cqos
 from cqos_core.analysis.system_fixes import fix_system
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
-from cqos_core.importers.source import Source
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 
 ROOT = Path(__file__).parents[2]

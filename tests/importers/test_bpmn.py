@@ -9,9 +9,9 @@ import pytest
 
 from cqos_core.api import check
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Endpoint, Place, ProfileRef, System
 
 CASES = Path(__file__).parent / "cases" / "bpmn"

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.bpmn import read
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.codes import CODES
 from cqos_core.model.excerpt import exact, span
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

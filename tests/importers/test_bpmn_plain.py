@@ -16,9 +16,9 @@ from cqos_core.bpmn import read
 from cqos_core.bpmn.models import outline
 from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.plain_endpoints import PlainEndpoint
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.xml_source import plain_utf8
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Endpoint, Setting, System
 from tests.importers.test_bpmn_fuzz import FILES, MUTATIONS, Mutation, mutations
 

@@ -10,9 +10,9 @@ import pytest
 
 from cqos_core.bpmn import read
 from cqos_core.importers.detect import claims_bpmn
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.xml_source import parse_xml
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from tests.growth.linear import assert_linear
 
 if TYPE_CHECKING:

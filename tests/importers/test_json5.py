@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import MappingNode, ScalarNode, flow_text
 from cqos_core.importers.yaml_tree import read_json5
+from cqos_core.model.source import Source
 
 
 def tree(data):

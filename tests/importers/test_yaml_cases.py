@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Place
 
 CASES = Path(__file__).parent / "cases" / "yaml"

@@ -94,7 +94,7 @@ def test_recognising_loads_no_parser():
 def test_reading_loads_yaml_only():
     statement = """
 from cqos_core.importers.yaml_system import read
-from cqos_core.importers.source import ReadContext, Source
+from cqos_core.model.source import ReadContext, Source
 read(Source("a", b"cqos: 1"), ReadContext())
 """
     assert loaded_by(statement) == ["yaml"]

@@ -7,9 +7,9 @@ import pytest
 
 from cqos_core.config import load_config
 from cqos_core.importers.forms import Form
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_form import DOCUMENT
 from cqos_core.importers.yaml_system import read
+from cqos_core.model.source import ReadContext, Source
 
 PAGE = (Path(__file__).parents[2] / "docs" / "yaml-form.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(yaml|toml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)

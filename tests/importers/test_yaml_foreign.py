@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Overlay, Place
 from tests.worlds import participant, profile, settings, world, writer
 

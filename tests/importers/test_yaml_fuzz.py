@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_form import DOCUMENT, ENDPOINT, PARTICIPANT
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import System
 
 CASES = Path(__file__).parent / "cases" / "yaml"

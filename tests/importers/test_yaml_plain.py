@@ -12,10 +12,10 @@ import yaml
 import cqos_core as cqos
 from cqos_core.importers import yaml_plain
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_plain import plain_tree
 from cqos_core.importers.yaml_tree import Tree, _Composer, _RefusedError
+from cqos_core.model.source import Source
 from tests.benchmarks import inputs
 from tests.effort import EXPLORE
 

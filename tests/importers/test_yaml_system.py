@@ -5,9 +5,9 @@ from textwrap import dedent
 import pytest
 
 from cqos_core.importers.instances import MOST_INSTANCES
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Bound, Place, Setting
 
 

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import (
     MappingNode,
     ScalarNode,
@@ -19,6 +18,7 @@ from cqos_core.importers.tree import (
     whole_number,
 )
 from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.model.source import Source
 from tests.growth.linear import assert_linear
 
 

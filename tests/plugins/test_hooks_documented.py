@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from cqos_core.files.exporting import ExportContext, Writer
-from cqos_core.importers.source import Claim, ReadContext, Reader, Source
+from cqos_core.model.source import Claim, ReadContext, Reader, Source
 from cqos_core.model.style import Style
 from cqos_core.plugins import KINDS, LOAD_VARIABLE, Hooks
 

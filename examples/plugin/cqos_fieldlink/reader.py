@@ -20,7 +20,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant,
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
 
 _NEEDED: Final = ("device", "direction", "signal")
 _SETTINGS: Final = ("delivery", "cycle", "timeout")

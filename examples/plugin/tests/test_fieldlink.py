@@ -10,7 +10,7 @@ from cqos_fieldlink.reader import read
 
 import cqos_core as cqos
 from cqos_core.formatters.style import Style
-from cqos_core.importers.source import ReadContext, Source
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.problems import InputError
 from cqos_core.testing import Case, load_cases, run_case
 

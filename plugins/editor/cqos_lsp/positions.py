@@ -14,7 +14,7 @@ from cqos_core.model.excerpt import exact, span
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.importers.source import Replacement
+    from cqos_core.model.source import Replacement
     from cqos_core.model.system import Place
 
 _ASTRAL = 0xFFFF

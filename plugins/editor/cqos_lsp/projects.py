@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.config import NAME, SHARED_NAME, Config, find_config, load_config
 from cqos_core.files.opening import read_path
-from cqos_core.importers.source import Source
 from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import Source
 from cqos_core.packs.pack_file import read_pack
 from cqos_core.plugins import load_plugins
 

@@ -6,10 +6,10 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.files.loading import recognise
-from cqos_core.importers.source import Source
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity
+from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -20,8 +20,8 @@ from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, expand
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
 
 

@@ -36,8 +36,8 @@ from cqos_dds.kept_policies import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Settings, System
     from cqos_core.packs import Policy
 

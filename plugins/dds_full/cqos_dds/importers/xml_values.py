@@ -9,10 +9,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed, shown
-from cqos_core.importers.source import VARIABLES
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.xml_source import elements, local, text_of
 from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.source import VARIABLES
 from cqos_core.model.system import Place, Setting
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
 from cqos_core.packs.elements import ElementReading
@@ -24,9 +24,9 @@ from cqos_dds.requested_policies import DATA_REPRESENTATION
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Settings, System
     from cqos_core.packs import Policy
 

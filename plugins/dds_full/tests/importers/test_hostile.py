@@ -6,8 +6,8 @@ import tracemalloc
 import pytest
 
 import cqos_core as cqos
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_dds.importers import dds_xml, fastdds_xml
 
 READERS = {"dds_xml": dds_xml.read, "fastdds_xml": fastdds_xml.read}

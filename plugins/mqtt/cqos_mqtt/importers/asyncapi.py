@@ -23,8 +23,8 @@ from cqos_mqtt.importers.editing import BINDINGS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Settings
 
 _PROTOCOLS: Final = frozenset(("mqtt", "mqtts", "secure-mqtt", "mqtt5", "mqtts5"))

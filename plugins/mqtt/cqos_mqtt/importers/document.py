@@ -19,8 +19,8 @@ from cqos_mqtt.names import PATTERN
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.source import Opener, ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import Opener, ReadContext, Source
     from cqos_core.model.system import Role, Room, Settings
 
 REF: Final = "$ref"

@@ -15,7 +15,7 @@ from cqos_mqtt.sessions import EVERY_USER, NO_USER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.source import Source
+    from cqos_core.model.source import Source
 
 PLUGIN: Final = "dynamic_security"
 """Part of the name of the plugin, wherever it is installed."""

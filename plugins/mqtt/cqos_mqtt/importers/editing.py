@@ -12,7 +12,7 @@ from cqos_core.packs import INFINITE, Duration
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.importers.source import Replacement
+    from cqos_core.model.source import Replacement
     from cqos_core.model.system import Place
 
 BINDINGS: Final = {

@@ -27,7 +27,7 @@ from cqos_mqtt.sessions import EVERY_USER, NO_USER
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Settings
 
 SWITCH: Final = "broker"

@@ -21,7 +21,7 @@ from cqos_mqtt.snapshot.seen import SeenClient, fill
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
 
 SWITCH: Final = "broker"
 _STAMP: Final = re.compile(r"(?:.*?\bmosquitto\[\d+\]: )?(?:\d[\d\-/.:TZ+ ]*: )?")

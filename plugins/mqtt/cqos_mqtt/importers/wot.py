@@ -19,8 +19,8 @@ from cqos_mqtt.importers.editing import TERMS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Settings
 
 _AFFORDANCES: Final = ("properties", "actions", "events")

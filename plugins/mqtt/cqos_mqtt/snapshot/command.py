@@ -18,9 +18,9 @@ from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snap
 from cqos_core.cli.streams import emit, say
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.formatters.changes import watched
-from cqos_core.importers.source import ReadContext
 from cqos_core.matching.pipeline import context
 from cqos_core.model.remarks import plural
+from cqos_core.model.source import ReadContext
 from cqos_core.model.system import Broker, ImportNote, Place, ProfileRef, Setting, System
 from cqos_mqtt.importers import mosquitto_log
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of

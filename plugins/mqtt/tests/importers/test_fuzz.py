@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
 from cqos_mqtt.pack import PACK

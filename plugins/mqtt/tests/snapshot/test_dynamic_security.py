@@ -12,7 +12,7 @@ import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
 import cqos_core as cqos
-from cqos_core.importers.source import Source
+from cqos_core.model.source import Source
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
 from cqos_mqtt.prove.mosquitto import Mosquitto, program
 from tests.command import run

@@ -21,8 +21,8 @@ from cqos_ros2.policies import FROM_PUBLISHERS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Endpoint, Role, Settings
 
 NAME: Final = "domain_bridge"

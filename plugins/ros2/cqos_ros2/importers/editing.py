@@ -9,7 +9,7 @@ from cqos_core.files.editing import insert_beside, state
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.importers.source import Replacement
+    from cqos_core.model.source import Replacement
     from cqos_core.model.system import Place
 
 RVIZ: Final = {

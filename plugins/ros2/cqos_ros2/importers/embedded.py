@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import ScalarNode, walk
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 
 if TYPE_CHECKING:
     from cqos_core.importers.tree import Node

@@ -11,16 +11,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.reading import listed, shown
-from cqos_core.importers.source import ReadContext
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
+from cqos_core.model.source import ReadContext
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.elements import ElementReading
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.importers.source import Source
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.source import Source
     from cqos_core.model.system import Place, Role, Settings
 
 _ROLES: Final[dict[str, Role]] = {

@@ -18,8 +18,8 @@ from cqos_ros2.importers.editing import RVIZ
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Settings
 
 NODE: Final = "rviz2"

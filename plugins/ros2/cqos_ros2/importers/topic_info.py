@@ -22,7 +22,7 @@ from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Settings
 
 _LINE: Final = re.compile(r"[ \t]*(?P<key>[A-Z][A-Za-z0-9 ()]{0,40}?)[ \t]*:[ \t]*(?P<value>[^\r\n]*)")

@@ -25,8 +25,8 @@ from cqos_ros2.policies import FROM_FIRST
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
+    from cqos_core.model.source import Source
     from cqos_core.model.system import Role, Settings
 
 NAME: Final = "zenoh_bridge"

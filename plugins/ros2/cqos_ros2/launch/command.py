@@ -10,7 +10,7 @@ import click
 from cqos_core.cli.parameters import AssignmentType, debug_option, form_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit
-from cqos_core.importers.source import VARIABLES
+from cqos_core.model.source import VARIABLES
 
 if TYPE_CHECKING:
     from cqos_core.cli.parameters import Assignment

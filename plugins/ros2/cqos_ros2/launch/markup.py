@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.source import Source
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.model.system import Place
 from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.entities import Action

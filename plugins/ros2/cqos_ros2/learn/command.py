@@ -143,7 +143,7 @@ def _there(name: str, workspace: Workspace, output: str | None) -> tuple[str, di
         return path, None
     from pathlib import Path
 
-    from cqos_core.importers.source import Source
+    from cqos_core.model.source import Source
     from cqos_ros2.nodes.reading import read_node_file
 
     data = workspace.read(path, None) if output is None else Path(path).read_bytes()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import yaml
 
-from cqos_core.importers.source import Source
+from cqos_core.model.source import Source
 from cqos_ros2.learn.exploring import explore
 from cqos_ros2.learn.facts import DIRECTIONS, facts
 from cqos_ros2.learn.keeping import keep, kept, key_of

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.source import Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.reading import ENDING, NodeFile, read_node_file

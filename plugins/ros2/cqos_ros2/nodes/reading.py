@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.importers.forms import Entry, Member
-    from cqos_core.importers.source import Source
+    from cqos_core.model.source import Source
     from cqos_core.model.system import Place
 
 T = TypeVar("T")

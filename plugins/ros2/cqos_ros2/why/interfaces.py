@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.opening import read_path
-from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import local, parse_xml, text_of
+from cqos_core.model.source import Source
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

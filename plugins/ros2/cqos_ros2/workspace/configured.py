@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_ros2.importers import gz_bridge, nodl, rviz
 from cqos_ros2.launch.values import Unknown, first_unknown

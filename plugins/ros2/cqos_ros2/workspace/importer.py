@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import did_you_mean, listed
-from cqos_core.importers.source import OPTIONS, VARIABLES
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import OPTIONS, VARIABLES
 from cqos_core.model.system import Place
 from cqos_core.packs import normalise
 from cqos_ros2.launch.entry_point import argument, entry_point
@@ -19,7 +19,7 @@ from cqos_ros2.workspace.spelling import spell
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
     from cqos_ros2.launch.started import Launched
     from cqos_ros2.launch.workspace import Workspace

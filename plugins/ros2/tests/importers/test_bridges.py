@@ -5,7 +5,7 @@ import pytest
 from cqos_core import check, explain
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.importers.source import Source
+from cqos_core.model.source import Source
 
 GZ = """\
 - ros_topic_name: /scan

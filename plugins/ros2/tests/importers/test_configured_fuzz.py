@@ -7,10 +7,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.matching.pipeline import MOST_ENDPOINTS
 from cqos_core.matching.routes import expanded
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.pack import PACK

@@ -5,7 +5,7 @@ import pytest
 from cqos_core import check
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.importers.source import Source
+from cqos_core.model.source import Source
 from cqos_ros2.importers.detect_config import claims_qos_overrides
 from cqos_ros2.names import address, covers
 from cqos_ros2.pack import PACK

@@ -12,8 +12,8 @@ from cqos_core.cli.app import cli
 from cqos_core.files.loading import read_source, recognise
 from cqos_core.files.opening import find_files
 from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.files.loading import read_source, recognise
-from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver

@@ -7,8 +7,8 @@ import pytest
 from cqos_core import check, explain
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.importers.source import Source
 from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.source import Source
 from cqos_ros2.importers.zenoh_bridge import whole_names
 
 CASES = Path(__file__).parent / "cases"

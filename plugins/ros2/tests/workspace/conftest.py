@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from cqos_core.checking.checker import check_system
-from cqos_core.importers.source import OPTIONS, ReadContext, Source
 from cqos_core.matching.pipeline import context
+from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_ros2.workspace.importer import read
 
 if TYPE_CHECKING:

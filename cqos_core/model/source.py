@@ -1,4 +1,4 @@
-"""What an importer is given: the bytes of one file and what it may ask its caller for."""
+"""What importers are given: the bytes of one file, and what they may ask of their caller; and what they are as functions."""
 
 from __future__ import annotations
 
