@@ -11,7 +11,7 @@ from cqos_core import read
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import judge, plain_pairs, verdicts
+from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
@@ -33,6 +33,7 @@ def forget():
         bases._PLAIN_NAMES,
         memory_module._NUMBERED,
         plain_pairs._KNOWN,
+        derived_guarantees._GIVEN,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
