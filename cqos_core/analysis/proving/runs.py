@@ -15,13 +15,13 @@ from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
-from cqos_core.matching.wire import on_wire, plain_texts
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import LINK, OUTAGE, SURVIVES
 from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
+from cqos_core.resolving.carried import on_wire, plain_texts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import narwhals as nw
 
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
-from cqos_core.matching.wire import plain_texts
+from cqos_core.resolving.carried import plain_texts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -5,10 +5,10 @@ import pytest
 from cqos_core import check
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.matching.wire import plain_texts
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Setting
+from cqos_core.resolving.carried import plain_texts
 from cqos_core.resolving.resolve import resolve
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.importers.fastdds_xml import read
