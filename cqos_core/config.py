@@ -70,6 +70,7 @@ CONFIG: Final = Form(
     "configuration",
     "the configuration",
     (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, EXCLUDE, SHOW, FAIL_ON, FORMAT, BASELINE, SERVE),
+    never=dict.fromkeys(("check", "cqos", "tool"), "write its keys at the top of the file, without this table"),
 )
 
 

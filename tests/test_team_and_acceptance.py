@@ -351,7 +351,7 @@ def test_entries_that_overlap_are_all_of_use():
 def test_a_mistake_in_an_entry_is_reported_at_its_place():
     report = accepting(Acceptance("POST999", "x", place=place(3)), Acceptance("POST102", "y", place=place(4)))
     unknown, unused = only(report, "CQ603"), only(report, "CQ601")
-    assert unknown.message == "`accept` names rule `POST999`, which no installed pack has"
+    assert unknown.message == "an exception names rule `POST999`, which no installed pack has"
     assert unused.message == "the acceptance of POST102 (y) matches no finding"
     assert (unknown.place, unused.place) == (place(3), place(4))
 

@@ -80,7 +80,7 @@ class Accepting:
                 continue
             done.add(entry)
             if self._find_rule(each.rule) is None:
-                message = f"`accept` names rule `{each.rule}`, which no installed pack has"
+                message = f"an exception names rule `{each.rule}`, which no installed pack has"
                 found.append(core_finding("CQ603", message, place=each.place))
             elif index not in self._valid:
                 message = f"the acceptance of {each.rule} ({each.because}) expired on {each.until}"

@@ -15,6 +15,7 @@ from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
 from cqos_core.importers.yaml_plain import TextMap
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
@@ -186,6 +187,7 @@ class Form(Shape[Entry]):
         never: names that are no settings, because they are keys of a form nearby, with where they belong.
         one_of: at least one of these keys is required.
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
+        bare: how a bare text, ``{}``, is written as such a map.
     """
 
     def __init__(
@@ -199,9 +201,11 @@ class Form(Shape[Entry]):
         never: Mapping[str, str] = MappingProxyType({}),
         one_of: tuple[str, ...] = (),
         hints: tuple[str, ...] = (),
+        bare: str = "",
     ) -> None:
         super().__init__(expected)
         self.name = name
+        self.bare = bare
         self.keys = {key.name: key for key in keys}
         self.short = short
         self.others = others
@@ -222,7 +226,8 @@ class Form(Shape[Entry]):
         if isinstance(node, ScalarNode) and self.short is not None and node.text:
             key = ScalarNode(self.short, node.line, node.column, plain=True)
             return self._map(MappingNode(node.line, node.column, {self.short: (key, node)}), reading)
-        self.refuse(node, reading, name, _missing_blank(node))
+        begun = f"write `{self.bare.format(node.text)}`" if self.bare and isinstance(node, ScalarNode) else None
+        self.refuse(node, reading, name, _missing_blank(node) or begun)
         return None
 
     def refuse(self, node: Node, reading: Reading, name: str, advice: str | None = None) -> None:
@@ -259,7 +264,12 @@ class Form(Shape[Entry]):
         """Say what is missing."""
         stated = {name for name, (_, value) in node.entries.items() if not is_null(value)}
         missing = [name for name in self.required if name not in stated]
+        reported = [
+            name for name in node.entries if name not in self.keys and (self.others is None or name in self.never)
+        ]
         for name in missing:
+            if any(slip in self.never or nearest(slip, (name,)) for slip in reported):
+                continue  # the finding about that key says what to write
             help_text = self.keys[name].help.rstrip(".")
             advice = f"add `{name}: …`: {help_text[0].lower()}{help_text[1:]}"
             reading.problem("CQ010", f"{self.expected} needs `{name}`", node, advice)
@@ -271,9 +281,11 @@ class Form(Shape[Entry]):
 
     def _unknown(self, key: ScalarNode, reading: Reading) -> None:
         known = tuple(self.keys)
-        message = f"{self.expected} has no key {shown(key.text)}{did_you_mean(key.text, known)}"
+        advice = self.never.get(key.text)
+        guess = "" if advice else did_you_mean(key.text, known)
+        message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
-        elsewhere = f"{advice}; " if (advice := self.never.get(key.text)) else ""
+        elsewhere = f"{advice}; " if advice else ""
         reading.problem("CQ006", message, key, f"{elsewhere}allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

@@ -116,7 +116,12 @@ RULE: Final = Key("rule", TEXT, "Code or name of the rule that is accepted to sp
 ACCEPT_TOPIC: Final = Key("topic", TEXT, "Topic of the findings that are accepted.")
 ACCEPT_ENDPOINT: Final = Key("endpoint", TEXT, "Id of an endpoint of the findings that are accepted.")
 UNTIL: Final = Key("until", DATE, "Day after which it no longer holds.")
-ACCEPTANCE: Final = Form("acceptance", "an accepted finding", (RULE, ACCEPT_TOPIC, ACCEPT_ENDPOINT, UNTIL, BECAUSE))
+ACCEPTANCE: Final = Form(
+    "acceptance",
+    "an accepted finding",
+    (RULE, ACCEPT_TOPIC, ACCEPT_ENDPOINT, UNTIL, BECAUSE),
+    bare="{{rule: {}, because: …}}",
+)
 
 
 def team_rule(entry: Entry) -> TeamRule:

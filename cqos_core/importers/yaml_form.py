@@ -50,7 +50,7 @@ ID: Final = Key("id", TEXT, "Id of the endpoint, unique in the system; without i
 TYPE: Final = Key("type", TEXT, "Name of the data type.")
 NEEDS: Final = Key(
     "needs",
-    SettingsMap("a map of needs"),
+    SettingsMap("a map of needs", advice="write each with a value: `needs: {{{found}: true}}`"),
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
@@ -201,7 +201,8 @@ CARRIES: Final[Key[list[str]]] = Key(
     ListOf(one_of("liveliness"), "a list of what it carries"),
     "What it carries on beside samples: `liveliness`, where it stops publishing when the source is gone.",
 )
-BRIDGE: Final = Form("bridge", "a bridge", (ROUTES, CARRIES))
+_IN_ROUTES: Final = "write it in `routes`: `routes: [{from: {…}, to: {…}}]`"
+BRIDGE: Final = Form("bridge", "a bridge", (ROUTES, CARRIES), never=dict.fromkeys((FROM.name, TO.name), _IN_ROUTES))
 
 # The document
 

@@ -127,9 +127,10 @@ class Choice(Domain):
         word = self.word(text)
         rank = self._ranks.get(word)
         if rank is None:
-            from cqos_core.model.spelling import nearest
+            from cqos_core.model.spelling import nearest, same_start
 
-            raise self.refused(f"`{text}` is not one of its values", nearest(word, self.names) or "")
+            near = nearest(word, self.names) or same_start(word, self.names) or ""
+            raise self.refused(f"`{text}` is not one of its values", near)
         return rank
 
     def format(self, value: Plain) -> str:

@@ -21,6 +21,7 @@ from cqos_core.language.policy import ByOption, PerRole, Policy
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
 from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Place
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
@@ -333,10 +334,16 @@ def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[P
     """Yield what pydantic found in the words of all other files; of a value with several forms one problem."""
     choices: dict[tuple[int | str, ...], list[str]] = {}
     chosen = set()
+    unknown: dict[tuple[int | str, ...], list[str]] = {}
+    for error in errors:
+        if error["type"] == "extra_forbidden":
+            unknown.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
     for error in errors:
         location = error["loc"]
         depth = _depth(location, root)
         rest = location[depth:]
+        if error["type"] == "missing" and nearest(str(location[-1]), unknown.get(location[:-1], ())):
+            continue  # that key is misspelt, which is reported
         if not rest or (len(rest) == 1 and error["type"] == "missing"):
             yield _located(error, location, root, reading)
         elif rest[0] in _FORMS and _begins(rest[0], _at(location[:depth], root)):
@@ -389,7 +396,8 @@ def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: R
         message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
         return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
     if error["type"] == "missing":
-        return Problem("CQ010", f"{_called(location[:-1])} lacks the key `{location[-1]}`", reading.place(node))
+        message = f"{_called(location[:-1])} lacks the key `{location[-1]}`"
+        return Problem("CQ010", message, reading.place(node), f"add `{location[-1]}: …`")
     expected = _EXPECTED.get(error["type"])
     if error["type"] == "literal_error":
         expected = error["ctx"]["expected"].replace("'", "`")
@@ -397,7 +405,9 @@ def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: R
         said = error.get("ctx", {}).get("error", error["msg"])
         return Problem("CQ011", f"{_called(location)}: {said}", reading.place(node))
     code = "CQ011" if error["type"] == "literal_error" else "CQ009"
-    return Problem(code, f"{_called(location)} must be {expected}, found {described(node)}", reading.place(node))
+    message = f"{_called(location)} must be {expected}, found {described(node)}"
+    advice = "begin each with a dash: `- …`" if error["type"] == "list_type" else None
+    return Problem(code, message, reading.place(node), advice)
 
 
 def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:

@@ -117,6 +117,8 @@ def misquoted(pack: RulePack, policy: Policy, text: str) -> str:
     """Say what may be wrong with a text as a whole that is no value of a policy: its quotes, or that it is a map."""
     if text[:1] in _TYPOGRAPHIC:
         return "typographic quotes are part of a value"
+    if text[:1] in _DASHES:
+        return f"`{text[:1]}` is no minus sign"
     inside = [f"`{key}`" for key in _keys(text) if pack.find(policy.level, key) is not None]
     return (
         f"{' and '.join(inside)} in it {'is a setting' if len(inside) == 1 else 'are settings'} beside it"
@@ -125,6 +127,7 @@ def misquoted(pack: RulePack, policy: Policy, text: str) -> str:
     )
 
 
+_DASHES: Final = tuple("\u2010\u2011\u2012\u2013\u2014\u2212")
 _TYPOGRAPHIC: Final = tuple("\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb")
 
 

@@ -477,9 +477,12 @@ class Resolver:
     ) -> None:
         stated = explicit.settings.get(index)
         if stated is not None and not stated.setting.unknown:
+            from cqos_core.model.excerpt import key_of
+
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
-            self.reader.say("CQ210", message, stated.setting.place, endpoint.role, [identifier])
+            place = key_of(stated.setting.place, stated.name)
+            self.reader.say("CQ210", message, place, endpoint.role, [identifier])
 
 
 def resolve(

@@ -33,6 +33,31 @@ def test_a_mistake_is_named_with_its_place_and_what_to_do(file):
     assert file.stem in RIGHT or "help: " in text or "must be " in text
 
 
+OTHERS = {
+    "broker.conf": ("max_queued_messages = 100\n", ["check"], "help: write `max_queued_messages 100`"),
+    "pack.yaml": ("cqos-pack: 1\nid: mine\ntitle: Mine\nrules: {M101: {}}\n", ["test-pack"], "- …`"),
+    "role.yaml": (
+        "cqos: 1\nprotocol: mqtt\nparticipants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {retain: true}}}}\n",
+        ["check"],
+        "|                                                              ^^^^^^\n",
+    ),
+    "starts.yaml": (
+        "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: {liveliness: automatically}}}}\n",
+        ["check"],
+        "did you mean `automatic`?",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_mistakes_in_other_files_say_what_to_write(name, tmp_path):
+    text, command, expected = OTHERS[name]
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    done = run([*command, name], tmp_path, {**os.environ, "COLUMNS": "100"}, together=True)
+    assert expected in done.out, done.out
+    assert "lacks the key `cqos_pack`" not in done.out
+
+
 def test_there_are_at_least_seventy():
     assert len(FILES) >= 70
 

@@ -134,7 +134,8 @@ class _Reader(FileReading):
     def refused(self, line: Line, error: ValueError) -> None:
         """Say why Mosquitto does not start."""
         message = f"Mosquitto refuses `{f'{line.name} {line.value}'.strip()}`: {error.args[0]}"
-        self.problem("MQTT940", message, line.place)
+        advice = f"write `{line.name} {line.value[1:].lstrip()}`" if line.value.startswith("=") else None
+        self.problem("MQTT940", message, line.place, advice)
 
     def line(self, line: Line) -> None:
         """Read one line.
