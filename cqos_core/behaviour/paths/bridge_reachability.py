@@ -6,10 +6,11 @@ from functools import reduce
 from operator import and_, or_
 from typing import TYPE_CHECKING
 
+from cqos_core.behaviour.components import components
 from cqos_core.language.relation import positions
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
     from cqos_core.matching.pairing import MatchedTopic
@@ -30,7 +31,7 @@ def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     ends = sum(1 << index for index in behind)
     after = [{publisher for index in positions(mask & ends) for publisher in behind[index]} for mask in met]
     reached = [*met]
-    for component in _components(range(len(met)), after):
+    for component in components(range(len(met)), after.__getitem__):
         whole = 0
         for index in component:
             whole = reduce(or_, (reached[each] for each in after[index]), whole | reached[index])
@@ -58,7 +59,7 @@ def _reached_by_all_origins(
         for publisher in publishers & relays:
             before[publisher].append(index)
     found: dict[int, int] = {}
-    for component in _components(relays, {index: [e for e in before[index] if e in relays] for index in relays}):
+    for component in components(relays, lambda index: [each for each in before[index] if each in relays]):
         origins = [
             reached[each] if each not in relays else found[each]
             for index in component
@@ -84,37 +85,3 @@ def _behind(topic: MatchedTopic) -> dict[int, set[int]]:
             if endpoint.bridge in ends:
                 found.setdefault(index, set()).add(ends[endpoint.bridge])
     return found
-
-
-def _components(
-    nodes: Iterable[int], after: Mapping[int, Iterable[int]] | Sequence[Iterable[int]]
-) -> Iterator[list[int]]:
-    """Yield the strongly connected components of a graph, each behind those that it leads to (Tarjan)."""
-    number: dict[int, int] = {}
-    lowest: dict[int, int] = {}
-    stack: list[int] = []
-    waiting: set[int] = set()
-    for first in nodes:
-        way = [] if first in number else [(first, iter(after[first]))]
-        while way:
-            node, rest = way[-1]
-            if node not in number:
-                number[node] = lowest[node] = len(number)
-                stack.append(node)
-                waiting.add(node)
-            for each in rest:
-                if each not in number:
-                    way.append((each, iter(after[each])))
-                    break
-                if each in waiting:
-                    lowest[node] = min(lowest[node], number[each])
-            else:
-                way.pop()
-                if way:
-                    lowest[way[-1][0]] = min(lowest[way[-1][0]], lowest[node])
-                if lowest[node] == number[node]:
-                    component = [stack.pop()]
-                    while component[-1] != node:
-                        component.append(stack.pop())
-                    waiting.difference_update(component)
-                    yield component
