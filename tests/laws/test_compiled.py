@@ -133,11 +133,14 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
     assert decided > 1000
 
 
-@pytest.fixture(params=(0, 10**9), ids=("for what they have in common", "for all"))
+@pytest.fixture(
+    params=((0, 0), (10**9, 0), (10**9, 10**9)), ids=("for what they have in common", "for all", "not at all")
+)
 def always(request, monkeypatch):
-    """Compile rules for what two profiles have in common, when they are first asked; and never."""
+    """Compile rules for what two profiles have in common, when they are first asked; for all; and never."""
     forget = (pair_rules, meeting_rules, undecided_meetings, signal_rules, of_one, judge_pair, apart, judge_endpoint)
-    monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param)
+    monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param[0])
+    monkeypatch.setattr(rule_set, "_WORTH_COMPILING", request.param[1])
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
     for each in forget:
         each.cache_clear()
