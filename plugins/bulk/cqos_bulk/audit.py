@@ -60,10 +60,10 @@ class Audited(NamedTuple):
 
 
 class _Topics(NamedTuple):
-    """The topics of one protocol with their routes, and the endpoints as groups of one topic and profile."""
+    """The topics of one protocol with their routes; ``ends`` gives groups of endpoints of one topic and profile, of some topics or profiles."""
 
     topics: Frame
-    ends: Frame
+    ends: Callable[[Frame | None, Frame | None], Frame]
     table: Frame
     judge: Judge
 
@@ -175,35 +175,40 @@ def _candidates(
     """Return all topics with their routes."""
     judge = judge_of(profiles)
     table = store.put("values", judge.table)
-    # Most rows differ from others of their topic in nothing, so what follows reads a third of them.
-    varying = ["topic", "p"] if one_system else ["system", "topic", "p"]
-    grouped = (
-        source.join(plain, on=[*keys], how="inner").group_by(*varying).agg(nw.len().cast(nw.Int64).alias("number"))
-    )
-    grouped = store.keep("ends", grouped)
-    if one_system:
-        grouped = grouped.with_columns(nw.lit("").alias("system"))
-    routed = routed_topics(_counted(grouped, table), judge, one_system=one_system)
+    name = ["topic"] if one_system else _NAME
+
+    def ends(topics: Frame | None = None, only: Frame | None = None) -> Frame:
+        rows = source if topics is None else source.join(topics.select(*name), on=name, how="semi")
+        some = plain if only is None else plain.join(only, on="p", how="semi")
+        found = rows.join(some, on=[*keys]).group_by(*name, "p").agg(nw.len().cast(nw.Int64).alias("number"))
+        return found.with_columns(nw.lit("").alias("system")) if one_system else found
+
+    # One grouping of the rows themselves: a table of groups in between would cost more than it saves.
+    valued = source.join(store.keep("valued", plain.join(table, on="p")), on=[*keys])
+    routed = routed_topics(valued, judge, one_system=one_system)
     is_special = _is_special(profiles)
     if is_special is not None:
         routed = routed.with_columns(nw.when(is_special).then(SPECIAL).otherwise(nw.col("route")).alias("route"))
     topics = store.keep("topics", routed)
     special = topics.filter(nw.col("route") == SPECIAL).group_by("topic").agg(nw.len().alias("number"))
     if is_special is None or not rows_of(special.head(1)):
-        return _Topics(_split(topics, judge, profiles, store), _counted(grouped, table), table, judge)
+        return _Topics(_split(topics, judge, profiles, store), lambda *some: _counted(ends(*some), table), table, judge)
     named = _named(source.join(special, on="topic", how="semi"), keys, profiles, store)
     judge = judge_of(profiles)
     table = store.put("all_values", judge.table)
-    grouped = grouped.join(special, on="topic", how="anti")
-    known = named.group_by("system", "topic").agg(nw.len().alias("endpoints"))
-    few = nw.concat(
-        [each.select(*_GROUP) for each in (grouped.join(known, on=_NAME, how="semi"), named)], how="vertical"
-    )
-    again = routed_topics(_counted(store.keep("named", few), table), judge)
+    known = named.group_by(*_NAME).agg(nw.len().alias("endpoints"))
+    few = [ends(known).join(special, on="topic", how="anti"), named]
+    few_ends = store.keep("named", nw.concat([each.select(*_GROUP) for each in few], how="vertical"))
+    again = routed_topics(_counted(few_ends, table), judge, weighted=True)
     rest = topics.filter(nw.col("route") != SPECIAL).join(known, on=_NAME, how="anti")
+
+    def every(some: Frame | None = None, only: Frame | None = None) -> Frame:
+        others = ends(some, only).join(special, on="topic", how="anti").join(known, on=_NAME, how="anti")
+        here = few_ends if some is None else few_ends.join(some, on=_NAME, how="semi")
+        here = here if only is None else here.join(only, on="p", how="semi")
+        return _counted(nw.concat([others.select(*_GROUP), here], how="vertical"), table)
+
     topics = nw.concat([rest, again.select(*rest.collect_schema().names())], how="vertical")
-    grouped = nw.concat([grouped.join(known, on=_NAME, how="anti").select(*_GROUP), few], how="vertical")
-    every = _counted(store.keep("all_ends", grouped), table)
     return _Topics(_split(store.keep("all_topics", topics), judge, profiles, store), every, table, judge)
 
 
@@ -276,7 +281,7 @@ def _similar(topics: Frame, profiles: FleetProfiles, store: TableStore) -> Frame
 
 def _grouped(found: _Topics, wanted: Frame) -> Frame:
     """Return the endpoints of some topics, as groups of one profile."""
-    ends = found.ends.join(wanted, on=TOPIC)
+    ends = found.ends(wanted, None).join(wanted, on=TOPIC)
     return ends.group_by(*TOPIC, "route", "p").agg(*summed(*COUNTS))
 
 
@@ -308,7 +313,12 @@ def _of_ends(found: _Topics, profiles: FleetProfiles, store: TableStore, remarke
             "severity": ("text", [each.severity for _, each in rows]),
         },
     )
-    counted = found.ends.join(said, on="p").group_by("system", "topic", "p", "code", "severity").agg(*summed(*COUNTS))
+    counted = (
+        found.ends(None, said)
+        .join(said, on="p")
+        .group_by("system", "topic", "p", "code", "severity")
+        .agg(*summed(*COUNTS))
+    )
     return counted.with_columns(
         *literals({"verdict": "", "help": "", "pairs": 0}),
         *[

@@ -45,7 +45,7 @@ def summed(*names: str) -> list[nw.Expr]:
     return [nw.col(each).sum().cast(nw.Int64) for each in names]
 
 
-def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False) -> Frame:
+def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False, weighted: bool = False) -> Frame:
     """Return the topics, with what has to be asked about each: nothing, its pairs in columns, or all of it in Python.
 
     Column `example` is one of the profiles. An aggregate costs as much as a quarter of the bare grouping, so what is
@@ -55,6 +55,7 @@ def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False) -> Fra
         ends: the endpoints, or groups of them, with the columns of their profiles.
         judge: the rules.
         one_system: all of them are of one system.
+        weighted: they are groups, so that their numbers have to be added; to count rows takes half of that.
     """
     sides = [each for each in ("offering", "requesting") if _differs(judge, each)]
     asked = {column for rule in judge.rules for column in rule.quiet.columns()}
@@ -67,7 +68,7 @@ def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False) -> Fra
     if not _differs(judge, "part"):
         alike["part"] = judge.table["part"][1][0]
     found = ends.group_by(*[each for each in TOPIC if each not in alike]).agg(
-        *summed(*COUNTS),
+        *(summed(*COUNTS) if weighted else _numbers_of_rows()),
         nw.col("example").max(),
         *[nw.col(name).min().alias(f"{name}_least") for name in sides],
         *[nw.col(name).max().alias(f"{name}_most") for name in sides],
@@ -99,6 +100,12 @@ def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False) -> Fra
     part = nw.col("part").cast(nw.Int64)
     found = found.with_columns(route.alias("route"), example.alias("example"), part.alias("part"))
     return found.select(*TOPIC, *COUNTS, "example", "route")
+
+
+def _numbers_of_rows() -> list[nw.Expr]:
+    """Return how many rows have a value that only one end has."""
+    ends = zip(("offering", "requesting"), COUNTS, strict=True)
+    return [nw.col(each).count().cast(nw.Int64).alias(count) for each, count in ends]
 
 
 def _differs(judge: Judge, name: str) -> bool:
