@@ -140,7 +140,23 @@ def _numbered(keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -
         for each in keys:
             found[each].append(row[each])
         found["p"].append(number)
-    return store.put("profiles", {each: ("number" if each == "p" else "text", cells) for each, cells in found.items()})
+    return store.put(
+        "profiles", {each: ("text", found[each]) for each in _telling(found)} | {"p": ("number", found["p"])}
+    )
+
+
+_MOST_COMPARED: Final = 50_000
+
+
+def _telling(found: Mapping[str, Sequence[Any]]) -> list[str]:
+    """Return columns of texts that are enough to tell all rows apart, as few as one after the other can be left out."""
+    left = [each for each in found if each != "p"]
+    number = len(found["p"])
+    for each in [*left] if 0 < number <= _MOST_COMPARED else ():
+        fewer = [other for other in left if other != each]
+        if len(set(zip(*(found[other] for other in fewer), strict=True))) == number:
+            left = fewer
+    return left
 
 
 def _resolved(
@@ -176,15 +192,16 @@ def _candidates(
     judge = judge_of(profiles)
     table = store.put("values", judge.table)
     name = ["topic"] if one_system else _NAME
+    telling = [each for each in plain.collect_schema().names() if each != "p"]
 
     def ends(topics: Frame | None = None, only: Frame | None = None) -> Frame:
         rows = source if topics is None else source.join(topics.select(*name), on=name, how="semi")
         some = plain if only is None else plain.join(only, on="p", how="semi")
-        found = rows.join(some, on=[*keys]).group_by(*name, "p").agg(nw.len().cast(nw.Int64).alias("number"))
+        found = rows.join(some, on=telling).group_by(*name, "p").agg(nw.len().cast(nw.Int64).alias("number"))
         return found.with_columns(nw.lit("").alias("system")) if one_system else found
 
     # One grouping of the rows themselves: a table of groups in between would cost more than it saves.
-    valued = source.join(store.keep("valued", plain.join(table, on="p")), on=[*keys])
+    valued = source.join(store.keep("valued", plain.join(table, on="p")), on=telling)
     routed = routed_topics(valued, judge, one_system=one_system)
     is_special = _is_special(profiles)
     if is_special is not None:

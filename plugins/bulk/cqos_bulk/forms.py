@@ -139,6 +139,14 @@ def form_of(bound: BoundRule) -> RuleForm:
     return RuleForm(bound, joined("and", (fails, negated(passed))), joined("or", (holds, passed)))
 
 
+def answer_of(condition: Node, vocabulary: Vocabulary) -> Answer | None:
+    """Return where a condition surely holds and where it surely fails; None where it has no form."""
+    try:
+        return _Columns(vocabulary).condition(condition)
+    except NoFormError:
+        return None
+
+
 def forms_of(rules: Iterable[BoundRule]) -> tuple[list[RuleForm], list[tuple[BoundRule, str]]]:
     """Return the rules that have a form, and the others, each with the part that has none."""
     found, others = [], []

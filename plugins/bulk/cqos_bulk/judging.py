@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.folding import Constants, folded, in_all_worlds, worlds_of_ends
-from cqos_bulk.forms import FALSE, TRUE, Column, RuleForm, forms_of, spans
+from cqos_bulk.forms import FALSE, TRUE, Column, RuleForm, answer_of, forms_of, spans
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Anything, is_plain
 from cqos_core.matching.judge import ask, of_end, signal_rules
@@ -201,7 +201,11 @@ def _left_open(each: KnownProfile) -> bool:
 def _of_signals(profiles: FleetProfiles) -> tuple[list[int], set[int]]:
     """Return a number for what rules over topics read of each profile, and those that they report by themselves."""
     rules = signal_rules(profiles.pack)
-    counted = [at for at, bound in enumerate(rules.rules) if bound.severity in profiles.severities]
+    counted = [
+        at
+        for at, bound in enumerate(rules.rules)
+        if bound.severity in profiles.severities and not _is_silent(bound, profiles.known)
+    ]
     read = dict.fromkeys(
         at for pos in counted for at in (*rules.rules[pos].bound.own, *rules.rules[pos].bound.aggregated)
     )
@@ -215,6 +219,22 @@ def _of_signals(profiles: FleetProfiles) -> tuple[list[int], set[int]]:
         if rules.that_report(profile, profile) & mask:
             loud.add(at)
     return found, loud
+
+
+def _is_silent(bound: BoundRule, known: Sequence[KnownProfile]) -> bool:
+    """Whether a part of what a rule forbids holds for no profile, as it reads values that all profiles have alike."""
+    waiting, vocabulary = [bound.bound.condition] if bound.rule.kind == "forbids" else [], bound.bound.vocabulary
+    while waiting:
+        part = waiting.pop()
+        if part.name == "&":
+            waiting += part.args  # type: ignore[arg-type] # the parts of a condition are conditions
+        elif (answer := answer_of(part, vocabulary)) is not None:
+            read = {*answer.fails.columns()}
+            alike = _constants(vocabulary, known, [one._replace(second=end) for one in read for end in _SIDES])
+            ends = [alike.get(one._replace(second=end)) for one in read for end in _SIDES]
+            if None not in ends and folded(answer.fails, alike) == TRUE and ends[::2] == ends[1::2]:
+                return True
+    return False
 
 
 def _parts(profiles: FleetProfiles) -> list[int]:

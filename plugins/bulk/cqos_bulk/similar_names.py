@@ -37,30 +37,21 @@ def _digits(names: Sequence[str]) -> list[str]:
     return found if len(found) == len(names) else [name.translate(_ONLY_DIGITS).replace("\n", "") for name in names]
 
 
-def _numbers(batch: Sequence[Sequence[str]], meeting: Meeting) -> Iterator[tuple[str, str, int, list[int]]]:
-    """Yield system, name, and the numbers of each topic of a batch: by digits and length, and by each fold."""
+def _numbers(batch: Sequence[Sequence[str]], meeting: Meeting) -> list[list[int]]:
+    """Return numbers of the topics of a batch: a list by digits and length, and one for each fold."""
     systems, names = batch
-    folds = [(at, fold) for at, (_, fold) in enumerate(meeting.folds)]
-    for system, name, digits in zip(systems, names, _digits(names), strict=True):
-        folded = [hash((system, at, fold(name))) for at, fold in folds]
-        yield system, name, hash((system, digits)) + len(name), folded
+    known = zip(systems, _digits(names), names, strict=True)
+    found = [[hash((system, digits)) + len(name) for system, digits, name in known]]
+    for at, (_, fold) in enumerate(meeting.folds):
+        found.append([hash((system, at, fold(name))) for system, name in zip(systems, names, strict=True)])
+    return found
 
 
-class _Seen:
-    """By a number of what similar names have in common, what is on topics with it."""
-
-    def __init__(self) -> None:
-        self.sides: dict[int, int] = {}
-
-    def add(self, number: int, folded: list[int], sides: int) -> None:
-        """Note a topic."""
-        for each in (number, *folded):
-            self.sides[each] = self.sides.get(each, 0) | sides
-
-    def meets(self, number: int, folded: list[int], sides: int) -> bool:
-        """Whether a topic with one of ``sides`` may have a similar name."""
-        seen = self.sides
-        return any(seen.get(each, 0) & sides for each in (number, number - 1, number + 1, *folded))
+def _meeting(numbers: Sequence[Sequence[int]], seen: set[int]) -> list[int]:
+    """Return the positions of topics that have a number in common with those seen; lengths may differ by one."""
+    by_length, *folded = numbers
+    found = {at for at, each in enumerate(by_length) if each in seen or each - 1 in seen or each + 1 in seen}
+    return sorted(found.union(*({at for at, each in enumerate(some) if each in seen} for some in folded)))
 
 
 def similar_topics(names: Mapping[int, Batches], meeting: Meeting) -> Iterator[tuple[str, str, int]]:
@@ -73,20 +64,19 @@ def similar_topics(names: Mapping[int, Batches], meeting: Meeting) -> Iterator[t
     Yields:
         System, name, and what is on the topic; see `OFFERED`.
     """
-    seen = _Seen()
-
-    def topics(sides: int) -> Iterator[tuple[str, str, int, list[int]]]:
+    seen: dict[int, set[int]] = {sides: set() for sides in (OFFERED, REQUESTED, BUSY)}
+    for sides in (OFFERED, REQUESTED):
         for batch in names[sides]():
-            yield from _numbers(batch, meeting)
-
-    for sides in (OFFERED, REQUESTED):
-        for _, _, number, folded in topics(sides):
-            seen.add(number, folded, sides)
-    for system, name, number, folded in topics(BUSY) if seen.sides else ():
-        if seen.meets(number, folded, OFFERED | REQUESTED):
-            seen.add(number, folded, BUSY)
-            yield system, name, BUSY
-    for sides in (OFFERED, REQUESTED):
-        for system, name, number, folded in topics(sides):
-            if seen.meets(number, folded, OFFERED + REQUESTED + BUSY - sides):
-                yield system, name, sides
+            seen[sides].update(*_numbers(batch, meeting))
+    alone = seen[OFFERED] | seen[REQUESTED]
+    for batch in names[BUSY]() if alone else ():
+        numbers = _numbers(batch, meeting)
+        for at in _meeting(numbers, alone):
+            seen[BUSY].update(each[at] for each in numbers)
+            yield batch[0][at], batch[1][at], BUSY
+    del alone
+    for sides, other in ((OFFERED, REQUESTED), (REQUESTED, OFFERED)):
+        others = seen[other] | seen[BUSY]
+        for batch in names[sides]():
+            for at in _meeting(_numbers(batch, meeting), others):
+                yield batch[0][at], batch[1][at], sides
