@@ -10,6 +10,7 @@ import type Canvas from 'diagram-js/lib/core/Canvas';
 import { keepOrder } from './keep_order';
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
 import { easeNaming } from './naming';
+import { readQualifiedNames } from './qualified';
 
 /** Descriptors of what C-QoS writes into a diagram, by prefix. */
 export type ModdleExtensions = Readonly<Record<string, object>>;
@@ -33,6 +34,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
       defaultLabelColor: 'var(--shape-label)',
     },
   });
+  readQualifiedNames(modeler.get('moddle'));
   easeNaming(modeler);
   keepFitted(modeler, container);
   return modeler;

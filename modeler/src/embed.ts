@@ -10,6 +10,7 @@ import { decode } from './files/encoding';
 import { listeners } from './listeners';
 import type { Page } from './page';
 import { startQos } from './qos';
+import { readQualifiedNames } from './qualified';
 import type { Catalogue } from './service/catalogue';
 import type { Services } from './service/transport';
 import type { Companion, Notice, StatusKind, Tab, Workspace } from './workspace';
@@ -62,6 +63,7 @@ export interface Embedded {
  * The modeler is made with `moddleExtensions(catalogue)`. Import the first diagram after this call.
  */
 export function embed(modeler: Modeler, places: Places, services: Services, catalogue: Catalogue, voice: Voice = {}): Embedded {
+  readQualifiedNames(modeler.get('moddle'));
   const companions = new Map<string, Companion>();
   const changed = listeners<[cause: 'import' | 'edit']>();
   const besideChanged = listeners<[]>();

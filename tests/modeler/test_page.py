@@ -212,6 +212,49 @@ def test_another_namespace_of_the_prefix_is_reported_and_corrected_by_a_save(ope
     assert shared[1].read_text() == right
 
 
+def test_references_with_prefixes_are_found_and_kept(opens, shared):
+    text = PAPER.read_text(encoding="utf-8").replace("<bpmn:definitions ", '<bpmn:definitions xmlns:tns="http://t" ')
+    text = re.sub(r'((?:signal|process|source|target)Ref="|<bpmn:(?:incoming|outgoing)>)', r"\1tns:", text)
+    opened = opens(text)
+    opened.page.wait_for_function("() => document.querySelectorAll('.qos-badge-compatible').length === 4")
+    opened.choose("Drone_TakeOff").press("e", "Control+a")
+    opened.page.keyboard.type("Fly")
+    opened.press("Enter").saved(NAME)
+    changed = differences(text, shared[1].read_text(encoding="utf-8"))
+    assert [line.strip("+- ") for line in changed] == [
+        '<bpmn:scriptTask id="Drone_TakeOff" name="Take off">',
+        '<bpmn:scriptTask id="Drone_TakeOff" name="Fly">',
+        "<bpmndi:BPMNLabel />",
+    ]
+
+
+FORMS = ROOT / "tests" / "importers" / "cases" / "bpmn"
+CODES = """expected => {
+    const codes = [...document.querySelectorAll('.problem .code')].map(each => each.textContent).sort();
+    return codes.join() === expected;
+}"""
+
+
+def test_the_page_finds_in_files_of_other_tools_what_the_library_finds(opens):
+    opened = opens()
+    for name in ("fame.bpmn", "cqos_tool.bpmn", "activiti.bpmn20.xml", "nested_events.bpmn"):
+        was_edited = opened.is_edited  # its elements were placed
+        opened.page.evaluate(DROP, [name, (FORMS / name).read_text(encoding="utf-8")])
+        if was_edited:
+            opened.page.get_by_role("button", name="Discard changes").click()
+        opened.page.wait_for_function(f"() => document.title.includes('{name}')")
+        notes = opened.page.locator('.filter[data-severity="note"][aria-pressed="false"]')
+        opened.page.locator(".filter").first.wait_for()
+        if notes.count():
+            notes.click()
+        report = cqos_core.check(FORMS / name)
+        # The marker of each event says that it has no partner.
+        codes = sorted(each.code for each in report.findings if report.groups or each.code != "CQ404")
+        opened.page.wait_for_function(CODES, arg=",".join(codes))
+        if name == "fame.bpmn":
+            opened.notice("2 warnings: unresolved reference <Flow_1>").wait_for()
+
+
 def test_a_file_that_is_no_diagram_is_reported(opens):
     opened = opens('<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"><process></definitions>')
     opened.notice(f"{NAME} cannot be opened").wait_for()

@@ -96,7 +96,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
     const normal = binding === null ? null : normalise(file, binding.prefix, binding.namespace);
     const original = normal?.text ?? file;
     const before = state.revision === 0 ? null : await written(modeler);
-    let warnings: readonly string[];
+    let warnings: readonly unknown[];
     let laidOut: string | null;
     try {
       laidOut = source.unsaved === undefined ? await drawn(modeler, original) : null;
@@ -113,7 +113,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
     changed('import');
     const registry = modeler.get<ElementRegistry>('elementRegistry');
     const undrawn = undrawnOf(definitionsOf(modeler), (id) => registry.get(id) !== undefined);
-    return { warnings: warnings.map(String), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null, undrawn };
+    return { warnings: warnings.map(words), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null, undrawn };
   }
 
   async function text(): Promise<string> {
@@ -150,6 +150,11 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
       }
     },
   };
+}
+
+/** A warning of bpmn-js is an object, in spite of its type. */
+function words(warning: unknown): string {
+  return typeof warning === 'object' && warning !== null && 'message' in warning ? String(warning.message) : String(warning);
 }
 
 async function written(modeler: Modeler): Promise<string> {

@@ -22,6 +22,13 @@ const BEFORE =
   '<a:point x="1" y="1" /><a:point x="2" y="2" /></a:root>';
 
 describe('an edit in the text that a diagram was read from', () => {
+  it('keeps the prefixes of references', () => {
+    const original = '<r><a id="1"><in>t:x</in><in>t:y</in></a><s bpmnElement="t:1" x="1"/></r>';
+    const before = '<r><a id="1"><in>x</in><in>y</in></a><s bpmnElement="1" x="1" /></r>';
+    const after = '<r><a id="1"><in>y</in></a><s bpmnElement="1" x="2" /></r>';
+    expect(patch(original, before, after)).toBe('<r><a id="1"><in>t:y</in></a><s bpmnElement="t:1" x="2"/></r>');
+  });
+
   const cases: readonly [string, string, string, string, string][] = [
     ['changes an attribute', 'x &lt; y', 'z', 'name="x &lt; y"', 'name="z"'],
     ['adds an attribute', 'c="2" />', 'c="2" d="3" />', 'c="2"/>', 'c="2" d="3"/>'],

@@ -168,6 +168,9 @@ class Patcher {
   }
 }
 
+/** The prefix of a qualified name, which bpmn-js leaves out where it refers to something. */
+const PREFIX = /^[\w.-]+:(?=[\w.-]+$)/;
+
 /** Children by what distinguishes them: their id, else what they refer to, else their text, else their position. */
 function keyed(children: readonly Element[]): Map<string, Element> {
   const made = new Map<string, Element>();
@@ -175,7 +178,7 @@ function keyed(children: readonly Element[]): Map<string, Element> {
     const named = child.attributes.find(({ name }) => name === 'id')?.raw;
     const refers = child.attributes.find(({ name }) => name === 'bpmnElement')?.raw;
     const text = child.children.length === 0 ? child.text.trim() : '';
-    const key = `${child.name} ${named ?? refers ?? text}`;
+    const key = `${child.name} ${named ?? (refers ?? text).replace(PREFIX, '')}`;
     let free = key;
     for (let copy = 2; made.has(free); copy += 1) {
       free = `${key} ${copy}`;
