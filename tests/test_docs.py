@@ -123,6 +123,7 @@ def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
     python_path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
     kept = {name: value for name, value in os.environ.items() if name not in OUR_OWN}
     environment = kept | {"PATH": path, "PYTHONPATH": python_path, "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    environment["XDG_CACHE_HOME"] = str(folder / ".cache")
     words = command.split()
     if words[0] == "cqos" and not SHELL.search(command):
         done = run(words[1:], folder, environment, together=True)

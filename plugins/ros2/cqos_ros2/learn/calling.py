@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
 from cqos_ros2.learn.creating import Given, apply, library_of, parameter
-from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, lineage, local, member
-from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
+from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
+from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
-from cqos_ros2.learn.program import Attribute, Call, Name, Return, fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.parameter_sets import parameter_set
+from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
+from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
+from cqos_ros2.learn.setters import forget_all, kept_for_later
 from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
 
 if TYPE_CHECKING:
@@ -20,39 +23,9 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression, Function
 
-_NUMBERS: Final = frozenset(
-    (
-        "int",
-        "float",
-        "double",
-        "bool",
-        "size_t",
-        "unsigned",
-        "long",
-        "char",
-        "uint8_t",
-        "int32_t",
-        "int64_t",
-        "uint32_t",
-        "uint16_t",
-        "auto",
-    )
-)
-_TEXTS: Final = frozenset(("string", "std::string"))
-_LISTS: Final = frozenset(("vector", "array", "list", "set", "initializer_list"))
-_POINTERS: Final = frozenset(("shared_ptr", "unique_ptr", "weak_ptr", "optional"))
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
-_READING: Final = frozenset(
-    (
-        *("find", "size", "length", "count", "begin", "end", "compare", "substr", "split", "strip", "lstrip", "rstrip"),
-        *("startswith", "lower", "upper", "replace", "keys", "values", "items", "join", "get", "back", "front", "data"),
-    )
-)
-"""Methods that leave a text or list as it is."""
-_LONGEST_LIST: Final = 100
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
-_NOT_FOLLOWED: Final = Unknown("a call that is not followed")
 
 
 def call(expression: Call, walk: Walk) -> Any:
@@ -80,15 +53,17 @@ def call(expression: Call, walk: Walk) -> Any:
             else MISSING
         )
     if found is not MISSING:
+        kept_for_later((*arguments, *keywords.values()), expression, walk)
         return found
     _library(expression, arguments, keywords, walk)
-    return _NOT_FOLLOWED
+    called = last_part(call_name(expression))
+    return Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
 
 
 def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> None:
     """Note callbacks that a library is handed, and values that it may change."""
-    function = expression.function
-    name = function.text if isinstance(function, Name) else function.name if isinstance(function, Attribute) else ""
+    name = call_name(expression)
+    kept_for_later((*arguments, *keywords.values()), expression, walk)
     later = name in walk.table.lists["at_run_time"]
     for each in (*arguments, *keywords.values()):
         if isinstance(each, Code):
@@ -160,7 +135,7 @@ def _has_row(name: str, walk: Walk) -> bool:
 
 def _of_library(name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a call of a library, as the tables have it."""
-    carried = carrier(name, given, walk)
+    carried = carrier(name, given, walk) or parameter_set(name, given, walk)
     if carried is not None:
         return carried
     known = walk.table.node_class(name)
@@ -173,7 +148,7 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
     for row in rows:
         found = apply(row, given, None, walk)
     if rows:
-        _callbacks(given, walk)
+        note_callbacks(given, walk)
         return found
     for row in walk.table.rows("parameters", name, (), method=False):
         return parameter(row, given, None, walk)
@@ -184,43 +159,7 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
         found = call(again, walk)
         walk.aliases.discard(name)
         return found
-    return _value(name, given, walk)
-
-
-def _value(name: str, given: Given, walk: Walk) -> Any:
-    """Return a value of a plain type, or an object of a library; the mark for none where it is a function that is not known."""
-    last, arguments = last_part(name), given.arguments
-    if walk.program.language == "cpp":
-        if name in _TEXTS or last == "string":
-            return arguments[0] if len(arguments) == 1 else "" if not arguments else Unknown("a text of several values")
-        if last in _LISTS:
-            whole = arguments[0] if len(arguments) == 1 and isinstance(arguments[0], list) else list(arguments)
-            return whole if given.call.types == ("{",) or not arguments else Unknown("a list that is not known")
-        if name in _NUMBERS:
-            return arguments[0] if len(arguments) == 1 else Unknown("it has no value before it is used")
-        pointed = inner_type(given.call.function.text if isinstance(given.call.function, Name) else name)
-        if last in _POINTERS or pointed != (
-            given.call.function.text if isinstance(given.call.function, Name) else name
-        ):
-            return arguments[0] if arguments else None
-    if last == "with_default_policies":
-        return Word(name)
-    if walk.table.is_same(name) and len(arguments) >= 1:
-        return arguments[0]
-    if name.isidentifier() and name[0].islower() and "::" not in name:
-        return MISSING
-    if not last[:1].isupper():
-        return MISSING
-    _callbacks(given, walk)
-    made = Instance(None, library=name)
-    node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)
-    if node is not None:
-        made.members["#node"] = node
-    return made
-
-
-def _callbacks(given: Given, walk: Walk) -> None:
-    walk.callbacks += [each for each in (*given.arguments, *given.keywords.values()) if isinstance(each, Code)]
+    return library_value(name, given, walk)
 
 
 # Methods
@@ -248,6 +187,8 @@ def _own_method(this: Instance, name: str, given: Given, walk: Walk) -> Any:
                 written=given.call.arguments,
             )
         functions = arity(method_of(this.cls, name, walk), given)
+        if not functions:
+            forget_all(this, name, walk)
         if name in _OF_NODE and not functions and this.node is not None:
             return Template(_OF_NODE[name])
         if is_missing(value) and (not functions or _is_library(functions[0], name, this, walk)):
@@ -289,7 +230,7 @@ def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     if rows:
         if len(rows) > 1 and not is_node:
             _unsure(walk)
-        _callbacks(given, walk)
+        note_callbacks(given, walk)
         return found
     for row in (
         walk.table.rows("parameters", name, classes, method=True)
@@ -343,17 +284,19 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         )
     if name in _RESOLVES and given.arguments:
         return Resolved(given.arguments[0])
-    if walk.table.is_same(name):
+    if walk.table.is_same(name) and not (name == "str" and given.arguments):
         return receiver
     if name in _OF_NODE and isinstance(receiver, Instance) and receiver.node is not None:
         return Template(_OF_NODE[name])
-    return _on_plain(receiver, function, given, walk)
+    return on_plain(receiver, function, given, walk)
 
 
 def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a method that the program has; the mark for none where it has none."""
     if isinstance(receiver, Instance) and receiver.cls is not None:
         functions = arity(method_of(receiver.cls, name, walk), given)
+        if not functions:
+            forget_all(receiver, name, walk)
         if len(functions) == 1 and not _is_library(functions[0], name, receiver, walk):
             return invoke(
                 functions[0],
@@ -376,42 +319,6 @@ def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
                 written=given.call.arguments,
             )
     return MISSING
-
-
-def _on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
-    """Return the result of a method of a text or list; the mark for none where it is not followed."""
-    name = function.name
-    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
-        new = [*receiver, *given.arguments]
-        assign(function.of, new if len(new) <= _LONGEST_LIST else Unknown("a long list"), walk)
-        return None
-    if name == "format" and isinstance(receiver, str):
-        return _formatted(receiver, given)
-    if name == "empty" and isinstance(receiver, (str, list)):
-        return not receiver
-    if name == "empty" and isinstance(receiver, Template):
-        return _empty(receiver)
-    if isinstance(receiver, (str, Template, list, dict)) and name not in _READING:
-        assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
-    return MISSING
-
-
-def _empty(receiver: Template) -> Any:
-    from cqos_ros2.learn.values import Condition, Test
-
-    return Condition((Test(receiver.parameter, ("",)),)) if receiver.parameter else Unknown("whether a text is empty")
-
-
-def _formatted(text: str, given: Given) -> Any:
-    from cqos_ros2.learn.values import joined
-
-    pieces = text.split("{}")
-    if len(pieces) != len(given.arguments) + 1 or given.keywords or "{" in "".join(pieces):
-        return Unknown("a formatted text")
-    parts: list[Any] = [pieces[0]]
-    for value, piece in zip(given.arguments, pieces[1:], strict=True):
-        parts += [value, piece]
-    return joined(parts)
 
 
 def _on_qos(receiver: Qos | Either, function: Attribute, given: Given, walk: Walk) -> Any:

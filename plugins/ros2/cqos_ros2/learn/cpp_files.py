@@ -30,8 +30,8 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Return,
-    Variable,
     fits,
+    inside,
     last_part,
 )
 
@@ -63,7 +63,6 @@ _TRANSPARENT: Final = frozenset(
 _ALIASES: Final = {"alias_declaration": "name", "type_definition": "declarator"}
 _BLOCKS: Final = frozenset(("compound_statement", "labeled_statement", "ERROR"))
 _ARGUMENTS: Final = re.compile(r"<.*>")
-_LONGEST_MACRO: Final = 300
 _PLAIN_NAMES: Final = frozenset(("type_identifier", "identifier"))
 _VALUE_TYPES: Final = frozenset(("argument_list", "initializer_list"))
 
@@ -80,39 +79,8 @@ def parser() -> Parser:
     return tree_sitter.Parser(tree_sitter.Language(tree_sitter_cpp.language()))
 
 
-def read_macros(root: Node, file: CppFile, parse: Parser, program: Program) -> None:
-    """Take the macros of a file that stand for a text or a number, and those that are like a function with one expression."""
-    for node in _walk(root):
-        if node.type == "preproc_function_def":
-            _function_macro(node, file, parse, program)
-        elif node.type == "preproc_def":
-            value = text_of(node.child_by_field_name("value"))
-            name = text_of(node.child_by_field_name("name"))
-            if value.startswith('"') and value.endswith('"') and value.count('"') == 2:  # noqa: PLR2004 - its two quotes
-                found: Expression = Literal(value[1:-1])
-            elif value.isdigit():
-                found = Literal(int(value))
-            else:
-                continue
-            program.constants.setdefault(name, []).append((name, found))
-
-
-def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) -> None:
-    name, value = text_of(node.child_by_field_name("name")), text_of(node.child_by_field_name("value"))
-    listed = node.child_by_field_name("parameters")
-    if len(value) > _LONGEST_MACRO or listed is None or "#" in value:
-        return
-    tree = parse.parse(f"auto made = {value};".encode()).root_node
-    found = next((each for each in tree.named_children), None)
-    if tree.has_error or found is None or found.type != "declaration" or len(tree.named_children) > 1:
-        return
-    place = file.place(node)
-    for _, made, _ in _declared(found, file):
-        parameters = tuple(Variable(text_of(each)) for each in listed.named_children)
-        program.functions.setdefault(name, []).append(Function(name, parameters, (Return(made, place),), place))
-
-
-def _walk(node: Node) -> Iterator[Node]:
+def parts_of(node: Node) -> Iterator[Node]:
+    """Yield a part of a file and what it holds outside of functions and classes."""
     waiting = [node]
     while waiting:
         each = waiting.pop()
@@ -163,8 +131,8 @@ def _define(node: Node, scope: str, templates: tuple[str, ...], file: CppFile, p
         if inner is not None and inner.type in {"class_specifier", "struct_specifier"}:
             _class(inner, scope, templates, file, program)
         _declaration(node, scope, file, program)
-        for name, value, _ in _declared(node, file):
-            program.constants.setdefault(last_part(name), []).append((_inside(scope, name), value))
+        for name, value, _ in declared_in(node, file):
+            program.constants.setdefault(last_part(name), []).append((_inside(scope, name), value, file.path))
     elif node.type in _ALIASES:
         name = text_of(node.child_by_field_name(_ALIASES[node.type]))
         program.aliases[name] = text_of(node.child_by_field_name("type"))
@@ -217,10 +185,16 @@ def _fields(node: Node, made: Class, file: CppFile, program: Program) -> None:
         _class(type_node, made.name, (), file, program)
     _declaration(node, made.name, file, program)
     for index, child in enumerate(node.children):
-        if node.field_name_for_child(index) != "declarator" or child.type == "function_declarator":
+        if node.field_name_for_child(index) != "declarator":
+            continue
+        if child.type == "function_declarator":
+            if not any(each.type == "type_qualifier" for each in child.named_children):
+                made.declared.add(declared_name(child))
             continue
         name = declared_name(child)
         made.fields[name] = text_of(type_node)
+        if any(each.type == "type_qualifier" for each in node.named_children):
+            made.fixed.add(name)
         value = node.child_by_field_name("default_value")
         if value is not None:
             made.initial[name] = _initial(made.fields[name], value, file)
@@ -325,7 +299,7 @@ def _statement(node: Node, file: CppFile) -> Iterator[Statement]:
         yield from reader(node, file)
     elif kind == "declaration":
         yield from (
-            Assign(Name(name), value, place, declares=True, type=text) for name, value, text in _declared(node, file)
+            Assign(Name(name), value, place, declares=True, type=text) for name, value, text in declared_in(node, file)
         )
     elif kind == "return_statement":
         value = next(iter(node.named_children), None)
@@ -333,7 +307,7 @@ def _statement(node: Node, file: CppFile) -> Iterator[Statement]:
     elif kind in {"for_range_loop", "for_statement", "while_statement", "do_statement"}:
         yield from _loop(node, file)
     elif kind in {"throw_statement", "break_statement", "continue_statement"}:
-        yield Leave(fails=kind == "throw_statement")
+        yield Leave(kind.partition("_")[0])
     elif kind in {"preproc_if", "preproc_ifdef"}:
         yield from _preprocessed(node, file)
     elif kind in _BLOCKS:
@@ -370,7 +344,7 @@ def _expression_statement(node: Node, file: CppFile) -> Iterator[Statement]:
         yield Do(expression(inner, file), place)
 
 
-def _declared(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, str]]:
+def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, str]]:
     """Yield name, value and type of each variable that a declaration makes."""
     type_text = text_of(node.child_by_field_name("type"))
     for index, child in enumerate(node.children):
@@ -409,7 +383,7 @@ def _if(node: Node, file: CppFile) -> Iterator[Statement]:
     for each in condition_node.named_children if condition_node is not None else ():
         if each.type in {"declaration", "init_statement"}:
             inner = each if each.type == "declaration" else each.named_children[0]
-            for name, value, text in _declared(inner, file):
+            for name, value, text in declared_in(inner, file):
                 yield Assign(Name(name), value, place, declares=True, type=text)
                 condition = Name(name)
         else:
@@ -438,11 +412,29 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
         yield Loop(names, expression(node.child_by_field_name("right"), file), statements, place)
         return
     start = node.child_by_field_name("initializer")
-    if start is not None and start.type == "declaration":
-        yield from (
-            Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in _declared(start, file)
-        )
+    declared = [*declared_in(start, file)] if start is not None and start.type == "declaration" else []
+    if len(declared) == 1:
+        name, first, _ = declared[0]
+        past = _counted(node, name, file)
+        if past is not None and not any(
+            isinstance(each, Assign) and each.target == Name(name) for each in inside(statements)
+        ):
+            yield Loop((name,), Call(Name("#range"), (first, past), (), (), place), statements, place)
+            return
+    yield from (Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in declared)
     yield Loop((), None, statements, place)
+
+
+def _counted(node: Node, name: str, file: CppFile) -> Expression | None:
+    """Return the number that `for (int i = 0; i < n; ++i)` stops before; None for any other loop."""
+    condition, update = node.child_by_field_name("condition"), text_of(node.child_by_field_name("update"))
+    if condition is None or condition.type != "binary_expression" or update not in {f"{name}++", f"++{name}"}:
+        return None
+    sign, left = text_of(condition.child_by_field_name("operator")), text_of(condition.child_by_field_name("left"))
+    past = expression(condition.child_by_field_name("right"), file)
+    if left != name or sign not in {"<", "!=", "<="}:
+        return None
+    return past if sign != "<=" else Operation("+", (past, Literal(1)))
 
 
 def _switch(node: Node, file: CppFile) -> Iterator[Statement]:
@@ -464,7 +456,9 @@ def _switch(node: Node, file: CppFile) -> Iterator[Statement]:
         waiting = []
         ends = isinstance(statements[-1], (Leave, Return))
         kept = (
-            statements[:-1] if ends and isinstance(statements[-1], Leave) and not statements[-1].fails else statements
+            statements[:-1]
+            if ends and isinstance(statements[-1], Leave) and statements[-1].kind != "throw"
+            else statements
         )
         if value is None:
             default = kept

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import connect
-from cqos_ros2.learn.evaluating import assign, lineage
-from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError
+from cqos_ros2.learn.evaluating import assign
+from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError, lineage
 from cqos_ros2.learn.program import NotFollowed, without_arguments
 from cqos_ros2.learn.qualities import as_qos, number_of
 from cqos_ros2.learn.values import (

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.operators import element, operation, truth
 from cqos_ros2.learn.program import (
     THIS,
     Attribute,
@@ -20,38 +22,32 @@ from cqos_ros2.learn.program import (
     Pairs,
     Parts,
     Reference,
-    assignments,
-    calls_in,
     inner_type,
     last_part,
     without_arguments,
 )
-from cqos_ros2.learn.qualities import OF_PRESET
+from cqos_ros2.learn.qualities import policy_of
+from cqos_ros2.learn.setters import set_elsewhere
 from cqos_ros2.learn.values import (
+    PLAIN,
     Code,
     Condition,
     Either,
     Instance,
     Qos,
     Template,
-    Test,
     Word,
     each_case,
-    flipped,
     joined,
     merged,
     same,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Class, Expression, Function
+    from cqos_ros2.learn.program import Class, Expression
 
 _MISSING: Final = object()
-_DEEPEST: Final = 12
-_PLAIN: Final = (str, int, float, bool, Template, Qos, list, dict, Either, type(None))
 
 
 def evaluate(expression: Expression, walk: Walk) -> Any:
@@ -88,12 +84,7 @@ def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Reference):
         return _reference(expression.name, walk)
     if isinstance(expression, Element):
-        of, key = evaluate(expression.of, walk), evaluate(expression.key, walk)
-        if isinstance(of, list) and isinstance(key, int) and -len(of) <= key < len(of):
-            return of[key]
-        if isinstance(of, dict) and isinstance(key, (str, int)) and key in of:
-            return of[key]
-        return of if isinstance(of, Word) else Unknown("an element of a list that is not known")
+        return element(evaluate(expression.of, walk), evaluate(expression.key, walk))
     if isinstance(expression, NotFollowed):
         for each in expression.parts:
             evaluate(each, walk)
@@ -147,10 +138,10 @@ def is_missing(value: Any) -> bool:
 
 def member(instance: Instance, name: str, walk: Walk) -> Any:
     """Return the value of a member; a mark that is no value where the class has none."""
-    elsewhere = "" if walk.starting else _set_elsewhere(instance, name, walk)
+    elsewhere = "" if walk.starting else set_elsewhere(instance, name, walk)
     if name in instance.members:
         value = instance.members[name]
-        return Unknown(elsewhere) if elsewhere and isinstance(value, _PLAIN) else value
+        return Unknown(elsewhere) if elsewhere and isinstance(value, PLAIN) else value
     for cls in lineage(instance.cls, walk):
         if name in cls.initial:
             if elsewhere:
@@ -168,7 +159,7 @@ def member(instance: Instance, name: str, walk: Walk) -> Any:
 
 def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
     """Return what a member is without a value in its class: a constant that is defined outside, or an object of a library; else None."""
-    stated = [value for full, value in walk.program.constants.get(name, []) if full == f"{cls.name}::{name}"]
+    stated = [value for full, value, _ in walk.program.constants.get(name, []) if full == f"{cls.name}::{name}"]
     if len(stated) == 1:
         return evaluate(stated[0], walk)
     written = cls.fields[name]
@@ -190,19 +181,6 @@ def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
         walk.frames.pop()
 
 
-def lineage(cls: Class | None, walk: Walk) -> Iterator[Class]:
-    """Yield a class and those that it is made from, in the program."""
-    waiting = [cls]
-    seen: set[int] = set()
-    while waiting:
-        each = waiting.pop(0)
-        if each is None or id(each) in seen or len(seen) > _DEEPEST:
-            continue
-        seen.add(id(each))
-        yield each
-        waiting += [walk.program.find_class(base) for base in each.bases]
-
-
 def _constant(text: str, walk: Walk) -> Any:
     """Return the value of a constant of the program, else the name itself."""
     program, last = walk.program, last_part(text)
@@ -210,19 +188,21 @@ def _constant(text: str, walk: Walk) -> Any:
     if cls is not None and last in cls.initial:
         return _initial(cls, last, Instance(cls), walk)
     module = walk.frame.function.name
-    found = []
-    for name, value in program.constants.get(last, []):
+    stated = []
+    for name, value, file in program.constants.get(last, []):
         own = (
             module.startswith(f"{name.rpartition('.')[0]}.")
             if program.language == "python" and text == last
             else _fits(name, text)
         )
         if own:
-            found.append(value)
-    if not found:
+            stated.append((file, value))
+    if not stated:
         from cqos_ros2.learn.qualities import preset
 
         return preset(text, walk) or _function(text, walk) or Word(text)
+    here = walk.frame.function.place.source
+    found = [value for file, value in stated if file == here] or [value for _, value in stated]
     if walk.program.assigned(last):
         return Unknown(f"`{text[:60]}` is set several times")
     walk.step()
@@ -254,48 +234,6 @@ def _mentions(expression: Expression, name: str) -> bool:
     return isinstance(expression, Name) and last_part(expression.text) == name
 
 
-def _set_elsewhere(instance: Instance, name: str, walk: Walk) -> str:
-    """Return why a member may have another value than the walk saw; empty where it cannot."""
-    for cls in lineage(instance.cls, walk):
-        if cls.name not in walk.setters:
-            walk.setters[cls.name] = _setters(cls, walk)
-        for function in walk.setters[cls.name].get(name, ()):
-            if id(function) not in walk.executed:
-                return f"`{name}` is also set in `{function.last}`"
-    return ""
-
-
-def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
-    found: dict[str, list[Function]] = {}
-    skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
-    for function in walk.program.owned(cls.name):
-        if function.last in skipped or function.last.startswith(("~", "on_")):
-            continue
-        for each in assignments(function):
-            target = each.target
-            own = isinstance(target, Attribute) and target.of == Name(THIS)
-            name = target.text if isinstance(target, Name) else target.name if own else ""  # type: ignore[union-attr]
-            if name:
-                found.setdefault(name, []).append(function)
-        for name in _handed_out(function, walk) if walk.program.language == "cpp" else ():
-            found.setdefault(name, []).append(function)
-    return found
-
-
-def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
-    """Yield the plain names that a function of C++ hands to calls that may change them."""
-    for each in calls_in(function.body):
-        name = each.function.text if isinstance(each.function, Name) else getattr(each.function, "name", "")
-        known = walk.program.functions.get(last_part(name), [])
-        into = {row.values["into"] for row in walk.table.parameters.get(last_part(name), []) if "into" in row.values}
-        for index, given in enumerate(each.arguments):
-            if not isinstance(given, Name) or given.text.isupper():
-                continue
-            changed = any(variable.by_reference for one in known for variable in one.parameters[index : index + 1])
-            if index in into or changed or not (known or walk.table.is_harmless(name) or last_part(name)[:1].isupper()):
-                yield given.text
-
-
 def _attribute(expression: Attribute, walk: Walk) -> Any:
     of = evaluate(expression.of, walk)
     if isinstance(of, Instance):
@@ -313,7 +251,7 @@ def _attribute(expression: Attribute, walk: Walk) -> Any:
             else Word(f"{of.name}.{expression.name}")
         )
     if isinstance(of, Qos):
-        return dict(of.settings).get(expression.name, OF_PRESET)
+        return policy_of(of, expression.name)
     if walk.table.is_same(expression.name):
         return of
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")
@@ -346,7 +284,7 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
 def _set_member(instance: Instance, name: str, value: Any, walk: Walk) -> None:
     """Give a member a value; one that a callback changes has another value from call to call."""
     known = instance.members.get(name, _MISSING)
-    changes = walk.in_callback and isinstance(known, _PLAIN) and not same(known, value) and known is not None
+    changes = walk.in_callback and isinstance(known, PLAIN) and not same(known, value) and known is not None
     instance.members[name] = Unknown(f"`{name}` changes while it runs") if changes else value
 
 
@@ -381,72 +319,14 @@ def _replace(target: Expression, old: Any, new: Any, walk: Walk) -> None:
 
 def _operation(expression: Operation, walk: Walk) -> Any:
     values = [evaluate(each, walk) for each in expression.operands]
-    sign = expression.operator
-    if sign == "+" and all(isinstance(each, (str, Template, Either)) for each in values):
-        return joined(values)
-    if sign in {"==", "!="}:
-        return _equal(values, negated=sign == "!=")
-    if sign == "not":
-        decided = truth(values[0])
-        if isinstance(decided, Condition):
-            negated = flipped(decided.tests)
-            return Unknown("the opposite of several conditions") if negated is None else Condition(negated)
-        return not decided if isinstance(decided, bool) else decided
-    if sign in {"and", "or"}:
-        return _both(truth(values[0]), truth(values[1]), sign)
-    if sign == "*" and all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in values):
-        return values[0] * values[1]
-    unknown = next((each for each in values if isinstance(each, Unknown)), None)
-    return unknown or Unknown(f"`{sign}` is not followed")
-
-
-def _equal(values: list[Any], *, negated: bool) -> Any:
-    one, other = values
-    if isinstance(other, Template):
-        one, other = other, one
-    if isinstance(one, Template) and one.parameter and isinstance(other, (str, int, bool)):
-        text = str(other).lower() if isinstance(other, bool) else str(other)
-        return Condition((Test(one.parameter, (text,), negated),))
-    if other is None and isinstance(one, (Instance, Code, str, list, Qos)):
-        return negated
-    if (one is None or isinstance(one, (str, int))) and (other is None or isinstance(other, (str, int))):
-        return (one == other) is not negated
-    return next((each for each in values if isinstance(each, Unknown)), None) or Unknown("two values are compared")
-
-
-def _both(one: Any, other: Any, sign: str) -> Any:
-    stop = sign == "or"
-    for first, second in ((one, other), (other, one)):
-        if first is stop:
-            return stop
-        if first is (not stop):
-            return second
-    if sign == "and" and isinstance(one, Condition) and isinstance(other, Condition):
-        return Condition((*one.tests, *other.tests))
-    return next((each for each in (one, other) if isinstance(each, Unknown)), None) or Unknown(
-        "one of several conditions"
-    )
-
-
-def truth(value: Any) -> Any:
-    """Return whether a value counts as true: a flag, a condition over parameters, or not known."""
-    if isinstance(value, (bool, Condition, Unknown)):
-        return value
-    if value is None:
-        return False
-    if isinstance(value, (Instance, Code)):
-        return True
-    if isinstance(value, Template):
-        return (
-            Condition((Test(value.parameter, ("true",)),)) if value.parameter else Unknown("a text is taken for a flag")
-        )
-    if isinstance(value, Either) and all(isinstance(each, bool) for _, each in value.cases):
-        held = [tests for tests, each in value.cases if each]
-        if len(held) == 1 and value.cases[0][1] is True:
-            return Condition(held[0])
-    if isinstance(value, (str, int, float, list, dict)):
-        return bool(value)
-    return Unknown("a condition that is not followed")
+    root = expression.operands[0]
+    if expression.operator != "<<" or not isinstance(values[0], (str, Template)):
+        return operation(expression.operator, values)
+    written = joined(values)  # to a stream of text
+    while isinstance(root, Operation) and root.operator == "<<":
+        root = root.operands[0]
+    assign(root, written, walk)
+    return written
 
 
 def _conditional(expression: Conditional, walk: Walk) -> Any:

@@ -19,6 +19,7 @@ from cqos_ros2.learn.program import (
     Function,
     Name,
     Reference,
+    call_name,
     calls_in,
     fits,
     last_part,
@@ -117,14 +118,7 @@ def _at_run_time(program: Program, table: Table) -> set[str]:
     for functions in program.functions.values():
         for function in functions:
             for each in calls_in(function.body) if function.mentions(names) else ():
-                name = (
-                    each.function.name
-                    if isinstance(each.function, Attribute)
-                    else each.function.text
-                    if isinstance(each.function, Name)
-                    else ""
-                )
-                if last_part(name) in table.lists["at_run_time"]:
+                if last_part(call_name(each)) in table.lists["at_run_time"]:
                     found |= {
                         last_part(given.name) for given in each.arguments if isinstance(given, (Reference, Attribute))
                     }

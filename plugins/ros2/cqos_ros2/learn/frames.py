@@ -9,8 +9,10 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.values import Instance
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.model.system import Place
-    from cqos_ros2.learn.program import Function, Program
+    from cqos_ros2.learn.program import Class, Function, Program
     from cqos_ros2.learn.table import Table
     from cqos_ros2.learn.values import Code, NodeRecord, Tests
 
@@ -20,6 +22,9 @@ DEEPEST_CALL: Final = 10
 MOST_ENDPOINTS: Final = 2_000
 MOST_ELEMENTS: Final = 50
 """How many elements of a list are followed one by one."""
+MOST_ROUNDS: Final = 600
+"""How many statements of a loop are followed, in all of its rounds."""
+_MOST_BASES: Final = 12
 ABSENT: Final = object()
 
 
@@ -164,3 +169,16 @@ class Walk:
                     space[name] = known if isinstance(known, Instance) else Unknown(cause, place)
                 else:
                     space[name] = merged(tests, one, two, cause, place)
+
+
+def lineage(cls: Class | None, walk: Walk) -> Iterator[Class]:
+    """Yield a class and those that it is made from, in the program."""
+    waiting = [cls]
+    seen: set[int] = set()
+    while waiting:
+        each = waiting.pop(0)
+        if each is None or id(each) in seen or len(seen) > _MOST_BASES:
+            continue
+        seen.add(id(each))
+        yield each
+        waiting += [walk.program.find_class(base) for base in each.bases]

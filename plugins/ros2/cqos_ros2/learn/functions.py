@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.evaluating import assign, evaluate, lineage
+from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.frames import lineage
 from cqos_ros2.learn.program import Attribute, Name, fits
 from cqos_ros2.learn.values import Code, Qos, Template
 

@@ -8,8 +8,8 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import call
 from cqos_ros2.learn.connecting import state
 from cqos_ros2.learn.creating import Given
-from cqos_ros2.learn.evaluating import evaluate, lineage
-from cqos_ros2.learn.frames import DEEPEST_CALL, Frame
+from cqos_ros2.learn.evaluating import evaluate
+from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, lineage
 from cqos_ros2.learn.functions import arity, beside, bind, hand_back, split_types
 from cqos_ros2.learn.program import Call, Name, fits, last_part, without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord

@@ -7,7 +7,7 @@ import posixpath
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
@@ -27,7 +27,9 @@ _TESTS: Final = frozenset(
     ("test", "tests", "benchmark", "benchmarks", "doc", "docs", "third_party", "thirdparty", "3rdparty")
 )
 _TEST_NAMES: Final = re.compile(r"(test_.*|.*_test|conftest|gtest.*)\.\w+")
-_EXPORTS: Final = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+[A-Za-z_:~])")
+_EXPORTS: Final = re.compile(
+    rb"\b(?![A-Z_]*TRANSIENT_LOCAL\b)[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+(?:[A-Za-z_~]|::))"
+)
 """Macros before names of classes and functions, which no parser of C++ understands."""
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
 
@@ -39,10 +41,12 @@ class Parsed:
     Attributes:
         programs: what the sources of a package define, by package and language.
         digests: of the sources of packages.
+        sets: of parameters, by package.
     """
 
     programs: dict[tuple[str, str], Program] = field(default_factory=dict)
     digests: dict[str, bytes] = field(default_factory=dict)
+    sets: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
 class NoParserError(Exception):
@@ -89,13 +93,15 @@ def read_package(name: str, workspace: Workspace, tables: dict[str, Table], pars
                 _installed(last, data, posixpath.dirname(os.path.relpath(path, package.folder)), package.executables)
     others = dependencies(name, workspace)
     for language, table in tables.items():
-        endings = table.lists["files"]
+        endings = _endings(table)
         if not any(path.endswith(endings) for path in files(name, workspace)):
             continue
         own = _program(name, language, table, workspace, parsed)
         program = package.programs[language] = Program(language)
         for each in (own, *(_program(other, language, table, workspace, parsed) for other in others)):
             program.add(each)
+        for other in (*reversed(others), name):
+            program.parameter_sets.update(_sets(other, workspace, parsed))
         for key in ("registered", "plugins", "scripts", "gaps"):
             setattr(program, key, getattr(own, key))
         package.own |= {path for path in files(name, workspace) if path.endswith(endings)}
@@ -103,12 +109,25 @@ def read_package(name: str, workspace: Workspace, tables: dict[str, Table], pars
     return package
 
 
+def _endings(table: Table) -> tuple[str, ...]:
+    """Return the endings of sources of nodes: programs in C cannot use rclcpp."""
+    return tuple(each for each in table.lists["files"] if each not in {".c", ".ino"})
+
+
+def _sets(name: str, workspace: Workspace, parsed: Parsed) -> dict[str, Any]:
+    if name not in parsed.sets:
+        from cqos_ros2.learn.parameter_sets import read_sets
+
+        parsed.sets[name] = read_sets(name, workspace)
+    return parsed.sets[name]
+
+
 def _program(name: str, language: str, table: Table, workspace: Workspace, parsed: Parsed) -> Program:
     """Return what the sources of one package define; they are parsed once."""
     key = (name, language)
     if key not in parsed.programs:
         program = parsed.programs[key] = Program(language)
-        paths = [path for path in files(name, workspace) if path.endswith(table.lists["files"])]
+        paths = [path for path in files(name, workspace) if path.endswith(_endings(table))]
         if len(paths) > MOST_FILES:
             cause = f"only {MOST_FILES} of its {len(paths)} files are read"
             program.gaps.append((cause, Place(workspace.packages[name])))
@@ -193,7 +212,8 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
     from cqos_ros2.learn.cpp_expressions import CppFile
 
     try:
-        from cqos_ros2.learn.cpp_files import block, complete, parser, read_definitions, read_macros
+        from cqos_ros2.learn.cpp_files import block, complete, parser, read_definitions
+        from cqos_ros2.learn.cpp_macros import divided, read_macros, without_lines
 
         parse = parser()
     except ImportError:
@@ -204,6 +224,13 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
             program.gaps.append((data.cause, Place(path)))
             continue
         root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
+        lines = divided(data) if root.has_error else []
+        if lines:
+            data = without_lines(data, lines)
+            root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
+            program.gaps.append(
+                ("a condition of the preprocessor divides a block; its first branch is read", Place(path, lines[0]))
+            )
         file = CppFile(path, block)
         read_macros(root, file, parse, program)
         try:

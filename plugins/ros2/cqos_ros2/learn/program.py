@@ -207,9 +207,9 @@ class Return:
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """A ``throw``, ``raise``, ``break`` or ``continue``."""
+    """The end of a function or a round of a loop: ``throw``, ``break`` or ``continue``."""
 
-    fails: bool
+    kind: str
 
 
 Statement: TypeAlias = Assign | Do | If | Loop | Return | Leave
@@ -282,7 +282,8 @@ class Class:
         bases: as written.
         fields: types of members by their names.
         initial: values that the class gives members.
-        methods: by name; several where they are overloaded.
+        fixed: members that are constants.
+        declared: methods that are declared here and may change the object; their definitions stand elsewhere.
     """
 
     name: str
@@ -290,7 +291,8 @@ class Class:
     place: Place
     fields: dict[str, str] = field(default_factory=dict)
     initial: dict[str, Expression] = field(default_factory=dict)
-    methods: dict[str, list[Function]] = field(default_factory=dict)
+    fixed: set[str] = field(default_factory=set)
+    declared: set[str] = field(default_factory=set)
     templates: tuple[str, ...] = ()
 
 
@@ -301,25 +303,27 @@ class Program:
     Attributes:
         language: ``cpp`` or ``python``.
         classes, functions: by the last part of their names.
-        constants: values at the top of files, by the last part of their names; several where they are set several times.
+        constants: values at the top of files, by the last part of their names, with their files; several where they are set several times.
         aliases: names that stand for others (`using`, `typedef`), by the last part.
         declared: declarations with default arguments.
         registered: classes that are components.
         plugins: classes that pluginlib loads.
         scripts: what a Python file does when it is run, by path.
         gaps: files that could not be read, and why.
+        parameter_sets: what generate_parameter_library makes, by namespace.
     """
 
     language: str
     classes: dict[str, list[Class]] = field(default_factory=dict)
     functions: dict[str, list[Function]] = field(default_factory=dict)
-    constants: dict[str, list[tuple[str, Expression]]] = field(default_factory=dict)
+    constants: dict[str, list[tuple[str, Expression, str]]] = field(default_factory=dict)
     aliases: dict[str, str] = field(default_factory=dict)
     declared: dict[str, list[Function]] = field(default_factory=dict)
     registered: dict[str, Place] = field(default_factory=dict)
     plugins: dict[str, Place] = field(default_factory=dict)
     scripts: dict[str, Function] = field(default_factory=dict)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
+    parameter_sets: dict[str, Any] = field(default_factory=dict)
     _known: dict[tuple[str, str], Class | None] = field(default_factory=dict)
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
@@ -417,6 +421,22 @@ def inner_type(name: str) -> str:
     return plain
 
 
+def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
+    """Yield statements, with those of their branches and loops."""
+    for each in statements:
+        yield each
+        if isinstance(each, If):
+            yield from inside((*each.then, *each.otherwise))
+        elif isinstance(each, Loop):
+            yield from inside(each.body)
+
+
+def call_name(call: Call) -> str:
+    """Return the name of what is called, as written; empty where it has none."""
+    function = call.function
+    return function.text if isinstance(function, Name) else function.name if isinstance(function, Attribute) else ""
+
+
 def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
     """Yield every call in statements."""
     waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
@@ -457,20 +477,16 @@ def _parts(expression: Expression) -> list[Any]:
 
 
 def assignments(function: Function) -> Iterator[Assign]:
-    """Yield the assignments in a function that are no declarations."""
+    """Yield the assignments in a function and its lambdas that are no declarations."""
     waiting: list[Statement] = [*function.body]
     while waiting:
-        each = waiting.pop()
-        if isinstance(each, Assign):
-            if not each.declares:
-                yield each
-            waiting += _closures(each.value)
-        elif isinstance(each, If):
-            waiting += [*each.then, *each.otherwise]
-        elif isinstance(each, Loop):
-            waiting += each.body
-        elif isinstance(each, Do):
-            waiting += _closures(each.expression)
+        for each in inside([waiting.pop()]):
+            if isinstance(each, Assign):
+                if not each.declares:
+                    yield each
+                waiting += _closures(each.value)
+            elif isinstance(each, Do):
+                waiting += _closures(each.expression)
 
 
 def _closures(expression: Expression) -> Iterable[Statement]:

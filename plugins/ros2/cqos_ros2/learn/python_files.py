@@ -76,7 +76,9 @@ def read_module(text: bytes, path: str, module: str, program: Program) -> None:
     for node in ast.walk(tree):
         _imports(node, file)
         for name in node.names if isinstance(node, ast.Global) else ():
-            program.constants.setdefault(name, []).append((f"{module}.{name}", NotFollowed("set by `global`")))
+            program.constants.setdefault(name, []).append(
+                (f"{module}.{name}", NotFollowed("set by `global`"), file.path)
+            )
     run: list[Statement] = []
     _definitions(tree.body, module, "", file, program, run)
     program.scripts[path] = Function(f"{module}.__main__", (), tuple(run), Place(path, 1))
@@ -110,7 +112,7 @@ def _definitions(
                 run.append(each)
                 if isinstance(each, Assign) and isinstance(each.target, Name) and not owner:
                     name = f"{scope}.{each.target.text}"
-                    program.constants.setdefault(last_part(name), []).append((name, each.value))
+                    program.constants.setdefault(last_part(name), []).append((name, each.value, file.path))
 
 
 def _class(node: ast.ClassDef, scope: str, file: PythonFile, program: Program) -> None:
@@ -194,7 +196,7 @@ def _statement(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     elif isinstance(node, ast.Return):
         yield Return(_optional(node.value, file), place)
     elif isinstance(node, (ast.Raise, ast.Break, ast.Continue)):
-        yield Leave(fails=isinstance(node, ast.Raise))
+        yield Leave("throw" if isinstance(node, ast.Raise) else "break" if isinstance(node, ast.Break) else "continue")
     elif isinstance(node, ast.FunctionDef):
         made = Function(node.name, _parameters(node.args, file), _block(node.body, file), place)
         yield Assign(Name(node.name), Closure(made), place, declares=True)

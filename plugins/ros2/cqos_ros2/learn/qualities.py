@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import last_part
 from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word, each_case
+from cqos_ros2.presets import PRESETS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cqos_ros2.learn.frames import Walk
 
@@ -22,7 +23,6 @@ WORDS: Final = {
     "liveliness": ("automatic", "manual_by_topic", "system_default", "best_available"),
 }
 DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
-OF_PRESET: Final = Unknown("a policy of a preset")
 _IGNORED: Final = ("avoid_ros_namespace_conventions",)
 _FIELDS: Final = (*WORDS, "depth", *DURATIONS)
 _UNSET: Final = "unset"
@@ -56,10 +56,21 @@ def _word(policy: str, name: str) -> str:
     return plain if plain in WORDS[policy] else ""
 
 
+def policy_of(qos: Qos, policy: str) -> Any:
+    """Return a policy of a quality of service: what is stated, or what its preset has."""
+    known = PRESETS.get(qos.preset)
+    found = dict(qos.settings).get(policy, known.settings.get(policy) if known is not None else None)
+    if policy == "depth" and isinstance(found, str):
+        return int(found)
+    return found if found is not None and policy in (*WORDS, "depth") else Unknown(f"`{policy[:60]}` of a preset")
+
+
 def changed(qos: Any, policy: str, value: Any) -> Any:
     """Return a quality of service after one of its policies is set by its name."""
     if not isinstance(qos, Qos):
         return Unknown("its quality of service is not known")
+    if isinstance(value, Either):
+        return each_case(value, partial(changed, qos, policy))
     if policy in _IGNORED:
         return qos
     if policy not in _FIELDS:
@@ -72,6 +83,8 @@ def setter(qos: Qos, name: str, arguments: Sequence[Any], walk: Walk) -> Any:
     stated = walk.table.setters.get(name)
     if stated is None:
         return None
+    if len(arguments) == 1 and isinstance(arguments[0], Either):
+        return each_case(arguments[0], lambda one: setter(qos, name, [one], walk))
     settings: dict[str, Any] = {}
     for policy, text in stated.items():
         first = arguments[0] if len(arguments) == 1 and text == "argument" else None
@@ -115,13 +128,27 @@ def maker(name: str, arguments: Sequence[Any], keywords: Mapping[str, Any], walk
     stated = walk.table.lookup(walk.table.makers, name)
     if stated is None:
         return None
+    return _for_each([*arguments, *keywords.values()], partial(_made, stated, len(arguments), tuple(keywords), walk))
+
+
+def _for_each(values: list[Any], function: Callable[[list[Any]], Any]) -> Any:
+    """Apply a function to values, or to each of the alternatives that one of them has."""
+    at = next((index for index, each in enumerate(values) if isinstance(each, Either)), None)
+    if at is None:
+        return function(values)
+    return each_case(values[at], lambda one: _for_each([*values[:at], one, *values[at + 1 :]], function))
+
+
+def _made(stated: Mapping[str, Any], count: int, names: Sequence[str], walk: Walk, values: list[Any]) -> Any:
+    """Return the quality of service that a call makes of values: `count` by position, the others by name."""
+    arguments, keywords = values[:count], dict(zip(names, values[count:], strict=True))
     fields = stated.get("fields")
     if fields is not None:
         return _structure(fields, arguments)
     positions = stated.get("positions")
     if positions is not None:
         given = zip(positions, arguments, strict=False)
-        return Qos("", tuple((name, policy_value(name, value)) for name, value in given if value != OF_PRESET))
+        return Qos("", tuple((name, policy_value(name, value)) for name, value in given))
     base = str(stated.get("base", ""))
     fixed = {policy: stated[policy] for policy in WORDS if policy in stated}
     made = Qos(base).having(fixed) if fixed else Qos(base)
@@ -230,6 +257,9 @@ def preset(name: str, walk: Walk) -> Qos | None:
 def as_qos(value: Any, walk: Walk) -> Any:
     """Return the quality of service that an argument means: one, or a depth."""
     if isinstance(value, Word):
+        number = number_of(value, walk)
+        if isinstance(number, int):  # an enumeration converts to a depth
+            return Qos("default", (("depth", number),))
         return preset(value.name, walk) or Unknown(f"`{value.name[:60]}` is not known")
     if isinstance(value, list) and len(value) == 1:
         value = value[0]

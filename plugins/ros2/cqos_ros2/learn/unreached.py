@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import Given
-from cqos_ros2.learn.evaluating import lineage
-from cqos_ros2.learn.frames import Condition, Walk
+from cqos_ros2.learn.frames import Condition, Walk, lineage
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import (
     Attribute,
     Call,
     Name,
+    call_name,
     calls_in,
     fits,
     inner_type,
@@ -102,8 +102,7 @@ def _may_be(call: Call, row: Row, fields: dict[str, str], table: Table) -> bool:
 
 
 def _called(call: Call) -> str:
-    name = call.function.name if isinstance(call.function, Attribute) else ""
-    return without_arguments(last_part(call.function.text) if isinstance(call.function, Name) else name)
+    return without_arguments(last_part(call_name(call)))
 
 
 # A class by itself

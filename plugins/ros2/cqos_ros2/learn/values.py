@@ -188,6 +188,10 @@ class NodeRecord:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
+PLAIN: Final = (str, int, float, bool, Template, Qos, list, dict, Either, type(None))
+"""Values that an assignment replaces; an object stays what it is."""
+
+
 def unknown(cause: str, place: Place | None = None) -> Unknown:
     """Return a value that is not known."""
     return Unknown(cause, place)
@@ -207,7 +211,7 @@ def joined(values: list[Any]) -> Any:
             if "${" in each:
                 return Unknown("a text with `${`")
             text += each
-        elif isinstance(each, (int, float)) and not isinstance(each, bool):
+        elif isinstance(each, int) and not isinstance(each, bool):
             text += str(each)
         else:
             return each if isinstance(each, Unknown) else Unknown("a text of parts that are not known")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.evaluating import assign, evaluate, truth
-from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition
+from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition
+from cqos_ros2.learn.operators import truth
 from cqos_ros2.learn.program import (
     Assign,
     Attribute,
@@ -19,6 +20,7 @@ from cqos_ros2.learn.program import (
     Name,
     Operation,
     Return,
+    inside,
 )
 from cqos_ros2.learn.values import Condition as Decided
 from cqos_ros2.learn.values import Template, Word, flipped
@@ -142,11 +144,7 @@ def _loop(statement: Loop, walk: Walk) -> None:
     names = walk.frame.names
     if isinstance(over, dict):
         over = [*over]
-    if (
-        isinstance(over, list)
-        and len(over) <= MOST_ELEMENTS
-        and not any(isinstance(each, Leave) for each in _inside(statement.body))
-    ):
+    if isinstance(over, list) and len(over) <= MOST_ELEMENTS and _is_short(statement, len(over)):
         for each in over:
             _bind(statement.targets, each, walk)
             run(statement.body, walk)
@@ -168,6 +166,12 @@ def _loop(statement: Loop, walk: Walk) -> None:
         walk.restore(before)
 
 
+def _is_short(statement: Loop, rounds: int) -> bool:
+    """Whether each round of a loop can be followed."""
+    body = [*inside(statement.body)]
+    return Leave("break") not in body and rounds * len(body) <= MOST_ROUNDS
+
+
 def _bind(targets: tuple[str, ...], value: Any, walk: Walk) -> None:
     if len(targets) == 1:
         walk.frame.names[targets[0]] = value
@@ -178,17 +182,8 @@ def _bind(targets: tuple[str, ...], value: Any, walk: Walk) -> None:
     walk.frame.names.update(zip(targets, items, strict=True))
 
 
-def _inside(statements: Iterable[Statement]) -> Iterator[Statement]:
-    for each in statements:
-        yield each
-        if isinstance(each, If):
-            yield from _inside((*each.then, *each.otherwise))
-        elif isinstance(each, Loop):
-            yield from _inside(each.body)
-
-
 def _assigned(statements: Iterable[Statement]) -> Iterator[Expression]:
-    for each in _inside(statements):
+    for each in inside(statements):
         if isinstance(each, Assign) and not each.declares and not _creates(each.value):
             yield each.target
 

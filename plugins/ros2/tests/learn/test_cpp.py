@@ -25,6 +25,16 @@ PUB = "create_publisher<std_msgs::msg::String>"
         (f'{PUB}(std::string(get_name()) + "/a", 1);', "${node}/a", {"depth": 1}),
         (f'int d = 4; rclcpp::QoS q(d); {PUB}("a", q);', "a", {"depth": 4}),  # it reads like the declaration of a function
         (f'{PUB}("a", rclcpp::QoS(1).reliability((rmw_qos_reliability_policy_t)(2)));', "a", {"depth": 1, "reliability": "best_effort"}),
+        (f'std::string t = "a"; for (int i = 0; i < 3; ++i) {{ t += "x"; }} {PUB}(t, 1);', "axxx", {"depth": 1}),
+        (f'std::vector<std::string> n{{"b", "a"}}; {PUB}(n.at(1), n.size());', "a", {"depth": 2}),
+        (f'std::stringstream s; s << "a" << 1 << "/b"; {PUB}(s.str(), 1);', "a1/b", {"depth": 1}),
+        (f'std::stringstream s; s << "x"; s.str(""); s << "a"; {PUB}(s.str(), 1);', "a", {"depth": 1}),
+        (f'{PUB}(fmt::format("{{}}/b{{}}", "a", 2), 1);', "a/b2", {"depth": 1}),
+        (f'{PUB}(rclcpp::expand_topic_or_service_name("a", get_name(), get_namespace()), 1);', "a", {"depth": 1}),
+        (f'{PUB}("a", rmw_qos_profile_sensor_data.depth);', "a", {"depth": 5}),
+        (f'{PUB}("a", RMW_QOS_POLICY_HISTORY_KEEP_LAST);', "a", {"depth": 1}),
+        (f'{PUB}("/tf_static", tf2_ros::StaticListenerQoS());', "/tf_static", {"depth": 100, "durability": "transient_local"}),
+        (f'bool l = declare_parameter<bool>("latch", true); {PUB}("a", rclcpp::QoS(1).durability(l ? RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL : RMW_QOS_POLICY_DURABILITY_VOLATILE));', "a", [{"when": {"latch": "true"}, "depth": 1, "durability": "transient_local"}, {"depth": 1, "durability": "volatile"}]),
         (f'{PUB}("a", QUALITY(3, RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT));', "a", {"depth": 3, "reliability": "best_effort"}),
     ],
 )  # fmt: skip
@@ -41,7 +51,7 @@ def test_values_are_followed(cpp, body, name, qos):
     "body",
     [
         f'std::string t = "a"; if (rclcpp::ok()) {{ t = "b"; }} {PUB}(t, 1);',  # one of two, by a condition that is not known
-        f'std::string t = "a"; for (int i = 0; i < 3; ++i) {{ t += "x"; }} {PUB}(t, 1);',
+        f'std::string t = "a"; for (int i = 0; i < count(); ++i) {{ t += "x"; }} {PUB}(t, 1);',
         f'std::string t = "a"; change(t); {PUB}(t, 1);',  # it may be changed by reference
         f"std::string t = argv[1]; {PUB}(t, 1);",
         f'int n = 0; n++; {PUB}("a" + std::to_string(n), 1);',
@@ -242,3 +252,101 @@ def test_a_member_that_a_callback_changes_is_unknown(cpp):
     )
     found = cpp(body, members)
     assert all("unknown" in each for each in found["publishes"].values())
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f'std::string t = "a"; later([&]() {{ t = "b"; }}); {PUB}(t, 1);',
+        f'topic_ = "a"; watch("topic", [this](const auto & p) {{ topic_ = p.as_string(); }}); {PUB}(topic_, 1);',
+        f'topic_ = "a"; keep([this](const auto & p) {{ topic_ = p.as_string(); }}); {PUB}(topic_, 1);',
+        f'std::stringstream s("x"); s << "a"; {PUB}(s.str(), 1);',
+        f'{PUB}("a" + std::to_string(1.5), 1);',
+    ],
+)  # fmt: skip
+def test_a_name_that_a_lambda_or_a_layout_decides_is_unknown(cpp, body):
+    members = "template<typename F> void keep(F f) { kept_ = f; } std::function<void()> kept_; std::string topic_;"
+    found = cpp(body, members)
+    assert all("unknown" in each for each in found["publishes"].values())
+
+
+def test_a_flag_that_a_kept_lambda_sets_decides_nothing(cpp):
+    body = f'keep([this](const auto & p) {{ on_ = p.as_bool(); }}); if (on_) {{ {PUB}("a", 1); }} else {{ {PUB}("b", 1); }}'
+    found = cpp(
+        body, "template<typename F> void keep(F f) { kept_ = f; } std::function<void()> kept_; bool on_ = true;"
+    )
+    assert all("perhaps" in found["publishes"][name] for name in ("a", "b"))
+
+
+def test_what_a_kept_lambda_makes_may_be_made(cpp):
+    members = "template<typename F> void keep(F f) { kept_ = f; } std::function<void()> kept_;"
+    found = cpp(f'keep([this](const auto &) {{ {PUB}("late", 1); }});', members)
+    assert "perhaps" in found["publishes"]["late"]
+
+
+@pytest.mark.parametrize(
+    ("body", "names"),
+    [
+        ('for (int i = 1; i <= 2; i++) { %s("a" + std::to_string(i), 1); }', ["a1", "a2"]),
+        ('std::vector<std::string> n{"x", "y"}; for (size_t i = 0; i < n.size(); ++i) { if (n[i] == "x") { continue; } %s(n[i], 1); }', ["y"]),
+        ('for (int i = 0; i < 2; ++i) { i++; %s("a" + std::to_string(i), 1); }', ["(unknown 1)"]),
+    ],
+)  # fmt: skip
+def test_a_loop_that_counts_is_followed(cpp, body, names):
+    assert list(cpp(body % PUB)["publishes"]) == names
+
+
+def test_parameters_of_generate_parameter_library_are_known(learned, parser):
+    source = f"""namespace bot {{ class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{
+        listener_ = std::make_shared<ParamListener>(get_node_parameters_interface()); params_ = listener_->get_params();
+        {PUB}(params_.out.topic, params_.depth); for (auto & name : params_.names) {{ {PUB}(name + "/x", 1); }} }}
+        std::shared_ptr<ParamListener> listener_; Params params_; }}; }}
+        int main() {{ rclcpp::spin(std::make_shared<bot::Driver>()); }}"""
+    tree = "bot:\n  depth: {type: int, default_value: 3}\n  names: {type: string_array}\n  out:\n    topic: {type: string, default_value: status}\n"
+    found = learned(
+        {
+            "CMakeLists.txt": "generate_parameter_library(bot_parameters\n  src/bot.yaml\n)\nadd_executable(driver src/driver.cpp)\n",
+            "src/bot.yaml": tree,
+            "src/driver.cpp": source,
+        }
+    ).document["nodes"]["driver"]
+    assert found["publishes"]["${out.topic}"]["qos"] == {"depth": "${depth}"}
+    assert found["publishes"]["${each_name}/x"]["for_each"] == {"each_name": "${names}"}
+    assert found["parameters"] == {"depth": {"default": 3}, "names": {}, "out.topic": {"default": "status"}}
+
+
+def test_a_method_whose_definition_was_not_read_may_set_every_member(cpp):
+    body = f'setup(); if (on_) {{ {PUB}("a", 1); }} {PUB}(topic_, 1); {PUB}(kName, 1);'
+    found = cpp(
+        body, 'void setup(); bool on_ = false; std::string topic_ = "x"; static constexpr const char * kName = "n";'
+    )
+    assert "perhaps" in found["publishes"]["a"]
+    assert set(found["publishes"]) == {"a", "n", "(unknown 1)"}
+
+
+def test_branches_that_divide_a_block_are_read_with_a_note(learned, parser):
+    source = f"""class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{ make(); }} void make(); }};
+#if NEW
+void Driver::make() {{ if (true) {{
+#else
+void Driver::make() {{ if (false) {{
+#endif
+  {PUB}("a", 1); }} }}
+int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}"""
+    found = learned({"CMakeLists.txt": "add_executable(driver src/driver.cpp)\n", "src/driver.cpp": source})
+    assert "a" in found.document["nodes"]["driver"]["publishes"]
+    assert any("divides a block" in cause for _, cause, _ in found.gaps)
+
+
+def test_a_constant_of_the_same_file_is_meant(learned, parser):
+    one = "namespace {{ constexpr auto kDepth = {}; }}\n"
+    source = f"""class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{ {PUB}("a", kDepth); }} }};
+        int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}"""
+    found = learned(
+        {
+            "CMakeLists.txt": "add_executable(driver src/driver.cpp src/other.cpp)\n",
+            "src/driver.cpp": one.format(3) + source,
+            "src/other.cpp": one.format(9),
+        }
+    ).document["nodes"]["driver"]
+    assert found["publishes"]["a"]["qos"] == {"depth": 3}

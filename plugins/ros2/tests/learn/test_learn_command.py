@@ -117,8 +117,8 @@ def test_a_name_that_a_person_gave_takes_the_place_of_what_was_unknown(workspace
     run("learn", workspace)
     file = workspace / "bot" / "bot.node.yaml"
     text = file.read_text()
-    assert "(unknown 1): {unknown: a call that is not followed, " in text
-    text = text.replace("(unknown 1): {unknown: a call that is not followed, ", "scan: {confirmed: true, ")
+    assert "(unknown 1): {unknown: '`read_it` is not followed', " in text
+    text = text.replace("(unknown 1): {unknown: '`read_it` is not followed', ", "scan: {confirmed: true, ")
     file.write_text(text)
     assert run("learn", workspace, "--check").exit_code == 0
     assert run("learn", workspace).exit_code == 0

@@ -16,13 +16,13 @@ def known(found, direction="publishes"):
 @pytest.mark.parametrize(
     ("body", "members", "before", "names"),
     [
-        pytest.param(f'{PUB}("map_" + std::to_string(n_), 1); n_++;', "int n_ = 0; void more() { n_++; }", "", None, id="T1 a member that counts"),
-        pytest.param("Part a(this, 0, {}); ", "", f'struct Part {{ Part(rclcpp::Node * node, int argc, char ** argv) {{ std::string t = "a"; if (argc > 1) {{ t = argv[1]; }} node->{PUB}(t, 1); }} }};', None, id="T2 a default beside the command line"),
+        pytest.param("timer_ = create_wall_timer(1s, std::bind(&Driver::more, this));", f'int n_ = 0; void more() {{ {PUB}("map_" + std::to_string(n_), 1); n_++; }}', "", None, id="T1 a member that counts"),
+        pytest.param("Part a(this, count(), {}); ", "", f'struct Part {{ Part(rclcpp::Node * node, int argc, char ** argv) {{ std::string t = "a"; if (argc > 1) {{ t = argv[1]; }} node->{PUB}(t, 1); }} }};', None, id="T2 a default beside the command line"),
         pytest.param(f'auto a = get_node_topics_interface()->resolve_topic_name("left"); auto b = get_node_topics_interface()->resolve_topic_name("image"); {PUB}(a + b, 1);', "", "", None, id="T3 two resolved names joined"),
         pytest.param(f"std::string t; fill(t); {PUB}(t, 1);", 'void fill(std::string & t) { t = "mine"; }', 'class Other { public: void fill(std::string & t) { t = "other"; } };', {"mine"}, id="T4 one name of a helper in two classes"),
         pytest.param('createSubscription("a");', f'void createSubscription(const std::string & t) {{ {SUB}(t + "/b", 1, {CB}); }}', "", set(), id="T5 a function that is called like a wrapper"),
         pytest.param(f'std::string t = "a"; t = "/" + t; {PUB}(t, 1);', "", "", {"/a"}, id="T9 an assignment to itself"),
-        pytest.param(f'std::stringstream s; s << "a" << 1; {PUB}(s.str(), 1);', "", "", None, id="T15 a name that is streamed"),
+        pytest.param(f'std::stringstream s; s << "a" << 1; {PUB}(s.str(), 1);', "", "", {"a1"}, id="T15 a name that is streamed"),
         pytest.param(f'std::string t = "outer"; auto make = [this](const std::string & t) {{ return {PUB}(t, 1); }}; make("a"); make("b");', "", "", {"a", "b"}, id="T16 a lambda called with each topic"),
         pytest.param('a_ = new Part(this, "a"); parts_.emplace_back<Part>(this, "b"); Part c{this, "c"}; d_ = std::make_unique<Part>(this, "d");', "", f"struct Part {{ Part(rclcpp::Node * node, const std::string & t) {{ node->{PUB}(t, 1); }} }};", {"a", "b", "c", "d"}, id="T31 ways to make an object"),
     ],

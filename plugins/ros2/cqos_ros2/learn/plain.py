@@ -1,0 +1,217 @@
+"""Plain values of both languages: what makes them, and what their methods return. Objects of libraries that are only handed on are made here, too."""
+
+from __future__ import annotations
+
+from string import Formatter
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.evaluating import assign
+from cqos_ros2.learn.operators import element
+from cqos_ros2.learn.program import Attribute, Name, inner_type, last_part
+from cqos_ros2.learn.values import MISSING, Code, Condition, Instance, Template, Test, Word, joined
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_ros2.learn.creating import Given
+    from cqos_ros2.learn.frames import Walk
+
+_NUMBERS: Final = frozenset(
+    (
+        "int",
+        "float",
+        "double",
+        "bool",
+        "size_t",
+        "unsigned",
+        "long",
+        "char",
+        "uint8_t",
+        "int32_t",
+        "int64_t",
+        "uint32_t",
+        "uint16_t",
+        "auto",
+    )
+)
+_TEXTS: Final = frozenset(("string", "std::string"))
+_LISTS: Final = frozenset(("vector", "array", "list", "set", "initializer_list"))
+_POINTERS: Final = frozenset(("shared_ptr", "unique_ptr", "weak_ptr", "optional"))
+_READING: Final = frozenset(
+    (
+        *("find", "size", "length", "count", "begin", "end", "compare", "substr", "split", "strip", "lstrip", "rstrip"),
+        *("startswith", "lower", "upper", "replace", "keys", "values", "items", "join", "get", "back", "front", "data"),
+    )
+)
+"""Methods that leave a text or list as it is."""
+_OF_TEXTS: Final = frozenset(
+    (
+        "lower",
+        "upper",
+        "strip",
+        "lstrip",
+        "rstrip",
+        "replace",
+        "startswith",
+        "endswith",
+        "split",
+        "removeprefix",
+        "title",
+    )
+)
+_BRACES: Final = frozenset(("fmt::format", "std::format"))
+_WRITES: Final = frozenset(("to_string", "str"))
+_STREAMS: Final = frozenset(("stringstream", "ostringstream"))
+_LONGEST_LIST: Final = 100
+_LONGEST_TEXT: Final = 1_000
+_MOST_ARGUMENTS: Final = 3
+
+
+def library_value(name: str, given: Given, walk: Walk) -> Any:
+    """Return a value of a plain type, or an object of a library; the mark for none where it is a function that is not known."""
+    last, arguments = last_part(name), given.arguments
+    found = _of_cpp(name, given) if walk.program.language == "cpp" else builtin(name, given)
+    if found is not MISSING:
+        return found
+    if last == "with_default_policies":
+        return Word(name)
+    if walk.table.is_same(name) and len(arguments) >= 1:
+        return str(arguments[0]) if type(arguments[0]) is int and last in _WRITES else arguments[0]
+    if not last[:1].isupper():
+        return MISSING
+    note_callbacks(given, walk)
+    made = Instance(None, library=name)
+    node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)
+    if node is not None:
+        made.members["#node"] = node
+    return made
+
+
+def _of_cpp(name: str, given: Given) -> Any:
+    """Return a text, list, number, or what a pointer points to, in C++; the mark for none where the call makes none."""
+    last, arguments = last_part(name), given.arguments
+    if name in _TEXTS or last == "string":
+        return arguments[0] if len(arguments) == 1 else "" if not arguments else Unknown("a text of several values")
+    if last in _STREAMS:
+        return Unknown("a stream that begins with a text") if arguments else ""
+    if name in _BRACES and arguments and isinstance(arguments[0], str):
+        return braces(arguments[0], arguments[1:], {})
+    if name == "#range":
+        return builtin("range", given)
+    if last in _LISTS:
+        whole = arguments[0] if len(arguments) == 1 and isinstance(arguments[0], list) else list(arguments)
+        return whole if given.call.types == ("{",) or not arguments else Unknown("a list that is not known")
+    if name in _NUMBERS:
+        return arguments[0] if len(arguments) == 1 else Unknown("it has no value before it is used")
+    written = given.call.function.text if isinstance(given.call.function, Name) else name
+    if last in _POINTERS or inner_type(written) != written:
+        return arguments[0] if arguments else None
+    return MISSING
+
+
+def note_callbacks(given: Given, walk: Walk) -> None:
+    """Note functions that a library is handed: it calls them later."""
+    walk.callbacks += [each for each in (*given.arguments, *given.keywords.values()) if isinstance(each, Code)]
+
+
+# Methods and functions of plain values
+
+
+def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
+    """Return the result of a method of a text, list or dictionary; the mark for none where it is not followed."""
+    name = function.name
+    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
+        new = [*receiver, *given.arguments]
+        assign(function.of, new if len(new) <= _LONGEST_LIST else Unknown("a long list"), walk)
+        return None
+    if name == "format" and isinstance(receiver, str):
+        return braces(receiver, given.arguments, given.keywords)
+    if name == "str" and isinstance(receiver, (str, Template)):  # `stream.str("")`
+        assign(function.of, given.arguments[0], walk)
+        return None
+    if name == "empty" and isinstance(receiver, (str, list)):
+        return not receiver
+    if name == "empty" and isinstance(receiver, Template):
+        return _empty(receiver)
+    if name in {"size", "length"} and isinstance(receiver, (str, list)) and not given.arguments:
+        return len(receiver)
+    if isinstance(receiver, (list, dict)) and name in {"at", "get", "front", "back", "keys", "values", "items"}:
+        return _held(receiver, name, given)
+    if isinstance(receiver, (str, Template, list, dict)) and name not in _READING:
+        assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
+    elif isinstance(receiver, str) and walk.program.language == "python":
+        return _of_text(receiver, name, given)
+    return MISSING
+
+
+def _held(receiver: list[Any] | dict[Any, Any], name: str, given: Given) -> Any:
+    """Return what a list or dictionary holds."""
+    if isinstance(receiver, dict) and name in {"keys", "values", "items"} and not given.arguments:
+        return [list(each) if name == "items" else each for each in getattr(receiver, name)()]
+    key = {"front": 0, "back": -1}.get(name, given.arguments[0] if given.arguments else None)
+    return element(receiver, key)
+
+
+def _of_text(text: str, name: str, given: Given) -> Any:
+    """Return the result of a method of a text in Python."""
+    arguments = given.arguments
+    if name == "join" and len(arguments) == 1 and isinstance(arguments[0], list) and not given.keywords:
+        parts = [part for each in arguments[0] for part in (text, each)]
+        return joined(parts[1:])
+    short = len(text) <= _LONGEST_TEXT and len(arguments) <= _MOST_ARGUMENTS
+    if name not in _OF_TEXTS or given.keywords or not short or not all(isinstance(each, str) for each in arguments):
+        return MISSING
+    try:
+        return getattr(text, name)(*arguments)
+    except (TypeError, ValueError):
+        return MISSING
+
+
+def _empty(receiver: Template) -> Any:
+    return Condition((Test(receiver.parameter, ("",)),)) if receiver.parameter else Unknown("whether a text is empty")
+
+
+def braces(text: str, arguments: Sequence[Any], keywords: Mapping[str, Any]) -> Any:
+    """Return a text with the values of arguments in place of ``{}``, ``{0}`` and ``{name}``."""
+    parts: list[Any] = []
+    count = 0
+    try:
+        fields = list(Formatter().parse(text))
+    except ValueError:
+        return Unknown("a formatted text")
+    for plain, field, layout, conversion in fields:
+        parts.append(plain)
+        if field is None:
+            continue
+        index = int(field) if field.isdigit() else count
+        count += not field
+        known = keywords.get(field, MISSING) if field and not field.isdigit() else MISSING
+        if (not field or field.isdigit()) and index < len(arguments):
+            known = arguments[index]
+        if known is MISSING or layout or conversion:
+            return Unknown("a formatted text")
+        parts.append(known)
+    return joined(parts)
+
+
+def builtin(name: str, given: Given) -> Any:
+    """Return the result of a function of Python that makes a list or number of known values; the mark for none for any other."""
+    arguments = given.arguments if not given.keywords else []
+    if name == "range" and not all(type(each) is int for each in arguments):
+        return Unknown("how often a loop runs is not known")
+    if name == "range" and arguments and all(type(each) is int for each in arguments):
+        if len(arguments) > _MOST_ARGUMENTS or arguments[2:] == [0]:
+            return MISSING
+        found = range(*arguments)
+        return list(found) if len(found) <= _LONGEST_LIST else Unknown("a long list")
+    if name == "len" and len(arguments) == 1 and isinstance(arguments[0], (str, list, dict)):
+        return len(arguments[0])
+    lists = [[*each] if isinstance(each, dict) else each for each in arguments]
+    if not lists or not all(isinstance(each, list) for each in lists):
+        return MISSING
+    if name in {"list", "tuple"} and len(lists) == 1:
+        return lists[0]
+    if name == "enumerate" and len(lists) == 1:
+        return [[number, each] for number, each in enumerate(lists[0])]
+    return [list(each) for each in zip(*lists, strict=False)] if name == "zip" else MISSING

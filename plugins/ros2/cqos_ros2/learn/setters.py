@@ -1,0 +1,134 @@
+"""What else may set a name: methods that a walk has not come to, and lambdas that are kept for later."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.program import (
+    THIS,
+    Attribute,
+    Closure,
+    Name,
+    NotFollowed,
+    Operation,
+    assignments,
+    call_name,
+    calls_in,
+    last_part,
+)
+from cqos_ros2.learn.values import PLAIN, Code
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Call, Class, Function
+    from cqos_ros2.learn.values import Instance
+
+_COUNTS: Final = "++"
+"""How a name stands in a list of setters that is made from its own value."""
+_STARTS: Final = ("create_", "add_")
+_LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
+"""Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
+
+
+def set_elsewhere(instance: Instance, name: str, walk: Walk) -> str:
+    """Return why a member may have another value than the walk saw; empty where it cannot."""
+    for cls in lineage(instance.cls, walk):
+        if cls.name not in walk.setters:
+            walk.setters[cls.name] = _setters(cls, walk)
+        if walk.in_callback and f"{name}{_COUNTS}" in walk.setters[cls.name]:
+            return f"`{name}` counts while it runs"
+        for function in walk.setters[cls.name].get(name, ()):
+            if id(function) not in walk.executed:
+                return f"`{name}` is also set in `{function.last}`"
+    return ""
+
+
+def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
+    found: dict[str, list[Function]] = {}
+    skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
+    for function in walk.program.owned(cls.name):
+        at_start = function.last in skipped or function.last.startswith(("~", "on_"))
+        for name in _set_in(function, walk):
+            if not at_start or (name.endswith(_COUNTS) and function.last not in {last_part(cls.name), "__init__"}):
+                found.setdefault(name, []).append(function)
+        if walk.program.language == "cpp" and (at_start or b"[" in function.source):
+            for inner in _lambdas(function):
+                for name in _set_in(inner, walk):
+                    found.setdefault(name, []).append(inner)
+    return found
+
+
+def _lambdas(function: Function) -> Iterator[Function]:
+    for each in calls_in(function.body, function.initializers):
+        yield from (part.function for part in each.arguments if isinstance(part, Closure))
+
+
+def _set_in(function: Function, walk: Walk) -> Iterator[str]:
+    """Yield the names that a function sets: plain ones, and those of its object."""
+    for each in assignments(function):
+        target = each.target
+        own = isinstance(target, Attribute) and target.of == Name(THIS)
+        name = target.text if isinstance(target, Name) else target.name if own else ""  # type: ignore[union-attr]
+        if name:
+            yield name
+            value = each.value
+            if isinstance(value, NotFollowed) or (isinstance(value, Operation) and target in value.operands):
+                yield f"{name}{_COUNTS}"
+    if walk.program.language == "cpp":
+        yield from _handed_out(function, walk)
+
+
+def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
+    """Yield the plain names that a function of C++ hands to calls that may change them."""
+    for each in calls_in(function.body):
+        name = call_name(each)
+        known = walk.program.functions.get(last_part(name), [])
+        into = {row.values["into"] for row in walk.table.parameters.get(last_part(name), []) if "into" in row.values}
+        for index, given in enumerate(each.arguments):
+            if not isinstance(given, Name) or given.text.isupper():
+                continue
+            changed = any(variable.by_reference for one in known for variable in one.parameters[index : index + 1])
+            if index in into or changed or not (known or walk.table.is_harmless(name) or last_part(name)[:1].isupper()):
+                yield given.text
+
+
+def kept_for_later(values: Iterable[Any], call: Call, walk: Walk) -> None:
+    """Note lambdas that a call was handed and did not call: what they set is not known from then on."""
+    name = last_part(call_name(call))
+    if walk.program.language != "cpp" or name in _LATER or name.startswith(_STARTS):
+        return
+    for each in values:
+        if isinstance(each, Code) and each.function.name == "lambda" and id(each.function) not in walk.executed:
+            walk.callbacks.append(each)
+            for set_there in _set_in(each.function, walk):
+                _forget(set_there.removesuffix(_COUNTS), each, walk)
+
+
+def _forget(name: str, code: Code, walk: Walk) -> None:
+    from cqos_ros2.learn.evaluating import member
+
+    unknown = Unknown(f"`{name[:60]}` is also set in a lambda in line {code.function.place.line}")
+    if name in code.names:
+        code.names[name] = unknown if isinstance(code.names[name], PLAIN) else code.names[name]
+    elif code.this is not None and isinstance(member(code.this, name, walk), PLAIN):
+        code.this.members[name] = unknown
+
+
+def forget_all(instance: Instance, name: str, walk: Walk) -> None:
+    """Take the values of an object as not known where a method of it is called whose definition was not read."""
+    from cqos_ros2.learn.functions import method_of
+
+    if not any(name in cls.declared for cls in lineage(instance.cls, walk)) or method_of(instance.cls, name, walk):
+        return
+    unknown = Unknown(f"the definition of `{name[:60]}` was not read")
+    for cls in lineage(instance.cls, walk):
+        for each in cls.initial:
+            if each not in cls.fixed:
+                instance.members.setdefault(each, unknown)
+    for each, value in instance.members.items():
+        if isinstance(value, PLAIN) and value is not None and not each.startswith("#"):
+            instance.members[each] = unknown
