@@ -20,7 +20,7 @@ from cqos_core.api import read
 from cqos_core.matching.pipeline import context
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version
-from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, column_of, table, titles
+from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, SLOW, column_of, table, titles
 from tests.conformance.guarantees import RECORDED as RUNS_RECORDED
 from tests.conformance.test_guarantees_mosquitto import BROKER_FAULTS, FAULTS, KEPT, RUNS, design
 
@@ -43,10 +43,12 @@ the rules of C-QoS. [Prove it](prove.md#ask-a-model-checker) describes how to as
 guarantees](conformance-guarantees.md) has the same designs on {mosquitto}.
 """
 SUMMARY: Final = """A cell says for how many designs the guarantee holds in all runs of the model, of those for which C-QoS gives it. In brackets:
-how many of the other designs have a run that breaks it. `-`: C-QoS gives it to no design. Empty: the model has no such case."""
+how many of the other designs have a run that breaks it. `-`: C-QoS gives it to no design. `not given`: C-QoS gives a need in time to no design
+under this fault, so there is nothing to ask. `connected`: of these C-QoS takes a slow reader as connected."""
 EVERY: Final = """Each cell has three answers: whether C-QoS gives the guarantee, whether {mosquitto} kept it, and whether it holds in all runs of the
 model. The run of a pair that is recorded shows `latest` to `late_join`. Of `offline` to `liveness`, whose needs are times, tests of their own
-(`tests/conformance`) show what C-QoS gives; `-` is what they do not show."""
+(`tests/conformance`) show what C-QoS gives. `-`: C-QoS does not give it, so no such test has to show it. Empty: the design does not need it, or
+the table above says why there is no answer."""
 LIMITS: Final = """## Limits of the model
 
 - A message of QoS 0 may be dropped on each of its two ways. The broker sends a retained message of QoS 0 into an empty buffer, so only a
@@ -133,7 +135,9 @@ def document() -> str:
     seen = {(each["design"], each["fault"]): each for each in beside["runs"]}
     given = [(each, word) for each in runs for word in each["holds"] if word in each["given"]]
     kept = sum(each["holds"][word] for each, word in given)
-    cells = {(word, column): _cell(word, column, runs) for word in WORDS for column in COLUMNS}
+    cells = {
+        (word, column): _cell(word, column, runs) or _reason(word, column, runs) for word in WORDS for column in COLUMNS
+    }
     rows = [[word, *(cells[word, column] for column in COLUMNS)] for word in WORDS]
     parts = [
         INTRODUCTION.format(by=recorded["by"], messages=recorded["messages"], mosquitto=beside["by"]),
@@ -168,6 +172,13 @@ def _cell(word: str, column: str, runs: Iterable[dict[str, Any]]) -> str:
         f"({others.count(False)} of {len(others)})" if others else "",
     ]
     return " ".join(part for part in parts if part) if here else ""
+
+
+def _reason(word: str, column: str, runs: Iterable[dict[str, Any]]) -> str:
+    """Say why SPIN has no answer for a need in time."""
+    asked = any(word in each["given"] for each in runs if column_of(each) == column)
+    assert column == SLOW or not asked, (word, column)
+    return titles([LINK])[0] if column == SLOW else "not given"
 
 
 def _seen(one: dict[str, Any], ran: dict[str, Any], word: str) -> str:

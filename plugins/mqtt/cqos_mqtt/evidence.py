@@ -19,7 +19,7 @@ _SEEN: Final = {
         "max_gap",
     ),
     "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "late_join"),
-    "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
+    "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline", "max_age"),
     "publisher_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "liveness"),
     "broker_stop": ("latest", "loss_free", "duplicate_free", "late_join", "offline"),
     "broker_crash": ("duplicate_free",),
