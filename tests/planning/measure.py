@@ -5,8 +5,10 @@ from __future__ import annotations
 import random
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import cqos_core as cqos
 from cqos_core.analysis.planning.search import find_repair
 from cqos_core.analysis.planning.suggestion import find_suggestion
 from tests.planning.systems import NAME, NEEDS, SETTINGS, WHERE, again, open_text
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.planning.plan import RepairPlan
 
+EXAMPLES: Final = Path(__file__).resolve().parents[2] / "examples"
 SIZES: Final = (10, 50, 100, 200, 500)
 PER_TOPIC: Final = 10
 PER_PARTICIPANT: Final = 5
@@ -67,6 +70,18 @@ def suggestions(protocol: str, size: int) -> str:
     return f"| {protocol} | {size} | {words} | {len(plan.changes)} | {loud} | {'yes' if plan.proven else 'no'} | {took:.2f} s |"
 
 
+def examples() -> Iterator[str]:
+    """Yield one row for each shipped example in which something has to change."""
+    for path in sorted(each for each in EXAMPLES.iterdir() if each.suffix in {".yaml", ".bpmn"}):
+        try:
+            plan, took = timed(lambda path=path: cqos.repair([path]))
+        except cqos.InputError:  # a part of a system, or a pack
+            continue
+        if plan.changes or plan.conflicts:
+            pairs = plan.before.pair_count
+            yield f"| `{path.name}` | {pairs} | {len(plan.changes)} | {len(plan.conflicts)} | {took:.2f} s |"
+
+
 def timed(make: Callable[[], RepairPlan]) -> tuple[RepairPlan, float]:
     """Return a plan, and the seconds of processor time that it took."""
     began = time.process_time()
@@ -80,6 +95,7 @@ def rows() -> Iterator[str]:
         for protocol in sys.argv[1:] or ("ros2", "dds", "mqtt"):
             for size in SIZES:
                 yield row(protocol, size)
+    yield from examples()
 
 
 if __name__ == "__main__":
