@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -74,7 +75,7 @@ def examples() -> Iterator[str]:
     """Yield one row for each shipped example in which something has to change."""
     for path in sorted(each for each in EXAMPLES.iterdir() if each.suffix in {".yaml", ".bpmn"}):
         try:
-            plan, took = timed(lambda path=path: cqos.repair([path]))
+            plan, took = timed(partial(cqos.repair, [path]))
         except cqos.InputError:  # a part of a system, or a pack
             continue
         if plan.changes or plan.conflicts:
