@@ -93,6 +93,7 @@ class FilledNode:
     Attributes:
         gaps: what is not known of it.
         activates: names of the lifecycle nodes that it activates, with the parameter; None where it activates none.
+        lifecycle: it is a lifecycle node.
         notes: what reading a configuration of it reports.
     """
 
@@ -100,6 +101,7 @@ class FilledNode:
     inside: list[Inside] = field(default_factory=list)
     gaps: list[Unknown] = field(default_factory=list)
     activates: Parameter | None = None
+    lifecycle: bool = False
     notes: list[ImportNote] = field(default_factory=list)
 
 
@@ -146,6 +148,7 @@ class Filling:
             for plugin, name in scope.plugins(each, result):
                 filling = replace(self, variables={**self.variables, "plugin": plugin})
                 filling.fragment(name, each.place, result, own_node=own_node, depth=depth)
+        result.lifecycle |= part.get(form.LIFECYCLE) is True
         stated = part.get(form.ACTIVATES)
         if stated:
             value, place = scope.parameter_of(stated)

@@ -221,10 +221,10 @@ UNREAD: Final = Key(
     ListOf(Form("node_unread", "something not known", (WHAT, CAUSE, AT, WHEN)), "a list of what is not known"),
     "Endpoints that are not known: the report names them, and no partner is called missing.",
 )
-_PARTS: Final[tuple[Key[Any], ...]] = (PARAMETERS, *DIRECTIONS.values(), USES, PLUGINS, UNREAD)
+LIFECYCLE: Final = Key("lifecycle", FLAG, "It is a lifecycle node: its endpoints work when it is active.")
+_PARTS: Final[tuple[Key[Any], ...]] = (LIFECYCLE, PARAMETERS, *DIRECTIONS.values(), USES, PLUGINS, UNREAD)
 FRAGMENT_FORM: Final = Form("node_fragment", "a fragment", _PARTS)
 PLUGIN: Final = Key("plugin", TEXT, "The class as a component.")
-LIFECYCLE: Final = Key("lifecycle", FLAG, "It is a lifecycle node: its endpoints work when it is active.")
 CONFIGURED_BY: Final = Key(
     "configured_by",
     one_of("rviz", "gz_bridge", "ros2_control", "ros2_control_spawner"),
@@ -232,7 +232,7 @@ CONFIGURED_BY: Final = Key(
 )
 ACTIVATES: Final = Key("activates", TEXT, "`${PARAMETER}` with the names of the lifecycle nodes that it activates.")
 NODE_FORM: Final = Form(
-    "node_facts", "what is known of a node", (NAME, PLUGIN, LIFECYCLE, CONFIGURED_BY, ACTIVATES, *_PARTS, INSIDE)
+    "node_facts", "what is known of a node", (NAME, PLUGIN, CONFIGURED_BY, ACTIVATES, *_PARTS, INSIDE)
 )
 FRAGMENTS: Final = Key(
     "fragments",

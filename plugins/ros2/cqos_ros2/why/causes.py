@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_ros2.nodes import form
 from cqos_ros2.types import full_type_name
 from cqos_ros2.why.interfaces import LOOPBACK
 
@@ -322,9 +321,8 @@ def _unmanaged(join: Join, owners: Iterable[str]) -> str:
     """Return a lifecycle node among some that no manager of the launch activates; empty where none is left."""
     if any(node.filled.activates is not None for node in join.nodes):
         return ""  # ROS976 reports those that a manager leaves out
-    of = {node.placed.address: node.placed for node in join.nodes}
-    lifecycle = ((each, of[each].facts) for each in sorted(owners) if each in of)
-    return next((name for name, facts in lifecycle if facts is not None and facts.get(form.LIFECYCLE)), "")
+    lifecycle = {node.placed.address for node in join.nodes if node.filled.lifecycle}
+    return min(lifecycle.intersection(owners), default="")
 
 
 def _condition(seen: Evidence) -> Answer:

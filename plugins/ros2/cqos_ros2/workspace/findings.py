@@ -11,7 +11,6 @@ from cqos_core.model.system import MESSAGE, ImportNote, Place
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
-from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import VERBS
 from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.workspace.agreeing import OPEN
@@ -177,8 +176,7 @@ def _lifecycle(found: Join) -> Iterator[ImportNote]:
     if not managers or not known:
         return
     for node in found.nodes:
-        facts = node.placed.facts
-        if facts is None or node.placed.inner or not facts.get(form.LIFECYCLE) or node.placed.address in managed:
+        if node.placed.inner or not node.filled.lifecycle or node.placed.address in managed:
             continue
         if node.placed.instance.kind == "lifecycle_node":
             continue  # the launch file may activate it itself

@@ -238,6 +238,13 @@ def test_lifecycle_nodes_and_their_managers(joined, findings, names, expected):
     assert [code for code, *_ in findings(system)] == expected
 
 
+@pytest.mark.parametrize(("distro", "expected"), [("humble", []), ("jazzy", ["ROS976"])])
+def test_a_node_is_a_lifecycle_node_since_some_distribution(joined, findings, distro, expected):
+    slam = '<node pkg="slam_toolbox" exec="async_slam_toolbox_node" name="slam_toolbox"/>\n'
+    system = joined(launch_of(MANAGER.format("map_server"), SERVER, slam), distro)
+    assert [code for code, *_ in findings(system) if code.startswith("ROS97")] == expected
+
+
 def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_namespace(joined, findings):
     bridge = '<node pkg="ros_gz_bridge" exec="parameter_bridge" name="bridge" args="/front/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan"/>\n'
     amcl = '<node pkg="nav2_amcl" exec="amcl"/>\n'
