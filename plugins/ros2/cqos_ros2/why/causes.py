@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 MIDDLEWARE_FILES: Final = ("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 """Variables that name the configuration of a middleware."""
+_ELSEWHERE: Final = "programs on other machines are not found"
+_RANGE: Final = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_FINE: Final = ("SUBNET", "SYSTEM_DEFAULT")
+_SPLITS: Final = {"ROS411", "ROS412", "ROS413", "DDS107", "DDS403"}
 _QUOTED: Final = re.compile(r"`([^`]+)`")
 State = Literal["found", "excluded", "not known"]
 
@@ -213,7 +217,7 @@ def _fix(finding: Finding) -> str:
 
 
 def _partition(seen: Evidence) -> Answer:
-    split = next((each for each in seen.findings if each.code in {"ROS411", "ROS412"}), None)
+    split = next((each for each in seen.findings if each.code in _SPLITS), None)
     if split is not None and seen.environment.get("RMW_IMPLEMENTATION", "").startswith("rmw_fastrtps"):
         return Answer("found", split.message, "set one partition and one ownership for both sides")
     if split is not None:
@@ -246,6 +250,40 @@ def _variable(name: str, silent: Mapping[str, str], harmless: Iterable[str] = ()
         return Answer("not known", f"{name}={value}", f"compare {name} on both machines")
 
     return look
+
+
+def _peers(seen: Evidence) -> Answer:
+    """Say whether static peers are all that programs find; otherwise they only add to what is found."""
+    value, reach = (seen.environment.get(name) for name in ("ROS_STATIC_PEERS", _RANGE))
+    if (reach or "").upper() in _FINE or (reach is None and value == ""):
+        return Answer("excluded", "static peers only add to what is found")
+    if value is None or reach is None or not _local(value):
+        text = "ROS_STATIC_PEERS is not stated" if value is None else f"ROS_STATIC_PEERS={value}"
+        return Answer("not known", text, f"printenv ROS_STATIC_PEERS {_RANGE}  # on both machines")
+    text = f"{_RANGE}={reach} and ROS_STATIC_PEERS={value or '(empty)'}: {_ELSEWHERE}"
+    return Answer("found", text, "export ROS_STATIC_PEERS=ADDRESS  # of the other machine")
+
+
+def _servers(seen: Evidence) -> Answer:
+    """Say whether the discovery servers of Fast DDS are on this machine only."""
+    name, middleware = "ROS_DISCOVERY_SERVER", seen.environment.get("RMW_IMPLEMENTATION", "")
+    value = seen.environment.get(name)
+    if middleware and "fastrtps" not in middleware:
+        return Answer("excluded", f"{middleware} does not read {name}")
+    if value is None or not _local(value):
+        text = f"{name} is not stated" if value is None else f"{name}={value}"
+        return Answer("not known", text, f"printenv {name}  # on both machines")
+    if not value:
+        return Answer("excluded", f"{name}=(empty) keeps nothing apart")
+    return Answer(
+        "found", f"{name}={value}: {_ELSEWHERE}", f"export {name}=ADDRESS:PORT  # of the machine of the server"
+    )
+
+
+def _local(addresses: str) -> bool:
+    """Whether no address of a list is one of another machine."""
+    hosts = (each.rpartition(":")[0] or each for each in re.split("[;,]", addresses) if each)
+    return LOOPBACK.issuperset(host.strip("[] ").lower() for host in hosts)
 
 
 def _interfaces(seen: Evidence) -> Answer:
@@ -350,7 +388,6 @@ def _listed(names: Iterable[object]) -> str:
     return ", ".join(f"`{each}`" for each in sorted(map(str, names)))
 
 
-_ELSEWHERE: Final = "programs on other machines are not found"
 CAUSES: Final = (
     Cause("name", _name),
     Cause("remap", _remap),
@@ -362,15 +399,11 @@ CAUSES: Final = (
     Cause("partition", _partition),
     Cause(
         "discovery range",
-        _variable(
-            "ROS_AUTOMATIC_DISCOVERY_RANGE",
-            {"OFF": "no program is found but static peers", "LOCALHOST": _ELSEWHERE},
-            ("SUBNET", "SYSTEM_DEFAULT"),
-        ),
+        _variable(_RANGE, {"OFF": "no program is found but static peers", "LOCALHOST": _ELSEWHERE}, _FINE),
     ),
-    Cause("static peers", _variable("ROS_STATIC_PEERS", {}, ("",))),
+    Cause("static peers", _peers),
     Cause("localhost only", _variable("ROS_LOCALHOST_ONLY", {"1": _ELSEWHERE}, ("0", ""))),
-    Cause("discovery server", _variable("ROS_DISCOVERY_SERVER", {}, ("",))),
+    Cause("discovery server", _servers),
     Cause("network interfaces", _interfaces),
     Cause("security", _security),
 )
