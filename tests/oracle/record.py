@@ -1,9 +1,10 @@
 """Writes docs/conformance-behaviour.md: random runs of the simulator beside the findings about behaviour.
 
-The command has two forms.
+The command has three forms.
 
-python -m tests.oracle.record              write it from what was recorded
-python -m tests.oracle.record RUNS MODELS  first record so many runs of each case, and so many random models
+python -m tests.oracle.record              write it from what was recorded.
+python -m tests.oracle.record RUNS MODELS  first record so many runs of each case, and so many random models.
+python -m tests.oracle.record more         first record what has changed since: new cases, all twins, and the random models.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ Written by `python -m tests.oracle.record` from random runs of a simulator. The 
 flow of a model. It knows nothing of the analysis. Tasks take any time, also for ever. Timers are never early. Gateways choose freely.
 Signals arrive late or get lost.
 
-Recorded on {date}, commit {commit}. Runs have the seeds from 0, random models the seeds from {first}.
+Recorded on {date}, commit {commit}. {more}Runs have the seeds from 0, random models the seeds from {first}.
 
 ## Findings and runs
 
@@ -109,24 +110,29 @@ BP117 says that a subscription exists from the start, which holds by the option 
 """
 
 
+MORE: Final = "New cases, the silent twins and the random models are of commit {}. "
+
+
 def drawn(case: dict[str, Any]) -> Oracle:
     """Return a case as its oracle."""
     stated = {name: case[name] for name in ("protocol", "external", "options") if name in case}
     return Oracle(model(case["model"], **stated))
 
 
-def examples(runs: int) -> dict[str, Any]:
-    """Run each case, and each silent twin until a run lacks the fault of its example."""
-    answers: dict[str, Counter[str]] = {code: Counter() for code in CHECKED}
+def examples(runs: int, before: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Run each case that is not known from before, and each silent twin until a run lacks the fault of its example."""
+    known: dict[str, list[str]] = before["claims"] if before else {}
+    answers = {code: Counter(before["answers"][code] if before else {}) for code in CHECKED}
     expected: dict[str, set[str]] = {}
-    models = 0
+    claims: dict[str, list[str]] = {}
     without: list[str] = []
     twins = 0
     for each in cases():
         case, name = each.values[0], str(each.id)
         oracle = drawn(case)
-        models += bool(oracle.claims)
-        for number in range(runs if oracle.claims else 0):
+        if oracle.claims:
+            claims[name] = sorted(map(str, oracle.claims))
+        for number in range(runs if oracle.claims and name not in known else 0):
             log = oracle.run(number)
             for claim in oracle.claims:
                 answers[claim.code][str(holds(claim, log))] += 1
@@ -144,7 +150,8 @@ def examples(runs: int) -> dict[str, Any]:
             twins += 1
             if not any(lacks(missing, oracle.run(number, steps=_LONG)) for number in range(_TRIES)):
                 without.append(f"{name}: {missing}")
-    return {"models": models, "runs": runs, "answers": answers, "twins": twins, "without": without}
+    assert all(claims.get(name) == said for name, said in known.items()), "a case has changed: record all of them"
+    return {"claims": claims, "runs": runs, "answers": answers, "twins": twins, "without": without}
 
 
 def recall(models: int) -> dict[str, Any]:
@@ -186,8 +193,9 @@ def document() -> str:
     return PAGE.format(
         date=one["date"],
         commit=one["commit"][:12],
+        more=MORE.format(one["more"][:12]) if "more" in one else "",
         first=FIRST_SEED,
-        models=shown["models"],
+        models=len(shown["claims"]),
         runs=shown["runs"],
         claims=_table(["code", "holds", "shows nothing", "contradicted"], claims),
         twins=shown["twins"],
@@ -213,20 +221,24 @@ def _table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in [header, ["-" * len(name) for name in header], *rows])
 
 
-def record(runs: int, models: int) -> None:
-    """Run everything and record it."""
+def record(runs: int, models: int, before: dict[str, Any] | None = None) -> None:
+    """Run everything and record it, or what has changed since ``before``."""
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     recorded = {
         "date": datetime.now(timezone.utc).date().isoformat(),
-        "commit": commit.stdout.strip(),
-        "examples": examples(runs),
+        "commit": before["commit"] if before else commit.stdout.strip(),
+        **({"more": commit.stdout.strip()} if before else {}),
+        "examples": examples(runs, before and before["examples"]),
         "random": recall(models),
     }
     RECORDED.write_text(json.dumps(recorded, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
+    if sys.argv[1:] == ["more"]:
+        earlier = json.loads(RECORDED.read_text(encoding="utf-8"))
+        record(earlier["examples"]["runs"], earlier["random"]["models"], earlier)
+    elif len(sys.argv) > 1:
         record(int(sys.argv[1]), int(sys.argv[2]))
     DOCUMENT.write_text(document(), encoding="utf-8")
     counted = json.loads(RECORDED.read_text(encoding="utf-8"))["examples"]["answers"]

@@ -72,7 +72,9 @@ def read_range(text: str) -> TimeRange:
         )
     except InvalidValueError as error:
         raise InvalidValueError(str(error), _EXPECTED, error.near) from None
-    if last < first or first >= INFINITE:
+    if first >= INFINITE:
+        raise InvalidValueError(f"`{text}` bounds nothing", _EXPECTED)
+    if last < first:
         raise InvalidValueError(f"`{text}` begins after its end", _EXPECTED)
     low = 0 if found["sign"] in {"<=", "≤"} else first
     return TimeRange(low, None if found["sign"] in {">=", "≥"} or last >= INFINITE else last)
