@@ -50,12 +50,12 @@ def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -
     graph, order = drawn.behaviour.graph, drawn.behaviour.order
     starts = [each for each in graph.inside[graph.process[at]] if graph.nodes[each].kind == "start"]
     timers = [each.timer for start in starts for each in graph.nodes[start].triggers]
-    topic, publishers = order.heard(at), drawn.partners_here(end)
+    topic = order.heard(at)
     if len(timers) != 1 or timers[0] is None or timers[0].kind != "cycle" or not timers[0].wait or topic is None:
         return
     requests = {each for throw in order.before(at) for each in graph.throws[throw]}
     answers = [_started_by(drawn, each) for each in graph.thrown_at.get(topic, ())]
-    timing = end.pack.timing
+    timing, publishers = end.pack.timing, drawn.partners_here(end)
     lives = [finite(each, life) for each in publishers for life in (timing.lifespan, timing.kept_for)]
     kept = all(keep(each, end) for each in publishers)
     short = any(life is not None and life < timers[0].wait for life in lives)
@@ -78,11 +78,12 @@ def _started_by(drawn: Drawn, throw: int) -> Hashable | None:
 def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
     """Report a reader whose process takes one sample, beside a writer that keeps all and goes on for ever."""
     behaviour, timing = drawn.behaviour, end.pack.timing
-    publishers, topic = drawn.partners_here(end), behaviour.order.heard(at)
+    topic = behaviour.order.heard(at)
     bound = None if topic is None else behaviour.on_topic(topic)
     if bound is None or not bound.rate or not behaviour.is_once(at) or len(drawn.nodes([end])) != 1:
         return
     same = [each for each in drawn.on(topic, SUBSCRIBER) if each.participant is end.participant]
+    publishers = drawn.partners_here(end)
     everything = publishers and all(is_one_of(each, timing.unlimited) for each in (end, *publishers))
     if len(same) == 1 and everything and all(is_one_of(each, timing.certain) for each in (end, *publishers)):
         message = (

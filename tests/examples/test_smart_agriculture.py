@@ -85,3 +85,43 @@ def test_the_diagram_meets_the_system_file():
     report = cqos.check(DIAGRAM, SYSTEM_FILE)
     assert report.verdict == "compatible"
     assert report.pair_count == 8
+
+
+BASE = {"BP101 Drone_ThrowReq", "BP101 Station_ThrowResp", "BP102 Station_CatchReq", "BP102 Drone_CatchResp"}
+
+
+def behaviour(*changes):
+    """Report the findings about behaviour of the diagram, where events have other attributes or requirements."""
+    text = DIAGRAM.read_text(encoding="utf-8")
+    for event, old, new in changes:
+        before, start, rest = text.partition(f'id="{event}"')
+        assert old in rest, event
+        text = before + start + rest.replace(old, new, 1)
+    report = cqos.check(text.encode(), importer="bpmn")
+    return report, {f"{each.code} {each.sides[0].members[0]}" for each in report.findings if each.code[:2] == "BP"}
+
+
+def test_manual_liveliness_of_the_request_waits_for_the_timer():
+    manual = "automatic", "manual_by_topic"
+    _, found = behaviour(("Drone_ThrowReq", *manual), ("Station_CatchReq", *manual))
+    assert found == BASE | {"BP105 Drone_ThrowReq"}
+
+
+@pytest.mark.parametrize(
+    ("durability", "lifespan", "found"),
+    [("transient_local", "0", {"BP108 Drone_CatchResp"}), ("transient_local", "10", set()), ("volatile", "0", set())],
+)
+def test_the_answer_of_the_round_before_may_be_kept(durability, lifespan, found):
+    kept = ("Drone_CatchResp", 'durability="volatile"', f'durability="{durability}"')
+    lives = [(each, 'lifespan="10"', f'lifespan="{lifespan}"') for each in ("Drone_CatchResp", "Station_ThrowResp")]
+    assert behaviour(kept, *lives)[1] == BASE | found
+
+
+@pytest.mark.parametrize(
+    ("gap", "verdict", "found"), [("1h", "incompatible", {"BP114 Station_CatchReq"}), ("6h", None, set())]
+)
+def test_a_required_gap_that_the_timer_excludes(gap, verdict, found):
+    need = f'><bpmn:extensionElements><qos:need name="max_gap" value="{gap}"/></bpmn:extensionElements>'
+    report, seen = behaviour(("Station_CatchReq", ">", need))
+    assert seen == BASE | found
+    assert (report.verdict == verdict) is (verdict is not None)
