@@ -306,6 +306,7 @@ class Duration(Domain):
         return {**super().describe(), "unit": "ns"}
 
 
+_WHOLE_NUMBER: Final = regular_expression(r"[+-]?\d{1,20}")
 _WHOLE: Final = regular_expression(r"([0-9]{1,18})(ns|us|ms|s)")
 """The usual spelling."""
 _LARGEST_EXPONENT: Final = 30
@@ -376,9 +377,10 @@ class Count(Domain):
 
     def parse(self, text: str) -> int:
         """Read a whole number within the bounds, or a word for unlimited."""
-        if normalise(text) in self.unlimited or text.strip() in self.unlimited:
+        stripped = text.strip()
+        if self.unlimited and (normalise(text) in self.unlimited or stripped in self.unlimited):
             return INFINITE
-        if not re.fullmatch(r"[+-]?\d{1,20}", text.strip()):
+        if not _WHOLE_NUMBER.fullmatch(stripped):
             raise self.refused(f"`{text}` is not a whole number")
         number = int(text)
         if not self.lowest <= number <= self.maximum:
