@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.tables import table
+from cqos_core.language.policy import ENDPOINT, NEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,12 +88,13 @@ def _settings(registered: dict[str, Any]) -> str:
 
 def pack_as_text(pack: RulePack, columns: int) -> str:
     """Return what a rule pack has: policies, options, presets, rules and codes, as tables."""
+    by_level: dict[str, list[Policy]] = {}
+    for each in pack.policies:
+        by_level.setdefault(each.level if each.level in {"option", NEED} else "", []).append(each)
     tables = (
-        ("Policies", [_policy_row(each) for each in pack.policies if each.level != "option"]),
-        (
-            "Options, for `--option` and `options:`",
-            [_policy_row(each) for each in pack.policies if each.level == "option"],
-        ),
+        ("Policies", [_policy_row(each) for each in by_level.get("", ())]),
+        ("Options, for `--option` and `options:`", [_policy_row(each) for each in by_level.get("option", ())]),
+        ("Requirements, the same in all packs, for `needs:`", [_policy_row(each) for each in by_level.get(NEED, ())]),
         ("Presets", [(name, preset.doc, _needs(preset.needs)) for name, preset in pack.presets.items()]),
         (
             "Rules, see `cqos rule CODE`",
@@ -117,16 +119,20 @@ def _needs(needs: tuple[str, str] | None) -> str:
 
 
 def _policy_row(policy: Policy) -> tuple[str, str, str]:
-    level = "" if policy.level in {"endpoint", "option"} else f" ({policy.level})"
-    return policy.name + level, policy.expected(), _default(policy)
+    level = "" if policy.level in {ENDPOINT, "option", NEED} else f" ({policy.level})"
+    return policy.name.removeprefix("need.") + level, policy.expected(), _default(policy)
 
 
 def _default(policy: Policy) -> str:
     if policy.default is None:
         return "not set" if policy.level == "option" else "a fact, no default"
     if isinstance(policy.default, str):
-        return f"default {policy.default}"
-    return ", ".join(f"{role} {text}" for role, text in policy.default.items())
+        return f"default {_written(policy.default)}"
+    return ", ".join(f"{role} {_written(text)}" for role, text in policy.default.items())
+
+
+def _written(text: str) -> str:
+    return text or '""'
 
 
 def _section(columns: int, title: str, rows: Sequence[tuple[str, str, str]]) -> str:

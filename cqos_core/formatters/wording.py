@@ -59,7 +59,10 @@ def label(side: str, fact: Fact) -> str:
 
 def value(fact: Fact) -> str:
     """The value, with its origin unless it was stated outright: ``reliable (from profile response)``."""
-    return f"{fact.value} ({origin(fact)})" if origin(fact) else fact.value
+    if fact.value == "unknown" and fact.origin == "default":  # a fact: what has a default is known
+        return "unknown (not stated)"
+    written = fact.value or '""'
+    return f"{written} ({origin(fact)})" if origin(fact) else written
 
 
 def shown(report: Report, style: Style) -> list[Finding]:
