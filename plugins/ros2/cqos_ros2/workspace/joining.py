@@ -118,9 +118,11 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         waiting[:0] = placing.inside(placed, joined.filled)
         _add(joined, system, numbers)
         result.nodes.append(joined)
-    if any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided:
-        for endpoint in system.endpoints:
-            endpoint.external = True  # its partner may be a node that is not known
+    anywhere = any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided
+    below = tuple(f"{node.placed.address}/" for node in result.nodes if not node.complete)
+    for endpoint in system.endpoints:
+        if anywhere or (endpoint.topic or "").startswith(below):
+            endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
     return result

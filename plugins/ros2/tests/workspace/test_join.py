@@ -253,6 +253,18 @@ def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_names
     assert findings(joined(launch_of(bridge, amcl, driver))) == []
 
 
+def test_a_node_that_is_partly_known_may_have_any_topic_below_its_own_name(joined, findings):
+    camera = '<node pkg="bot" exec="camera" name="{}"/>\n'
+    viewer = '<node pkg="bot" exec="listener" name="viewer"><remap from="chatter" to="/oak/chatter"/></node>\n'
+    files = {
+        "bot/bot.node.yaml": TALKER
+        + "  camera: {publishes: {raw: {type: a/msg/B}}, unread: [{what: streams, cause: the device decides}]}\n"
+    }
+    for name, expected in (("oak", []), ("usb", ["CQ403"])):
+        nodes = launch_of(node(), viewer, camera.format(name))
+        assert [code for code, *_ in findings(joined({**nodes, **files}))] == expected
+
+
 def test_inputs_of_a_filter_follow_their_configuration(joined):
     config = "[" + ", ".join(["true"] + ["false"] * 14) + "]"
     none = "[" + ", ".join(["false"] * 15) + "]"
