@@ -189,7 +189,7 @@ STATES = {
     "new": State(None, _new),
     "first": State(None, _first, "modeler-first"),
     "compatible": State(PAPER, _choose("Drone_ThrowReq")),
-    "incompatible": State(INCOMPATIBLE, _choose("Drone_ThrowReq", ".panel .card"), "modeler"),
+    "incompatible": State(INCOMPATIBLE, _choose("Drone_ThrowReq", ".panel .card:has-text('Best effort')"), "modeler"),
     "problems": State(SEVERAL, _problems, "modeler-problems-dark", theme="dark"),
     "zoomed": State(SEVERAL, _problems, "modeler-zoomed-dark", "zoomed", "dark"),
     "problem": State(INCOMPATIBLE, _problem),
