@@ -20,7 +20,6 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Pairs,
-    Parts,
     Reference,
     inner_type,
     last_part,
@@ -77,8 +76,6 @@ def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Pairs):
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
         return dict(pairs) if all(isinstance(key, (str, int)) for key, _ in pairs) else Unknown("a dictionary")
-    if isinstance(expression, Parts):
-        return joined([evaluate(each, walk) for each in expression.parts])
     if isinstance(expression, Closure):
         return Code(expression.function, walk.frame.this, walk.frame.names)
     if isinstance(expression, Reference):

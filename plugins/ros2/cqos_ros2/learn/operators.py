@@ -6,6 +6,7 @@ import operator
 from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.program import JOIN
 from cqos_ros2.learn.values import Code, Condition, Either, Instance, Qos, Template, Test, Word, flipped, joined
 
 _BINARY: Final = 2
@@ -15,7 +16,7 @@ _ORDER: Final = {"<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": op
 
 def operation(sign: str, values: list[Any]) -> Any:
     """Return the value of an operator with its operands."""
-    if sign == "+" and all(isinstance(each, (str, Template, Either)) for each in values):
+    if sign == JOIN or (sign == "+" and all(isinstance(each, (str, Template, Either)) for each in values)):
         return joined(values)
     if sign in {"==", "!="}:
         return _equal(values, negated=sign == "!=")

@@ -218,7 +218,9 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
         parse = parser()
     except ImportError:
         raise NoParserError from None
-    for path in sorted(paths, key=lambda each: not each.endswith((".h", ".hpp", ".hh", ".hxx"))):
+    for path in sorted(
+        paths, key=lambda each: not each.endswith((".h", ".hpp", ".hh", ".hxx", ".ipp", ".inl", ".tpp"))
+    ):
         data = workspace.read(path, Place(path))
         if isinstance(data, Unknown):
             program.gaps.append((data.cause, Place(path)))

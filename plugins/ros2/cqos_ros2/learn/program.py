@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 _Found = TypeVar("_Found")
 THIS: Final = "this"
 """What a method calls its object, in both languages."""
+JOIN: Final = "join"
+"""The operator of a text of parts one after the other."""
 
 
 # Expressions
@@ -66,7 +68,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operator with its operands, for instance ``+``, ``==``, ``and`` or ``not``."""
+    """An operator with its operands, for instance ``+``, ``==``, ``and`` or ``not``; `JOIN` for a text of parts."""
 
     operator: str
     operands: tuple[Expression, ...]
@@ -97,13 +99,6 @@ class Pairs:
     """A dictionary."""
 
     items: tuple[tuple[Expression, Expression], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """A text of parts one after the other."""
-
-    parts: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +133,6 @@ Expression: TypeAlias = (
     | Conditional
     | Items
     | Pairs
-    | Parts
     | Closure
     | Reference
     | NotFollowed

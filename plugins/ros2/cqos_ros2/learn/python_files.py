@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.learn.program import (
+    JOIN,
     THIS,
     Assign,
     Attribute,
@@ -27,7 +28,6 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Pairs,
-    Parts,
     Return,
     Variable,
     last_part,
@@ -311,7 +311,7 @@ def _text(node: ast.JoinedStr, file: PythonFile) -> Expression:
             found.append(inner if plain else NotFollowed("a formatted value", (inner,)))
         else:
             found.append(_expression(each, file))
-    return Parts(tuple(found))
+    return Operation(JOIN, tuple(found))
 
 
 def _compared(node: ast.Compare, file: PythonFile) -> Expression:
