@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.frames import lineage
 from cqos_ros2.learn.operators import element, operation, truth
@@ -14,6 +15,7 @@ from cqos_ros2.learn.program import (
     Closure,
     Conditional,
     Element,
+    Function,
     Items,
     Literal,
     Name,
@@ -187,30 +189,44 @@ def _constant(text: str, walk: Walk) -> Any:
     module = walk.frame.function.name
     stated = []
     for name, value, file in program.constants.get(last, []):
-        own = (
+        fitting = (
             module.startswith(f"{name.rpartition('.')[0]}.")
             if program.language == "python" and text == last
             else _fits(name, text)
         )
-        if own:
+        if fitting:
             stated.append((file, value))
     if not stated:
         from cqos_ros2.learn.qualities import preset
 
         return preset(text, walk) or _function(text, walk) or Word(text)
     here = walk.frame.function.place.source
-    found = [value for file, value in stated if file == here] or [value for _, value in stated]
+    own = [each for each in stated if each[0] == here] or stated
     if walk.program.assigned(last):
         return Unknown(f"`{text[:60]}` is set several times")
     walk.step()
-    if id(found[0]) in walk.constants:
-        return walk.constants[id(found[0])]
-    values = [
-        evaluate(each, walk) if not _mentions(each, last) else Unknown("it is made from itself") for each in found
-    ]
+    first = id(own[0][1])
+    if first in walk.constants:
+        return walk.constants[first]
+    values = [_stated(value, file, last, walk) for file, value in own]
     if len(values) == 1 and isinstance(values[0], Instance):
-        walk.constants[id(found[0])] = values[0]
+        walk.constants[first] = values[0]
     return values[0] if all(same(each, values[0]) for each in values) else Unknown(f"`{text[:60]}` has several values")
+
+
+def _stated(value: Expression, file: str, name: str, walk: Walk) -> Any:
+    """Return the value of a constant; names in it mean those of its own file first."""
+    from cqos_ros2.learn.frames import Frame
+
+    if _mentions(value, name):
+        return Unknown("it is made from itself")
+    if walk.program.language != "cpp" or file == walk.frame.function.place.source:
+        return evaluate(value, walk)
+    walk.frames.append(Frame(Function("", (), (), Place(file)), None))
+    try:
+        return evaluate(value, walk)
+    finally:
+        walk.frames.pop()
 
 
 def _function(text: str, walk: Walk) -> Code | None:

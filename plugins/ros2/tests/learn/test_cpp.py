@@ -350,3 +350,18 @@ def test_a_constant_of_the_same_file_is_meant(learned, parser):
         }
     ).document["nodes"]["driver"]
     assert found["publishes"]["a"]["qos"] == {"depth": 3}
+
+
+def test_a_constant_is_made_from_those_of_its_own_file(learned, parser):
+    header = 'namespace {0} {{ const std::string kPrefix = "{0}/"; const std::string kTopic = kPrefix + "x"; }}\n'
+    source = f"""class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{ {PUB}(one::kTopic, 1); {PUB}(two::kTopic, 1); }} }};
+        int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}"""
+    found = learned(
+        {
+            "CMakeLists.txt": "add_executable(driver src/driver.cpp)\n",
+            "include/one.hpp": header.format("one"),
+            "include/two.hpp": header.format("two"),
+            "src/driver.cpp": source,
+        }
+    ).document["nodes"]["driver"]
+    assert set(found["publishes"]) == {"one/x", "two/x"}
