@@ -119,9 +119,10 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         _add(joined, system, numbers)
         result.nodes.append(joined)
     anywhere = any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided
-    below = tuple(f"{node.placed.address}/" for node in result.nodes if not node.complete)
+    partly = [node.placed.address for node in result.nodes if not node.complete]
     for endpoint in system.endpoints:
-        if anywhere or (endpoint.topic or "").startswith(below):
+        topic, own = endpoint.topic or "", endpoint.participant
+        if anywhere or any(topic.startswith(f"{name}/") and name != own for name in partly):
             endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
