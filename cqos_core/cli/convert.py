@@ -96,7 +96,12 @@ def convert(
     for text in (*exported.notes[:_MOST_NOTES], *more):
         say(text, severity="note", choice=color)
     if not exported.expressed:
-        say(f"nothing of it can be expressed as {info.name}, so nothing is written", severity="error", choice=color)
+        alone = "" if system.endpoints else ": no endpoint is in it, so name the files of the participants beside it"
+        say(
+            f"nothing of it can be expressed as {info.name}, so nothing is written{alone}",
+            severity="error",
+            choice=color,
+        )
         ctx.exit(UNUSABLE)
     if output is None:
         emit(exported.text)

@@ -116,6 +116,13 @@ def test_half_of_a_system_is_not_written(cqos, files, bad):
     assert not (files / "out.yaml").exists()
 
 
+def test_overrides_alone_say_what_to_name_beside_them(cqos, files):
+    (files / "overrides.yaml").write_text("/scan:\n  reliability: best_effort\n  depth: 5\n")
+    done = cqos("convert", "overrides.yaml", "--to", "yaml")
+    assert done.code == 2
+    assert "no endpoint is in it, so name the files of the participants beside it" in done.err
+
+
 def test_nothing_of_it_can_be_expressed(cqos, files):
     (files / "old.yaml").write_text("before")
     (files / "only.yaml").write_text("cqos: 1\nprotocol: ros2\nparticipants: {a: {serves: {s: {}}}}\n")
