@@ -200,15 +200,17 @@ def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
 
 
 def _order_notes(spoken: Violation) -> tuple[str, ...]:
-    """The order of the values compared, for ordered choices."""
+    """The order of the values compared, for ordered choices whose names are no numbers."""
     if spoken.bound.scope != "pair":
         return ()
     vocabulary = spoken.bound.bound.vocabulary
     notes: dict[str, None] = {}
     for use in spoken.bound.bound.uses:
         policy = vocabulary.policies[use.index]
-        if isinstance(policy.domain, Choice) and policy.domain.ordered and len(policy.domain.names) > 1:
-            notes[f"order of {policy.name}: {policy.domain.expected()}"] = None
+        domain = policy.domain
+        names = domain.names if isinstance(domain, Choice) and domain.ordered else ()
+        if len(names) > 1 and not names[0].isdigit():
+            notes[f"order of {policy.name}: {domain.expected()}"] = None
     return tuple(notes)
 
 
