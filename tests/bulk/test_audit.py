@@ -98,6 +98,14 @@ def test_a_clean_fleet_is_one_line_and_goes_on_where_it_was(tmp_path):
         (TABLE.replace("reliability", "reliabilty"), ["--protocol", "ros2"], "did you mean `reliability`"),
         (TABLE.replace("subscriber", "subscribr"), ["--protocol", "ros2"], "role `subscribr`"),
         ("topic\n/a\n", ["--protocol", "ros2"], "no column `role`"),
+        (TABLE.replace("role,", "Role,"), ["--protocol", "ros2"], "did you write `Role`?"),
+        (TABLE.replace("subscriber,/a", "subscriber,"), ["--protocol", "ros2"], "no topic in 1 row"),
+        ("role,topic\n", ["--protocol", "ros2"], "has no rows"),
+        ("", ["--protocol", "ros2"], "is empty"),
+        (TABLE.replace("/a,reliable,1", "/a"), ["--protocol", "ros2"], "other numbers of columns"),
+        (TABLE, ["--protocol", "ros2", "--output", "nowhere/found.parquet"], "there is no folder `nowhere`"),
+        (TABLE, ["--protocol", "ros2", "--work", "fleet.csv"], "is a file; expected a folder"),
+        (TABLE, ["--protocol", "ros2", "--option", "rosy.rmw=x"], "no rule pack `rosy`"),
     ],
 )
 def test_a_table_that_cannot_be_audited_is_refused(table, arguments, message, tmp_path):

@@ -66,13 +66,13 @@ class DuckDB:
             elif suffix == ".parquet":
                 found = self.database.read_parquet(path)
             elif suffix == ".csv":
-                found = self.database.read_csv(path, all_varchar=True, header=True)
+                found = self.database.read_csv(path, all_varchar=True, header=True, skiprows=0, sep=_separator(path))
             else:
                 found = self.database.sql(_TEXTS_OF_JSON.format(path=_quoted(path)))
             names = ", ".join(f'"{_inner(name)}" AS "{_inner(name.replace(".", DOT))}"' for name in found.columns)
             return nw.from_native(found.project(names))
         except duckdb.Error as error:
-            raise CqosError(f"`{path}` cannot be read: {str(error).splitlines()[0]}") from None
+            raise CqosError(f"`{path}` cannot be read: {_reason(error)}") from None
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
         """Open a Parquet file that was kept."""
@@ -82,7 +82,12 @@ class DuckDB:
 
     def write(self, frame: nw.LazyFrame[Any], path: Path) -> None:
         """Write a table as Parquet."""
-        frame.to_native().write_parquet(str(path))
+        import duckdb
+
+        try:
+            frame.to_native().write_parquet(str(path))
+        except duckdb.InvalidInputException as error:
+            raise CqosError(f"a row of the table cannot be read: {_reason(error)}") from None
 
     def close(self) -> None:
         """Close the database."""
@@ -258,6 +263,27 @@ def _number_type(values: Iterable[int | None]) -> Any:
 
     largest = max((abs(each) for each in values if each is not None), default=0)
     return next(kind for kind, bits in ((pa.int16(), 15), (pa.int32(), 31), (pa.int64(), 64)) if largest < 1 << bits)
+
+
+def _separator(path: str) -> str:
+    """Return what separates columns in the first line; where rows differ in length, DuckDB would guess another one."""
+    if not Path(path).is_file():
+        return ","
+    with Path(path).open(encoding="utf-8", errors="replace") as file:
+        return max(",;\t|", key=file.readline(_FIRST_LINE).count)
+
+
+_FIRST_LINE: Final = 1_000_000
+_SHOWN: Final = 200
+"""Characters of a line of an error."""
+
+
+def _reason(error: Exception) -> str:
+    """Return the first lines of an error that say where and what; the row itself may be as long as the file."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Original Line")]
+    if "sniffing file" in lines[0]:
+        return "rows have other numbers of columns than the first line, or a quote is not closed"
+    return " ".join(line[:_SHOWN] for line in lines[:2])
 
 
 def _remove(path: Path) -> None:

@@ -16,13 +16,14 @@ from cqos_bulk.crossing import crossing_topics
 from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
 from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
-from cqos_bulk.topic_frames import FINDING
+from cqos_bulk.topic_frames import FINDING, rows_of
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
@@ -82,6 +83,7 @@ def run_audit(
     Raises:
         CqosError: the source cannot be read, has no such columns, or a protocol has no pack.
     """
+    _refuse_unusable(wanted, where)
     kept = tempfile.TemporaryDirectory(prefix="cqos-audit-") if wanted.work is None else nullcontext(str(wanted.work))
     with kept as folder, _engine(wanted, Path(folder)) as engine:
         path = Path(wanted.path)
@@ -101,6 +103,21 @@ def run_audit(
         if wanted.output is not None:
             write_findings(found, store, wanted.output)
         return summed_up(found, store)
+
+
+def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
+    """Refuse paths and options that cannot work before anything is read."""
+    path, output, work = Path(wanted.path), wanted.output, wanted.work
+    if not (wanted.spark or path.exists() or "*" in wanted.path):
+        raise CqosError(f"`{path}`: there is no such file or folder")
+    if path.is_file() and not path.stat().st_size:
+        raise CqosError(f"`{path}` is empty; expected a first line with the names of columns")
+    if output is not None and not output.absolute().parent.is_dir():
+        raise CqosError(f"`--output {output}`: there is no folder `{output.parent}`")
+    if work is not None and work.exists() and not work.is_dir():
+        raise CqosError(f"`--work {work}` is a file; expected a folder")
+    for name in wanted.options:
+        _pack(name, where)
 
 
 _READ_ONCE: Final = (".csv", ".ndjson", ".jsonl")
@@ -216,7 +233,15 @@ def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
     names = [each for each in frame.collect_schema().names() if each.replace(DOT, ".") not in wanted.skip]
     missing = [each for each in ("role", "topic") if each not in names]
     if missing:
-        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {', '.join(names) or 'none'}")
+        like = [each for each in names if each.strip().lower() == missing[0]]
+        meant = f"; did you write `{like[0]}`?" if like else ""
+        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {', '.join(names) or 'none'}{meant}")
+    topic = nw.col("topic").cast(nw.String)
+    (row,) = rows_of(frame.filter(topic.is_null() | (topic == "")).select(nw.len().alias("number")))
+    if row["number"]:
+        raise CqosError(
+            f"`{wanted.path}`: no topic in {plural(row['number'], 'row')}; fill it in, or leave such rows out"
+        )
     blank = {"system": "", "version": "", "participant": "participant", "protocol": wanted.protocol or ""}
     if "protocol" not in names and wanted.protocol is None:
         raise CqosError(f"`{wanted.path}` has no column `protocol`; state the protocol with `--protocol`")
@@ -283,6 +308,8 @@ def _protocols(
                 raise CqosError(
                     f"column `{shown}` names no policy of {pack.title}{meant} (`--skip {shown}` leaves it out)"
                 )
+    if not packs:
+        raise CqosError(f"`{wanted.path}` has no rows")
     return dict(sorted(packs.items())), used
 
 
