@@ -73,11 +73,11 @@ class _Shown:
     notes: set[str] = field(default_factory=set)
 
     def reason(self, finding: Finding) -> str:
-        """The rule's reason, empty if it was printed before."""
+        """The rule's reason, empty if it was printed before or is part of the message."""
         key = (finding.code, finding.because)
         known = key in self.reasons
         self.reasons.add(key)
-        return "" if known else finding.because
+        return "" if known or finding.because in finding.message else finding.because
 
     def rule(self, finding: Finding) -> bool:
         """Whether the rule, with this clause, was named before."""
