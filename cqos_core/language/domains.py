@@ -485,11 +485,7 @@ SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
 
 
 def as_text(value: SettingValue) -> str:
-    """Write a Python value in the spelling of the YAML form.
-
-    Raises:
-        TypeError: for a type that has no such spelling.
-    """
+    """Write a Python value in the spelling of the YAML form; raise `TypeError` for a type that has none."""
     if isinstance(value, str):
         return value
     if isinstance(value, bool):

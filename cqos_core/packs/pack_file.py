@@ -273,11 +273,7 @@ for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
 
 
 def read_pack(source: Source) -> RulePack:
-    """Read a rule pack file.
-
-    Raises:
-        InputError: it is no YAML or no pack; every problem is listed with its line.
-    """
+    """Read a rule pack file; raise `InputError` with every problem and its line where it is none."""
     problems: list[Problem] = []
     reading = Reading(source, problems, [])
     documents = read_tree(reading).documents
@@ -317,15 +313,10 @@ _FORMS: Final = {each.__name__: each for each in (FromPeersModel, PerRoleModel, 
 _KINDS: Final = {"str": "a text", "int": "a number", "bool": "a flag"}
 _EXPECTED: Final = {
     "string_type": "a text",
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "list_type": "a list",
-    "tuple_type": "a list",
-    "frozen_set_type": "a list",
-    "dict_type": "a map",
-    "model_type": "a map",
+    **dict.fromkeys(("int_type", "int_parsing"), "a whole number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    **dict.fromkeys(("list_type", "tuple_type", "frozen_set_type"), "a list"),
+    **dict.fromkeys(("dict_type", "model_type"), "a map"),
 }
 """What pydantic misses, by its type of error."""
 
@@ -334,15 +325,13 @@ def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[P
     """Yield what pydantic found in the words of all other files; of a value with several forms one problem."""
     choices: dict[tuple[int | str, ...], list[str]] = {}
     chosen = set()
-    unknown: dict[tuple[int | str, ...], list[str]] = {}
-    for error in errors:
-        if error["type"] == "extra_forbidden":
-            unknown.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
+    unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
     for error in errors:
         location = error["loc"]
         depth = _depth(location, root)
         rest = location[depth:]
-        if error["type"] == "missing" and nearest(str(location[-1]), unknown.get(location[:-1], ())):
+        beside = [str(each[-1]) for each in unknown if each[:-1] == location[:-1]]
+        if error["type"] == "missing" and nearest(str(location[-1]), beside):
             continue  # that key is misspelt, which is reported
         if not rest or (len(rest) == 1 and error["type"] == "missing"):
             yield _located(error, location, root, reading)
@@ -354,9 +343,10 @@ def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[P
     for location, forms in choices.items():
         node = _at(location, root)
         if location not in chosen:
-            allowed = listed(dict.fromkeys(_form(each) for each in forms))
-            message = f"{_called(location)} must be {allowed}, found {described(node)}"
-            yield Problem("CQ009", message, reading.place(node))
+            allowed = listed(dict.fromkeys(map(_form, forms)))
+            yield Problem(
+                "CQ009", f"{_called(location)} must be {allowed}, found {described(node)}", reading.place(node)
+            )
 
 
 def _depth(location: tuple[int | str, ...], root: Node) -> int:
@@ -404,8 +394,10 @@ def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: R
     if expected is None:
         said = error.get("ctx", {}).get("error", error["msg"])
         return Problem("CQ011", f"{_called(location)}: {said}", reading.place(node))
-    code = "CQ011" if error["type"] == "literal_error" else "CQ009"
-    message = f"{_called(location)} must be {expected}, found {described(node)}"
+    code, message = (
+        "CQ011" if error["type"] == "literal_error" else "CQ009",
+        f"{_called(location)} must be {expected}, found {described(node)}",
+    )
     advice = "begin each with a dash: `- …`" if error["type"] == "list_type" else None
     return Problem(code, message, reading.place(node), advice)
 

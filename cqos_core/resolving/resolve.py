@@ -481,8 +481,7 @@ class Resolver:
 
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
-            place = key_of(stated.setting.place, stated.name)
-            self.reader.say("CQ210", message, place, endpoint.role, [identifier])
+            self.reader.say("CQ210", message, key_of(stated.setting.place, stated.name), endpoint.role, [identifier])
 
 
 def resolve(
