@@ -1,8 +1,4 @@
-"""Rule packs written as YAML: the same value as a pack written in Python, read from a file.
-
-The form is described by the pydantic models below; ``docs/packs.md`` explains it with an example. Sentences are text in
-the language of `cqos_core.language.expression`.
-"""
+"""Rule packs written as YAML: the same value as a pack in Python. The models below are the form; ``docs/packs.md`` explains it."""
 
 from __future__ import annotations
 
