@@ -72,6 +72,9 @@ def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, 
                 walk.at_run_time.add(each.function.last)
             else:
                 walk.callbacks.append(each)
+    if last_part(name) in walk.table.lists["changing"]:
+        for written in expression.arguments:
+            _change(written, expression, walk)
     if walk.program.language != "cpp" or walk.table.is_harmless(name):
         return
     known = [*walk.program.find_functions(name), *walk.program.functions.get(name, [])]
@@ -84,6 +87,14 @@ def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, 
             and not (isinstance(written, Name) and written.text.isupper())
         ):
             assign(written, Unknown(f"`{name[:60]}` may change it", expression.place), walk)
+
+
+def _change(written: Expression, by: Call, walk: Walk) -> None:
+    """Take what a call is handed, or an iterator of it, as not known."""
+    if isinstance(written, Call) and isinstance(written.function, Attribute):
+        written = written.function.of
+    if isinstance(written, (Name, Attribute)) and isinstance(evaluate(written, walk), _CHANGING):
+        assign(written, Unknown(f"`{call_name(by)[:60]}` may change it", by.place), walk)
 
 
 def _named(name: str, given: Given, walk: Walk) -> Any:

@@ -63,6 +63,7 @@ _NODE: Final = frozenset(("name", "namespace", "lifecycle", "client", "defaults"
 _LISTS: Final = (
     "same",
     "harmless",
+    "changing",
     "lifecycle",
     "plugin",
     "at_run_time",

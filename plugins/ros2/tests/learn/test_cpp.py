@@ -251,6 +251,7 @@ def test_a_member_that_a_callback_changes_is_unknown(cpp):
         't_ = declare_parameter("t", "a"); timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { select(); });'
     )
     found = cpp(body, members)
+    assert found["publishes"]
     assert all("unknown" in each for each in found["publishes"].values())
 
 
@@ -260,6 +261,9 @@ def test_a_member_that_a_callback_changes_is_unknown(cpp):
         f'std::string t = "a"; later([&]() {{ t = "b"; }}); {PUB}(t, 1);',
         f'topic_ = "a"; watch("topic", [this](const auto & p) {{ topic_ = p.as_string(); }}); {PUB}(topic_, 1);',
         f'topic_ = "a"; keep([this](const auto & p) {{ topic_ = p.as_string(); }}); {PUB}(topic_, 1);',
+        f'std::string t = "A"; std::transform(t.begin(), t.end(), t.begin(), ::tolower); {PUB}(t, 1);',
+        f'std::vector<std::string> n{{"a"}}; std::sort(n.begin(), n.end()); {PUB}(n[0], 1);',
+        f"std::vector<std::string> n; std::copy_if(all.begin(), all.end(), std::back_inserter(n), ok); for (auto & t : n) {{ {PUB}(t, 1); }}",
         f'std::stringstream s("x"); s << "a"; {PUB}(s.str(), 1);',
         f'{PUB}("a" + std::to_string(1.5), 1);',
     ],
