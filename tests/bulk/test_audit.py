@@ -57,6 +57,15 @@ def test_an_audit_says_what_a_check_says(protocols, engine, seed, systems, tmp_p
     assert set(found) == set(findings)
 
 
+def test_two_audits_of_one_fleet_say_the_same_in_any_order_of_rows(tmp_path):
+    needed("duckdb")
+    write_fleet(tmp_path / "fleet.csv", "ros2", 8, 400)
+    head, *rows = (tmp_path / "fleet.csv").read_text("utf-8").splitlines()
+    (tmp_path / "back.csv").write_text("\n".join([head, *reversed(rows)]) + "\n", "utf-8")
+    found = [run(["audit", name, "--format", "json"], tmp_path) for name in ("fleet.csv", "back.csv")]
+    assert json.loads(found[0].out) == json.loads(found[1].out)
+
+
 TABLE = """role,topic,reliability,version
 publisher,/a,best_effort,2
 publisher,/a,reliable,1

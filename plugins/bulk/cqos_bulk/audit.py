@@ -89,7 +89,8 @@ def audit(
     """
     step(STAGES[0])
     keys = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
-    store.keep("texts", texts.select(*keys))
+    # In order, so that each run numbers the profiles alike.
+    store.keep("texts", texts.select(*keys).sort(*keys))
     plain = _numbered(keys, profiles, store)
     step(STAGES[1])
     found = _candidates(source, plain, keys, profiles, store, one_system)
@@ -256,7 +257,7 @@ def _named(rows: Frame, keys: Sequence[str], profiles: FleetProfiles, store: Tab
     owner = nw.when(plain).then(nw.lit("participant")).otherwise(nw.col("participant"))
     columns = ["system", *keys, "topic", "participant"]
     distinct = rows.with_columns(owner.alias("participant")).group_by(*columns).agg(nw.len().alias("number"))
-    store.keep("named_texts", distinct)
+    store.keep("named_texts", distinct.sort(*columns))
     found = Counter[tuple[str, str, int]]()
     for row, number, key in _resolved(store.rows("named_texts"), profiles):
         if key is not None:
