@@ -119,10 +119,16 @@ class _Profiles(RosFile):
                 "these profiles take effect with Fast DDS only, and only where a node leaves a policy to the middleware"
             )
             self.note("ROS962", message, place, "state `--option ros2.rmw=fastdds` if it is in use")
-        if found.unread:
-            paths = sorted(found.unread)
+        limits = (
+            each.place for profile in found.profiles for name, each in profile.settings.items() if "limits" in name
+        )
+        unread = dict(found.unread)
+        if limited := next(filter(None, limits), None):
+            unread["topic/resourceLimitsQos"] = limited
+        if unread:
+            paths = sorted(unread)
             message = f"elements that ROS 2 has no policy for: {listed(map(shown, paths), 'and')}"
-            self.note("ROS960", message, min(found.unread.values(), key=lambda place: place.line or 0))
+            self.note("ROS960", message, min(unread.values(), key=lambda place: place.line or 0))
 
 
 def _topic(profile: FastDdsProfile) -> str:
