@@ -83,9 +83,9 @@ class Domain:
         """Describe the domain for machines."""
         return {"kind": self.kind, "ordered": self.ordered}
 
-    def refused(self, message: str, near: str = "") -> InvalidValueError:
+    def refused(self, message: str, near: str | None = None) -> InvalidValueError:
         """Return the error for a text that is none of this domain's values."""
-        return InvalidValueError(message, self.expected(), near)
+        return InvalidValueError(message, self.expected(), near or "")
 
 
 class Choice(Domain):
@@ -124,12 +124,11 @@ class Choice(Domain):
 
     def parse(self, text: str) -> int:
         """Read a name, its synonyms or affixed spellings into its rank."""
-        word = self.word(text)
-        rank = self._ranks.get(word)
+        rank = self._ranks.get(word := self.word(text))
         if rank is None:
             from cqos_core.model.spelling import nearest, same_start
 
-            near = nearest(word, self.names) or same_start(word, self.names) or ""
+            near = nearest(word, self.names) or same_start(word, self.names)
             raise self.refused(f"`{text}` is not one of its values", near)
         return rank
 
@@ -307,8 +306,7 @@ class Duration(Domain):
 
 
 _WHOLE_NUMBER: Final = regular_expression(r"[+-]?\d{1,20}")
-_WHOLE: Final = regular_expression(r"([0-9]{1,18})(ns|us|ms|s)")
-"""The usual spelling."""
+_WHOLE: Final = regular_expression(r"([0-9]{1,18})(ns|us|ms|s)")  # the usual spelling
 _LARGEST_EXPONENT: Final = 30
 _MOST_DIGITS: Final = 64
 _SECOND: Final = 1_000_000_000
@@ -377,10 +375,9 @@ class Count(Domain):
 
     def parse(self, text: str) -> int:
         """Read a whole number within the bounds, or a word for unlimited."""
-        stripped = text.strip()
-        if self.unlimited and (normalise(text) in self.unlimited or stripped in self.unlimited):
+        if self.unlimited and (normalise(text) in self.unlimited or text.strip() in self.unlimited):
             return INFINITE
-        if not _WHOLE_NUMBER.fullmatch(stripped):
+        if not _WHOLE_NUMBER.fullmatch(text.strip()):
             raise self.refused(f"`{text}` is not a whole number")
         number = int(text)
         if not self.lowest <= number <= self.maximum:

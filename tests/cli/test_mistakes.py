@@ -35,7 +35,11 @@ def test_a_mistake_is_named_with_its_place_and_what_to_do(file):
 
 OTHERS = {
     "broker.conf": ("max_queued_messages = 100\n", ["check"], "help: write `max_queued_messages 100`"),
-    "pack.yaml": ("cqos-pack: 1\nid: mine\ntitle: Mine\nrules: {M101: {}}\n", ["test-pack"], "- …`"),
+    "pack.yaml": (
+        "cqos-pack: 1\nid: mine\ntitle: Mine\nrules: {M101: {}}\n",
+        ["test-pack"],
+        "did you mean `cqos_pack`?",
+    ),
     "role.yaml": (
         "cqos: 1\nprotocol: mqtt\nparticipants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {retain: true}}}}\n",
         ["check"],
