@@ -300,22 +300,22 @@ class _Functions:
         first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
         self._at = first, second.difference(asked)
         self._uses = Counter[int]()
-        self._made: dict[int, Reporting] = {}
+        self._made: dict[int, tuple[BoundRule, Reporting]] = {}
 
     def answer(self, bound: BoundRule, offered: Values, asking: Values) -> bool | None:
         """Ask a rule; False or None where it speaks."""
+        # The rule is kept with what is remembered of it, so that no other one gets its identity.
         made = self._made.get(id(bound))
-        if made is not None and (says := _SAYS[made(offered, asking)]) is not _OPEN:
+        if made is not None and (says := _SAYS[made[1](offered, asking)]) is not _OPEN:
             return None if says is False and bound.rule.doubt else says
         # Values that differ in what it does not read have one answer.
         first, second = bound.bound.sides
-        # The rule is kept with the answer, so that no other one gets its identity.
         key = (id(bound), *[offered[at] for at in first], *[asking[at] for at in second])
         known = _ANSWERED.get(key)
         if known is None:
             self._uses[id(bound)] += 1
             if self._uses[id(bound)] == _WORTH_A_FUNCTION:
-                self._made[id(bound)] = _made(bound, Common(offered, asking, self._at))
+                self._made[id(bound)] = bound, _made(bound, Common(offered, asking, self._at))
             said = ask(bound, offered, asking)
             result = True if said is None else None if bound.rule.doubt else said.outcome.result
             known = bound, result

@@ -34,6 +34,7 @@ def forget():
         memory_module._NUMBERED,
         plain_pairs._KNOWN,
         derived_guarantees._GIVEN,
+        derived_guarantees._ANSWERED,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
@@ -58,6 +59,7 @@ def forget():
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
+        *(derived_guarantees.give, derived_guarantees._functions),
     ):
         remembered.cache_clear()
 
