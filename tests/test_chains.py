@@ -223,7 +223,8 @@ def test_ranges_that_cannot_be_read(text):
         ("- lidar", "- {topic: /scan}", "a step of a chain needs `at`"),
         ("max_age:", "max_agee:", "a chain has no key `max_agee`"),
         ("latency: <=5ms", "latencies: <=5ms", "a step of a chain has no key `latencies`"),
-        ("    steps:\n", "    step:\n", "a chain needs `steps`"),
+        ("    steps:\n", "    step:\n", "a chain has no key `step`; did you mean `steps`?"),
+        ("    steps:\n", "    places:\n", "a chain needs `steps`"),
     ],
 )
 def test_the_form_is_strict(old, new, said):

@@ -426,7 +426,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
 
 
 def _counted(node: Node, name: str, file: CppFile) -> Expression | None:
-    """Return the number that `for (int i = 0; i < n; ++i)` stops before; None for any other loop."""
+    """Return the number before which a loop stops that counts up by one from a number; None for any other loop."""
     condition, update = node.child_by_field_name("condition"), text_of(node.child_by_field_name("update"))
     if condition is None or condition.type != "binary_expression" or update not in {f"{name}++", f"++{name}"}:
         return None
