@@ -1,4 +1,4 @@
-"""Copies of endpoints in the terms of another protocol, on whose wire they are: a ROS 2 node as a DDS participant."""
+"""Copies of endpoints in the terms of another protocol, on whose wire they are."""
 
 from __future__ import annotations
 
