@@ -71,16 +71,16 @@ def _letters(stated: _Texts) -> int:
 class _Side:
     """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text.
 
-    ``key``: names and values of one that is remembered and has texts only.
+    ``values``: those when the end goes the short way.
     """
 
-    __slots__ = ("end", "key", "stated", "types")
+    __slots__ = ("end", "stated", "types", "values")
 
     def __init__(self, stated: _Texts) -> None:
         self.stated = stated
         self.end: PairEnd | None = None
         self.types: tuple[tuple[str, type], ...] = ()
-        self.key: tuple[Any, ...] | None = None
+        self.values: Sequence[Any] | None = None
 
     def spelt_alike(self, settings: Settings) -> bool:
         """Whether settings that are equal are of the same types: True equals 1, and is another text."""
@@ -102,9 +102,6 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        # Of these, by names and texts, the values of those that state nothing but texts and go the short way, once there is one.
-        self.offering: dict[tuple[Any, ...], Sequence[Any]] = {}
-        self.requesting: dict[tuple[Any, ...], Sequence[Any]] = {}
         self.short: Short | None = None
         # Both are set with the first end: a pair without two ends is explained instead.
         self.judge: Callable[[PairEnd, PairEnd], Verdict]
@@ -206,11 +203,8 @@ class StatedPairs:
     def _shorten(self, way: Short, side: _Side, role: Role) -> None:
         """Let a known side go the short way, if it may."""
         end = side.end
-        if end is not None and side.key is not None and verdicts_of(end.like.pack).is_short(way, end, role):
-            known = self.offering if role == PUBLISHER else self.requesting
-            if len(known) >= _MOST_SIDES:
-                known.clear()
-            known[side.key] = end.values
+        if end is not None and verdicts_of(end.like.pack).is_short(way, end, role):
+            side.values = end.values
 
     def prepare(self) -> Short | None:
         """Return the short way of sides that are like those which state nothing, if it exists."""
@@ -264,7 +258,6 @@ def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     side.types = tuple((name, kind) for name, kind in zip(settings, types, strict=True) if kind is not str)
     plain = (*settings, *settings.values())
     known[(*plain, *types) if plain in known else plain] = side
-    side.key = None if side.types else plain
     return side
 
 
@@ -340,7 +333,7 @@ class PairJudge:
         """
         are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
-        self._offers, self._requests = self._pairs.offering, self._pairs.requesting
+        self._offers, self._requests = self._pairs.offers, self._pairs.requests
         way = self._pairs.prepare()
         self._rank: Reporting | None = way and way.rank
         self._verdicts: tuple[Verdict | None, ...] = way.verdicts if way else ()
@@ -358,9 +351,15 @@ class PairJudge:
             CqosError: a profile is of another judge.
         """
         try:
-            offer = (*offered, *offered.values())  # type: ignore[misc, union-attr]
-            request = (*requested, *requested.values())  # type: ignore[misc, union-attr]
-            found = self._verdicts[self._rank(self._offers[offer], self._requests[request])]  # type: ignore[misc]
+            offer = self._offers[(*offered, *offered.values())]  # type: ignore[misc, union-attr]
+            request = self._requests[(*requested, *requested.values())]  # type: ignore[misc, union-attr]
+            found = self._verdicts[self._rank(offer.values, request.values)]  # type: ignore[misc, arg-type]
+            for name, kind in offer.types:
+                if type(offered[name]) is not kind:  # type: ignore[index]
+                    found = None
+            for name, kind in request.types:
+                if type(requested[name]) is not kind:  # type: ignore[index]
+                    found = None
         except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
             found = None
         if found is None:

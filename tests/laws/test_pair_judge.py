@@ -91,8 +91,10 @@ def test_known_pairs_take_the_short_way():
     sides = [{"depth": str(each)} for each in range(1, 4)]
     for each in sides:
         judge.verdict(each, each)
-    ends = [judge._pairs.offer(each).end for each in sides]
-    assert all(ends)
+    assert all(judge._pairs.offer(each).end for each in sides)
+    judge.verdict({"depth": 1}, {"depth": 1})
+    assert judge._pairs.offer({"depth": 1}).values is not None
+    assert judge.verdict({"depth": 1}, {"depth": True}) == "unknown" != judge.verdict({"depth": 1}, {"depth": 1})
     one, other = cqos.check_pair("ros2", sides[0], sides[1]), cqos.check_pair("ros2", sides[0], sides[1])
     again = cqos.check_pair("ros2", sides[0], sides[1])
     assert one == other == again
@@ -127,6 +129,7 @@ def test_later_changes_of_a_dictionary_are_seen_by_later_calls_only():
 def test_what_is_no_setting_is_refused_every_time():
     judge = cqos.PairJudge("ros2")
     for _ in range(2):
+        assert judge.verdict({"depth": 1}, {"depth": 1}) == "compatible"
         with pytest.raises(TypeError, match="no setting"):
             judge.verdict({"depth": 1.0}, {})  # type: ignore[dict-item]
         with pytest.raises(TypeError, match="must map"):
