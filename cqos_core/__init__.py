@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-    from cqos_core.analysis.pair_judge import PairJudge, PairProfile
+    from cqos_core.analysis.pair_judge import PairJudge, PairProfile, check_pair
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
-    from cqos_core.api import apply, check, check_pair, diff, explain, read, repair, suggest
+    from cqos_core.api import apply, check, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
     from cqos_core.files.applying import Edited
     from cqos_core.language.values import INFINITE
@@ -68,7 +68,7 @@ if TYPE_CHECKING:
 
 _HOMES: Final = {
     "files.applying": ("Edited",),
-    "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
+    "api": ("apply", "check", "diff", "explain", "read", "repair", "suggest"),
     "analysis.planning.plan": ("RepairPlan", "PlannedChange"),
     "model.difference": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
@@ -92,7 +92,7 @@ _HOMES: Final = {
         "Side",
         "Verdict",
     ),
-    "analysis.pair_judge": ("PairJudge", "PairProfile"),
+    "analysis.pair_judge": ("PairJudge", "PairProfile", "check_pair"),
     "checking.session": ("Session",),
     "model.changes": ("Changes", "Counts"),
     "model.system": (

@@ -1,4 +1,4 @@
-"""What callers use: `check`, `check_pair`, `explain`, `read`, `Session`. Re-exported by `cqos_core`."""
+"""What callers use: `check`, `explain`, `read`, `diff`, `apply`, plans. `cqos_core` re-exports it, with `check_pair` and `Session`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cqos_core.analysis.explanation import explain_pair
-from cqos_core.analysis.pair_judge import are_maps, pack_is_there, stated_pairs
+from cqos_core.analysis.pair_judge import check_pair, pack_is_there
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.loading import load_paths
@@ -222,38 +222,6 @@ def _by_pack(
             raise TypeError(f"options are by rule pack, as in {{'PACK': {{{pack_id!r}: {settings!r}}}}}")
         pack_is_there(pack_id, where, packs)
     return options
-
-
-def check_pair(
-    protocol: str,
-    offered: Mapping[str, SettingValue] | None = None,
-    requested: Mapping[str, SettingValue] | None = None,
-    options: Mapping[str, SettingValue] | None = None,
-    topic: Mapping[str, SettingValue] | None = None,
-    packs: Iterable[RulePack] = (),
-    needs: Mapping[str, SettingValue] | None = None,
-) -> PairReport:
-    """Judge one offer against one request.
-
-    Args:
-        protocol: pack id, for instance ``ros2``.
-        offered: the publisher's settings by policy name or alias; text in YAML spelling, or int, bool, timedelta,
-            `INFINITE`; ``profile`` names a preset. What is not stated takes the protocol's defaults.
-        requested: the subscriber's settings, likewise.
-        options: assumptions about the deployment: ``{"rmw": "cyclonedds"}``.
-        topic: facts about the topic: ``name``, ``period``, ``latched`` and what else the pack knows.
-        packs: further rule packs beside the installed ones.
-        needs: what the subscriber's application needs: ``{"latest": True, "max_age": "10s"}``.
-
-    Returns:
-        The verdict, set by pair rules alone; findings of pair and endpoint rules; and each policy compared.
-
-    Raises:
-        CqosError: no installed pack has this id.
-    """
-    are_maps({"offered": offered, "requested": requested, "options": options, "topic": topic, "needs": needs})
-    pairs = stated_pairs(protocol, options, topic, packs, needs)
-    return pairs.report(pairs.offer(offered or {}), pairs.request(requested or {}))
 
 
 def explain(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.api import check, check_pair
+from cqos_core import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text

@@ -191,7 +191,7 @@ class _Pair:
             len(self.pipeline.endpoints) == len(ends)
             and self.offering.key == self.requesting.key is not None
             and self.offering.pack is self.requesting.pack
-            and not any(end.profile.from_peers or end.endpoint.observed for end in ends)
+            and not any(end.like.from_peers or end.endpoint.observed for end in ends)
         )
 
     @cached_property

@@ -15,7 +15,6 @@ from cqos_core.analysis.explanation import ends_alone, explained
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
-from cqos_core.model.later import later_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
@@ -137,16 +136,7 @@ class StatedPairs:
         return found
 
     def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
-        whole = _Whole(self, offer, request).report
-        return PairReport(
-            verdict,
-            later_of(whole, "findings"),
-            later_of(whole, "policies"),
-            later_of(whole, "guarantees"),
-            (),
-            later_of(whole, "derived"),
-            later_of(whole, "assumed"),
-        )
+        return PairReport.unmade(verdict, lambda: explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER))
 
     def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
         """Return the system of two sides, to be explained."""
@@ -160,14 +150,13 @@ class StatedPairs:
             pipeline = self.pipeline(offer, request)
             preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
             ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
-            if ends is None or ends[1].profile.needs:
+            if ends is None or ends[1].like.needs:
                 return explained(pipeline, PUBLISHER, SUBSCRIBER)
-            verdicts = verdicts_of(ends[0].pack)
-            self.judge = verdicts.verdict
-            self._keep(offer, PUBLISHER, verdicts.end(ends[0].profile, PUBLISHER))
-            self._keep(request, SUBSCRIBER, verdicts.end(ends[1].profile, SUBSCRIBER))
+            self.judge = verdicts_of(ends[0].pack).verdict
             self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
             self._drafts.clear()
+            self._take(offer, PUBLISHER, ends[0])
+            self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
         return self._lazy(self.judge(offer.end, request.end), offer, request)
@@ -190,10 +179,14 @@ class StatedPairs:
         if resolver.reader.remarks != before or not self._left:
             self._resolver = None  # what it would report is that of another pair, and its memories grow
         elif end.key == known.key and not end.like.from_peers:
-            if isinstance(end.draft, Draft):
-                self._drafts[role] = end.draft, end
-            self._keep(side, role, verdicts_of(end.pack).end(end.like, role, end.draft))
+            self._take(side, role, end)
         return side.end is not None
+
+    def _take(self, side: _Side, role: Role, end: Resolved) -> None:
+        """Keep what was resolved of a side; others may be put together from its draft."""
+        if isinstance(end.draft, Draft):
+            self._drafts[role] = end.draft, end
+        self._keep(side, role, verdicts_of(end.pack).end(end.like, role, end.draft))
 
     def _keep(self, side: _Side, role: Role, end: PairEnd) -> None:
         side.end = end
@@ -218,22 +211,6 @@ class StatedPairs:
                 for side in (*self.requests.values(),):
                     self._shorten(way, side, SUBSCRIBER)
         return self.short
-
-
-class _Whole:
-    """The report on two sides, made when any part of it is first read."""
-
-    __slots__ = ("_offer", "_pairs", "_report", "_request")
-
-    def __init__(self, pairs: StatedPairs, offer: _Side, request: _Side) -> None:
-        self._pairs, self._offer, self._request = pairs, offer, request
-        self._report: PairReport | None = None
-
-    def report(self) -> PairReport:
-        """Return the report."""
-        if self._report is None:
-            self._report = explained(self._pairs.pipeline(self._offer, self._request), PUBLISHER, SUBSCRIBER)
-        return self._report
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -294,6 +271,38 @@ def stated_pairs(
     return found
 
 
+def check_pair(
+    protocol: str,
+    offered: Mapping[str, SettingValue] | None = None,
+    requested: Mapping[str, SettingValue] | None = None,
+    options: Mapping[str, SettingValue] | None = None,
+    topic: Mapping[str, SettingValue] | None = None,
+    packs: Iterable[RulePack] = (),
+    needs: Mapping[str, SettingValue] | None = None,
+) -> PairReport:
+    """Judge one offer against one request.
+
+    Args:
+        protocol: pack id, for instance ``ros2``.
+        offered: the publisher's settings by policy name or alias; text in YAML spelling, or int, bool, timedelta,
+            `INFINITE`; ``profile`` names a preset. What is not stated takes the protocol's defaults.
+        requested: the subscriber's settings, likewise.
+        options: assumptions about the deployment: ``{"rmw": "cyclonedds"}``.
+        topic: facts about the topic: ``name``, ``period``, ``latched`` and what else the pack knows.
+        packs: further rule packs beside the installed ones.
+        needs: what the subscriber's application needs: ``{"latest": True, "max_age": "10s"}``.
+
+    Returns:
+        The verdict, set by pair rules alone; findings of pair and endpoint rules; and each policy compared.
+
+    Raises:
+        CqosError: no installed pack has this id.
+    """
+    _are_maps({"offered": offered, "requested": requested, "options": options, "topic": topic, "needs": needs})
+    pairs = stated_pairs(protocol, options, topic, packs, needs)
+    return pairs.report(pairs.offer(offered or {}), pairs.request(requested or {}))
+
+
 class PairProfile:
     """What one side states, read once: made by `PairJudge.profile`, used in place of a dictionary."""
 
@@ -331,7 +340,7 @@ class PairJudge:
         Raises:
             CqosError: no installed pack has this id.
         """
-        are_maps({"options": options, "topic": topic, "needs": needs})
+        _are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
         self._offers, self._requests = self._pairs.offers, self._pairs.requests
         way = self._pairs.prepare()
@@ -340,7 +349,7 @@ class PairJudge:
 
     def profile(self, settings: Settings) -> PairProfile:
         """Read what one side states once, for many verdicts of this judge."""
-        are_maps({"settings": settings})
+        _are_maps({"settings": settings})
         return PairProfile(self._pairs, settings)
 
     def verdict(self, offered: Settings | PairProfile, requested: Settings | PairProfile) -> Verdict:
@@ -376,7 +385,7 @@ class PairJudge:
         return profile
 
 
-def are_maps(given: Mapping[str, object]) -> None:
+def _are_maps(given: Mapping[str, object]) -> None:
     """Refuse what is no map of settings, and say how a preset is named.
 
     Raises:

@@ -70,7 +70,7 @@ def pytest_runtest_call() -> Generator[None, Result[None], None]:
     """Append the findings to a failed assertion about a report: ``assert cqos.check("system.yaml").ok``."""
     outcome = yield
     error, trace = outcome.excinfo[1:] if outcome.excinfo else (None, None)
-    if isinstance(error, AssertionError) and trace is not None and "cqos_core.api" in sys.modules:
+    if isinstance(error, AssertionError) and trace is not None and "cqos_core.model.report" in sys.modules:
         texts = [_explained(report) for report in _reports(trace)]
         if texts:
             error.args = ("\n".join([*map(str, error.args[:1]), *texts]), *error.args[1:])

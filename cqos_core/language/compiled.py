@@ -112,7 +112,7 @@ _OPERATORS: Final = {
     ">=": ast.GtE(),
     ">": ast.Gt(),
 }
-_NAMES: Final = {"+": "add", "*": "multiply", "min": "min", "max": "max", "overlaps": "overlaps", "matches": "matches"}
+_NAMES: Final = {"+": "add", "*": "multiply", "min": "min", "max": "max", "matches": "matches"}
 _CALLED: Final = {name: OPERATIONS[operation].plain for operation, name in _NAMES.items()}
 
 
@@ -224,6 +224,8 @@ class _Writer:
         values = [least for least, _ in operands]
         if name == HOLDS:
             return _known(values[0])
+        if name == "overlaps":  # `operations` has it as a function, whose call costs more than its work
+            return _known(ast.BinOp(_set_of(values[0]), ast.BitAnd(), _set_of(values[1])))
         return _known(self.contained(node, values) if name == "in_" else _called(name, values))
 
     def contained(self, node: Test, values: list[ast.expr]) -> ast.expr:
@@ -329,6 +331,10 @@ def _compared(op: str, left: _Span, right: _Span) -> tuple[ast.expr, ast.expr]:
 def _looked_up(term: Term, index: int) -> ast.expr:
     side = ast.Name("b" if term.scope in SECOND_SCOPES else "a", ast.Load())
     return ast.Subscript(side, ast.Constant(index), ast.Load())
+
+
+def _set_of(names: ast.expr) -> ast.expr:
+    return ast.Set([ast.Starred(names, ast.Load())])
 
 
 def _called(name: str, operands: list[ast.expr]) -> ast.expr:

@@ -138,13 +138,13 @@ class Policy(Term):
             return self.default
         return self.default.get(role)
 
-    def word(self, text: str) -> str:
-        """How a text counts as written: as a special word, or as its value in one spelling."""
+    def word(self, text: str, value: Plain | None = None) -> str:
+        """How a text counts as written: as a special word, or as its value in one spelling; ``value``, where it is known."""
         word = self.domain.word(text)
         if word in self.words:
             return word
         try:
-            return normalise(self.domain.format(self.domain.parse(text)))
+            return normalise(self.domain.format(self.domain.parse(text) if value is None else value))
         except InvalidValueError:
             return word
 

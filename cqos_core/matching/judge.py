@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
@@ -15,7 +15,7 @@ from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator
 
     from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
@@ -326,15 +326,6 @@ def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: 
     """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
     rules = of_one(profile.pack, role, observed), refusing_rules(profile.pack, observed)
     return not any(each.that_report(profile, profile) for each in rules)
-
-
-def is_surely_silent(like: QosProfile, known: Sequence[Any], role: str) -> bool:
-    """Whether functions alone tell that `is_silent` holds of values, with a profile that differs in known values only."""
-    for rules in (of_one(like.pack, role, False), refusing_rules(like.pack, False)):
-        function = rules.ready(like, like)
-        if function is None or function[0](known, known) & function[1]:
-            return False
-    return True
 
 
 def of_end(

@@ -151,10 +151,13 @@ class _RuleSet:
         found = Surrounding(profile.values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
 
-    def ready(self, first: QosProfile, second: QosProfile) -> Ready | None:
-        """Return the function for what two profiles have in common with others; None before they are enough for one."""
+    def ready(self, first: QosProfile, second: QosProfile, *, at_once: bool = False) -> Ready | None:
+        """Return the function for what two profiles have in common with others; None before they are enough for one.
+
+        ``at_once``: they are expected to be.
+        """
         here, there = self.surrounding(first), self.surrounding(second, second=not self.one)
-        function = here.functions.get(there)
+        function = here.functions.get(there) or (self._function(here, there) if at_once else None)
         every = (1 << len(self.rules)) - 1
         return function and (function.reporting, every & ~(here.passed | there.passed), function.exact)
 
@@ -194,8 +197,10 @@ class _RuleSet:
         if len(self._uses) >= _MOST_REMEMBERED:
             self._uses.clear()
         self._uses[first, second] += 1
-        if self._uses[first, second] < _WORTH_A_FUNCTION:
-            return None
+        return None if self._uses[first, second] < _WORTH_A_FUNCTION else self._function(first, second)
+
+    def _function(self, first: Surrounding, second: Surrounding) -> Compiled:
+        """Make the function for what many profiles have in common."""
         if self._functions >= _MOST_FUNCTIONS:
             for each in (*self._surroundings[0].values(), *self._surroundings[1].values()):
                 each.functions.clear()

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -14,17 +13,18 @@ from cqos_core.language.compiled import Question, ranked
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import (
     ask,
-    is_surely_silent,
     meeting_rules,
     of_end,
+    of_one,
     pair_rules,
     refuses_topic,
+    refusing_rules,
     undecided_meeting,
     verdict_by,
     verdict_of,
 )
 from cqos_core.matching.rule_set import PairRules
-from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import keep
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import SUBSCRIBER
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile, Unmade
+    from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Unmade
 
 _COMPATIBLE, _UNKNOWN, _INCOMPATIBLE, _APART, _ASK = range(5)
 _VERDICTS: Final = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE, Verdict.UNKNOWN)
@@ -45,7 +45,6 @@ _MOST_BESIDE: Final = 1_000
 _MOST_RANKS: Final = 10_000
 
 
-@dataclass(slots=True, eq=False)
 class PairEnd:
     """One end of a pair.
 
@@ -54,15 +53,20 @@ class PairEnd:
         values: those of its profile that are known.
         open: as that of `Surrounding`.
         beside: what else decides; equal ones are one object.
+        draft: of its profile, where that is not made yet.
         parts: numbers of values, by the rules that read them.
     """
 
-    like: QosProfile
-    values: Sequence[Any]
-    open: int
-    beside: _Weight
-    draft: Unmade | None = None
-    parts: dict[int, int] = field(default_factory=dict)
+    __slots__ = ("beside", "draft", "like", "open", "parts", "values")
+
+    def __init__(self, like: QosProfile, kind: _EndKind, draft: Unmade | None) -> None:
+        """Take what it has in common with other ends."""
+        self.like = like
+        self.values: Sequence[Any] = like.known if draft is None else draft.known
+        self.open = kind.open
+        self.beside = kind.beside
+        self.draft = draft
+        self.parts: dict[int, int] = {}
 
     @property
     def profile(self) -> QosProfile:
@@ -85,7 +89,18 @@ class _Weight(NamedTuple):
     plain: bool
 
 
-_NO_WEIGHT: Final = _Weight(0, (), _COMPATIBLE, plain=True)
+class _EndKind(NamedTuple):
+    """What ends have in common whose profiles differ in known values only.
+
+    Attributes:
+        open: that of each of them.
+        beside: that of those that no rule about one endpoint reports.
+        tests: functions that tell which of these rules may report on values, each with the bits that count; None where more decides.
+    """
+
+    open: int
+    beside: _Weight
+    tests: Sequence[tuple[Reporting, int]] | None
 
 
 class Short(NamedTuple):
@@ -133,7 +148,8 @@ class Verdicts:
         self._incompatible, self._unknown = by_verdict[Verdict.INCOMPATIBLE], by_verdict[Verdict.UNKNOWN]
         # A bit beyond those of the rules stands for the rules over topics.
         self._always = 1 << len(self._rules.rules) if self._signals else 0
-        self._read: dict[tuple[int, bool], tuple[int, ...]] = {}
+        self._kinds: dict[tuple[object, ...], _EndKind] = {}
+        self._read: dict[tuple[int, bool, ProfileFrame], tuple[int, tuple[int, ...]]] = {}
         self._next = count(1)
         self._numbers: dict[tuple[object, ...], int] = {}
         self._answers: dict[tuple[int, int], int] = {}
@@ -141,16 +157,33 @@ class Verdicts:
 
     def end(self, like: QosProfile, role: str, draft: Unmade | None = None) -> PairEnd:
         """Return a profile, or the draft of one that is like it, as an end of pairs."""
-        around = self._rules.surrounding(like, second=role == SUBSCRIBER)
-        end = PairEnd(like, like.known if draft is None else draft.known, around.open | self._always, _NO_WEIGHT, draft)
-        rank = _COMPATIBLE
-        if like.refused or like.unread or not is_surely_silent(like, end.values, role):
+        key = (like.frame, like.refused, like.unread, role)
+        kind = self._kinds.get(key) or self._kind(key, like, role, at_once=draft is not None)
+        end = PairEnd(like, kind, draft)
+        values = end.values
+        if kind.tests is None or any(reporting(values, values) & counted for reporting, counted in kind.tests):
             rank = max((each.rank for each, _ in of_end(end.profile, role, False, False)), default=_COMPATIBLE)
-        beside = _Weight(around.passed, around.options, rank, not (around.passed or rank))
+            end.beside = self._weight(kind.beside.passed, kind.beside.options, rank)
+        return end
+
+    def _kind(self, key: tuple[object, ...], like: QosProfile, role: str, *, at_once: bool) -> _EndKind:
+        """Return what ends like a profile have in common; ``at_once``: many of them are expected."""
+        around = self._rules.surrounding(like, second=role == SUBSCRIBER)
+        beside = self._weight(around.passed, around.options, _COMPATIBLE)
+        asked = of_one(like.pack, role, False), refusing_rules(like.pack, False)
+        found = [rules.ready(like, like, at_once=at_once) for rules in asked]
+        decided = None if like.refused or like.unread or None in found else [each[:2] for each in found if each]
+        kind = _EndKind(around.open | self._always, beside, decided)
+        if None not in found:
+            keep(self._kinds, key, kind)
+        return kind
+
+    def _weight(self, passed: int, options: Values, rank: int) -> _Weight:
+        """Return the one object of what decides beside values."""
         if len(self._beside) >= _MOST_BESIDE:
             self._beside.clear()
-        end.beside = self._beside.setdefault(beside, beside)
-        return end
+        beside = _Weight(passed, options, rank, not (passed or rank))
+        return self._beside.setdefault(beside, beside)
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:
@@ -214,20 +247,31 @@ class Verdicts:
 
     def _part(self, asked: int, end: PairEnd, *, second: bool) -> int:
         """Return the number of the values that some rules, and those over topics, read of an end; none is 0."""
-        read = self._read.get((asked, second))
-        if read is None:
-            rules = [self._rules.rules[position] for position in positions(asked & ~self._always)]
-            found = [at for each in rules for at in each.bound.sides[second]]
-            found += [at for each in self._signals for at in (*each.bound.own, *each.bound.aggregated)]
-            # A value that depends on an assumption leaves a meeting condition open on either side.
-            found += [at for each in rules if each.rule.kind == "meets" for at in each.bound.indices]
-            read = self._read[asked, second] = tuple(dict.fromkeys(found))
-        opened, values = end.like.frame.open, end.values
-        key = (asked, second, *[opened[at] if at in opened else values[at] for at in read])
+        key = (asked, second, end.like.frame)
+        opened, read = self._read.get(key) or self._reading(key)
+        values = end.values
+        number = end.parts[asked] = self._number((opened, *[values[at] for at in read]))
+        return number
+
+    def _reading(self, key: tuple[int, bool, ProfileFrame]) -> tuple[int, tuple[int, ...]]:
+        """Return what some rules, and those over topics, read of ends: a number for what is not known, and where the rest stands."""
+        asked, second, frame = key
+        rules = [self._rules.rules[position] for position in positions(asked & ~self._always)]
+        found = [at for each in rules for at in each.bound.sides[second]]
+        found += [at for each in self._signals for at in (*each.bound.own, *each.bound.aggregated)]
+        # A value that depends on an assumption leaves a meeting condition open on either side.
+        found += [at for each in rules if each.rule.kind == "meets" for at in each.bound.indices]
+        opened = [(at, frame.open[at]) for at in dict.fromkeys(found) if at in frame.open]
+        read = tuple(at for at in dict.fromkeys(found) if at not in frame.open)
+        reading = self._number((asked, second, *opened)), read
+        keep(self._read, key, reading)
+        return reading
+
+    def _number(self, key: tuple[object, ...]) -> int:
+        """Return a number that stands for values; one that was forgotten gets another."""
         if len(self._numbers) >= _MOST_ANSWERS:
             self._numbers.clear()
-        number = end.parts[asked] = self._numbers.setdefault(key, next(self._next))
-        return number
+        return self._numbers.setdefault(key, next(self._next))
 
     def _asked(self, asked: int, offering: PairEnd, requesting: PairEnd) -> int:
         """Return the rank of what the rules say that their function leaves open, and those over topics."""

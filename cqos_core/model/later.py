@@ -45,28 +45,6 @@ class _Later(Sequence[_T]):
         return tuple, (self._all(),)
 
 
-class _Part(_Later[Any]):
-    """The items of one field of something that is made when any of its fields is first read."""
-
-    __slots__ = ("_name",)
-
-    def __init__(self, make: Callable[[], object], name: str) -> None:
-        self._compute = make  # type: ignore[assignment]
-        self._items = ()
-        self._name = name
-
-    def _all(self) -> tuple[Any, ...]:
-        if self._compute is not None:
-            self._items = tuple(getattr(self._compute(), self._name))
-            self._compute = None
-        return self._items
-
-
-def later_of(make: Callable[[], object], name: str) -> tuple[Any, ...]:
-    """Return the items of a field of what ``make`` makes, which is called when they are first read; it must be pure."""
-    return cast("tuple[Any, ...]", _Part(make, name))
-
-
 def later(compute: Callable[[], Iterable[_T]]) -> tuple[_T, ...]:
     """Return the items that ``compute`` makes, which is called when they are first read; it must be pure."""
     return cast("tuple[_T, ...]", _Later(compute))

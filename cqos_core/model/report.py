@@ -6,7 +6,7 @@ spelling of the YAML form, so nothing here needs a rule pack to be understood.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, fields
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 
@@ -391,8 +391,14 @@ class Report(_InNotebooks):
         return any(f.severity.rank <= level.rank and f.accepted is None for f in self.findings)
 
 
+class _Unmade:
+    """A report of which the verdict is known, and the rest is made when any part of it is first read."""
+
+    __slots__ = ("_make",)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class PairReport(_InNotebooks):
+class PairReport(_InNotebooks, _Unmade):
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
     Attributes:
@@ -409,6 +415,25 @@ class PairReport(_InNotebooks):
     hops: tuple[HopReport, ...] = ()
     derived: tuple[tuple[str, str], ...] = ()
     assumed: tuple[Assumption, ...] = ()
+
+    @classmethod
+    def unmade(cls, verdict: Verdict, make: Callable[[], PairReport]) -> PairReport:
+        """Return the report that ``make`` makes, which is called when more than its verdict is read; it must be pure."""
+        report = cls.__new__(cls)
+        object.__setattr__(report, "verdict", verdict)
+        object.__setattr__(report, "_make", make)
+        return report
+
+    if not TYPE_CHECKING:  # which knows the fields
+
+        def __getattr__(self, name: str) -> object:
+            """Make the rest of an unmade report."""
+            if name not in self.__dataclass_fields__:
+                raise AttributeError(f"{type(self).__name__} has no `{name}`", name=name, obj=self)
+            whole = self._make()
+            for each in fields(whole):
+                object.__setattr__(self, each.name, getattr(whole, each.name))
+            return object.__getattribute__(self, name)
 
     def __str__(self) -> str:
         """Give the verdict, and each finding on a line of its own."""

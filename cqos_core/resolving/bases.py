@@ -32,21 +32,34 @@ _Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
 _NOT_PLAINLY: Final = -1
 
 
-@dataclass(slots=True, eq=False)
 class Override:
     """What one setting changes; without an index, nothing.
 
     Attributes:
         letters: how many its name and its text have.
+        index: of the policy whose value and word it changes.
+        stated: makes the setting, which few are asked for.
         plainly: the index, where it changes it to a value that is known; else `_NOT_PLAINLY`.
     """
 
-    letters: int = 0
-    index: int | None = None
-    stated: Stated | None = None
-    value: Value = 0
-    word: WrittenValue | None = None
-    plainly: int = _NOT_PLAINLY
+    __slots__ = ("index", "letters", "plainly", "stated", "value", "word")
+
+    def __init__(
+        self,
+        letters: int = 0,
+        index: int | None = None,
+        stated: Callable[[], Stated] | None = None,
+        value: Value = 0,
+        word: WrittenValue | None = None,
+    ) -> None:
+        """Take what it changes."""
+        self.letters = letters
+        self.index = index
+        self.stated = stated
+        self.value = value
+        self.word = word
+        plainly = index is not None and type(value) in KNOWN and word is not UNREAD
+        self.plainly: int = index if plainly else _NOT_PLAINLY  # type: ignore[assignment]
 
 
 _NOTHING: Final = Override()
@@ -97,7 +110,7 @@ class Base:
                 continue
             if each.index in own:
                 return None
-            own[each.index] = each.stated
+            own[each.index] = each.stated()
             changes[each.index], changes[self.size + each.index] = each.value, each.word
         if self.is_plain(overrides):
             profile = self.profile.with_known(tuple(self.known(overrides)))
@@ -273,11 +286,14 @@ class Bases:
         if spelt is None:
             return _NOTHING
         try:
-            value = read_value(pack, policy, spelt, role, participant.values, dialect)
+            value = read_value(pack, policy, spelt, role, participant.surroundings.values, dialect)
         except InvalidValueError:
             return None
-        word = WrittenValue(policy.word(spelt), here=True) if index in pack.asked else None
-        return _override(len(name) + len(text), index, Stated(spelt, Setting(text), name), value, word)
+        word = None
+        if index in pack.asked:
+            same = policy.zero is None and type(value) in KNOWN  # else a word may stand for another value
+            word = WrittenValue(policy.word(spelt, value if same else None), here=True)
+        return Override(len(name) + len(text), index, lambda: Stated(spelt, Setting(text), name), value, word)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
         """Return the policy that a name spells, where the text of its value alone decides what it changes."""
@@ -287,7 +303,11 @@ class Bases:
         if index is None or (dialect is not None and normalise(name) in dialect.ignore):
             return None
         policy = pack.policies[index]
-        plain = role in policy.roles and not policy.derived and ignored_by(pack, policy, participant.values) is None
+        plain = (
+            role in policy.roles
+            and not policy.derived
+            and ignored_by(pack, policy, participant.surroundings.values) is None
+        )
         return index if plain else None
 
     def _as_a_whole(
@@ -309,9 +329,4 @@ class Bases:
         if self.reader.remarks != before or role not in policy.roles:
             return None
         word = how_written(policy, index, layers) if index in pack.asked else None
-        return _override(len(name) + len(setting.text), index, stated, value, word)
-
-
-def _override(letters: int, index: int, stated: Stated, value: Value, word: WrittenValue | None) -> Override:
-    plainly = index if type(value) in KNOWN and word is not UNREAD else _NOT_PLAINLY
-    return Override(letters, index, stated, value, word, plainly)
+        return Override(len(name) + len(setting.text), index, lambda: stated, value, word)

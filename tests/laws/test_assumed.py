@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.api import check_pair, read
+from cqos_core import check_pair, read
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.several import together
 from cqos_core.matching.pipeline import context
