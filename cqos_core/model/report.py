@@ -392,7 +392,7 @@ class Report(_InNotebooks):
 
 
 class _Unmade:
-    """A report of which the verdict is known, and the rest is made when any part of it is first read."""
+    """A report with a verdict; the rest of it is made when any part of that is first read."""
 
     __slots__ = ("_make",)
 

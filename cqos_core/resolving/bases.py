@@ -291,8 +291,9 @@ class Bases:
             return None
         word = None
         if index in pack.asked:
-            same = policy.zero is None and type(value) in KNOWN  # else a word may stand for another value
-            word = WrittenValue(policy.word(spelt, value if same else None), here=True)
+            # A zero may stand for a word, which means another value than its text.
+            known = value if policy.zero is None and isinstance(value, (int, str, tuple)) else None
+            word = WrittenValue(policy.word(spelt, known), here=True)
         return Override(len(name) + len(text), index, lambda: Stated(spelt, Setting(text), name), value, word)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
