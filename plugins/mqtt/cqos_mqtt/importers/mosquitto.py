@@ -35,7 +35,7 @@ _PORT: Final = "1883"
 _CONF: Final = b".conf"
 _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y": 365 * 86_400}
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
-_PLUGINS: Final = ("plugin", "auth_plugin")
+_PLUGINS: Final = ("plugin", "auth_plugin", "global_plugin", "plugin_load")
 _OF_PLUGINS: Final = (*_PLUGINS, "plugin_opt_config_file", "auth_opt_config_file")
 
 
@@ -166,8 +166,8 @@ class _Reader(FileReading):
             self.access(line)
         elif line.name == "include_dir":
             self.include(line)
-        elif line.name not in _PASSED_OVER and (meant := looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS))):
-            self.misspelt(line, meant)
+        elif line.name not in _PASSED_OVER and not line.name.startswith(_OPTIONS_OF_PLUGINS):
+            self.misspelt(line, looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS, *_PASSED_OVER)))
 
     def directive(self, line: Line, take: Callable[[str], tuple[str, str]]) -> None:
         """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
@@ -181,16 +181,18 @@ class _Reader(FileReading):
         self.limits[line.name] = text
         settings[policy] = Setting(text, line.place)
 
-    def misspelt(self, line: Line, meant: str) -> None:
-        """Say that Mosquitto does not know a directive, and so does not start."""
-        message = f"Mosquitto does not know {shown(line.name)}, and refuses to start; did you mean `{meant}`?"
-        self.warn("CQ040", message, line.place, f"write `{meant}`")
+    def misspelt(self, line: Line, meant: str | None) -> None:
+        """Say that Mosquitto does not know a directive, and so does not start: nothing is known of what it would do."""
+        guess, advice = (f"; did you mean `{meant}`?", f"write `{meant}`") if meant else ("", "correct or remove it")
+        self.warn(
+            "CQ040", f"Mosquitto does not know {shown(line.name)}, and refuses to start{guess}", line.place, advice
+        )
         cause = f"Mosquitto refuses {shown(line.name)}"
-        unknown = Setting(line.value, line.place, unknown=cause, reported="CQ040")
-        if meant in _DIRECTIVES:
-            self.settings[_POLICIES.get(meant, EVERY_OTHER)] = unknown
-        elif self.connection is not None:
+        if meant in OF_CONNECTIONS and self.connection is not None:
             self.connection.append(Line(meant, line.value, line.place, cause))
+            return
+        unknown = Setting(line.value, line.place, unknown=cause, reported="CQ040")
+        self.settings[_POLICIES.get(meant or "", EVERY_OTHER)] = unknown
 
     def of_listeners(self) -> None:
         """Take what holds for one listener as what holds for the broker, where all have it alike."""
@@ -324,7 +326,7 @@ def _autosave(text: str) -> tuple[str, str]:
 
 
 _DIRECTIVES: Final = {
-    "max_qos": _number("maximum_qos", 0, 2),
+    **dict.fromkeys(("max_qos", "maximum_qos"), _number("maximum_qos", 0, 2)),
     "retain_available": _flag("retain_available"),
     "max_queued_messages": _number("max_queued_messages", 0, 65_535, 0),
     "max_inflight_messages": _number("max_inflight_messages", 0, 65_535, 0),
@@ -332,18 +334,19 @@ _DIRECTIVES: Final = {
     "max_packet_size": _number("maximum_packet_size", 20, 268_435_456),
     "message_size_limit": _number("maximum_packet_size", 0, 268_435_456, 0),
     "max_keepalive": _number("server_keep_alive", 10, 65_535),
-    "persistence": _flag("persistence"),
+    **dict.fromkeys(("persistence", "retained_persistence"), _flag("persistence")),
     "persistent_client_expiration": _period,
     "max_queued_bytes": _number("max_queued_bytes", 0, LONGEST, 0),
     "autosave_interval": _autosave,
     "upgrade_outgoing_qos": _flag("upgrade_outgoing_qos"),
     "max_topic_alias": _number("topic_alias_maximum", 0, 65_535),
 }
-_OF_LISTENERS: Final = frozenset(("max_qos", "max_topic_alias"))
+_OF_LISTENERS: Final = frozenset(("max_qos", "maximum_qos", "max_topic_alias"))
 _UNSTATED: Final = {"maximum_qos": "2", "topic_alias_maximum": "10"}
 """What Mosquitto has where a listener does not state it."""
 _POLICIES: Final = {
     "max_qos": "maximum_qos",
+    "retained_persistence": "persistence",
     "max_packet_size": "maximum_packet_size",
     "message_size_limit": "maximum_packet_size",
     "max_keepalive": "server_keep_alive",
@@ -353,7 +356,7 @@ _POLICIES: Final = {
         name: name
         for name in (
             *("retain_available", "max_queued_messages", "max_inflight_messages", "queue_qos0_messages"),
-            *("persistence", "upgrade_outgoing_qos"),
+            *("maximum_qos", "persistence", "upgrade_outgoing_qos"),
         )
     },
 }
@@ -365,7 +368,9 @@ _OPENS_DEFAULT: Final = frozenset(
     (
         "port",
         "bind_address",
+        "bind_interface",
         "max_qos",
+        "maximum_qos",
         "max_topic_alias",
         "max_connections",
         "mount_point",
@@ -373,41 +378,26 @@ _OPENS_DEFAULT: Final = frozenset(
         "socket_domain",
     )
 )
+_OPTIONS_OF_PLUGINS: Final = ("plugin_opt_", "auth_opt_")
 _PASSED_OVER: Final = frozenset(
     (
-        *("acl_file", "allow_anonymous", "allow_duplicate_messages", "allow_zero_length_clientid", "auth_plugin"),
-        *(
-            "auto_id_prefix",
-            "autosave_interval",
-            "autosave_on_changes",
-            "cafile",
-            "capath",
-            "certfile",
-            "check_retain_source",
-        ),
-        *("ciphers", "clientid_prefixes", "connection_messages", "crlfile", "dhparamfile", "http_dir", "include_dir"),
-        *("keyfile", "log_dest", "log_facility", "log_timestamp", "log_type", "max_connections", "max_inflight_bytes"),
-        *(
-            "max_log_entries",
-            "max_queued_bytes",
-            "memory_limit",
-            "mount_point",
-            "password_file",
-            "per_listener_settings",
-        ),
-        *("persistence_file", "persistence_location", "pid_file", "plugin", "protocol", "psk_file", "psk_hint"),
-        *("require_certificate", "retain_expiry_interval", "retry_interval", "set_tcp_nodelay", "socket_domain"),
-        *("store_clean_interval", "sys_interval", "tls_engine", "tls_version", "use_identity_as_username"),
-        *(
-            "use_subject_as_username",
-            "use_username_as_clientid",
-            "user",
-            "websockets_headers_size",
-            "websockets_log_level",
-        ),
+        *("accept_protocol_versions", "allow_anonymous", "allow_duplicate_messages", "allow_zero_length_clientid"),
+        *("auth_plugin_deny_special_chars", "auto_id_prefix", "autosave_on_changes", "bind_interface", "cafile"),
+        *("capath", "certfile", "check_retain_source", "ciphers", "clientid_prefixes", "connection_messages"),
+        *("crlfile", "dhparamfile", "disable_client_cert_date_checks", "enable_control_api", "enable_proxy_protocol"),
+        *("global_max_clients", "global_max_connections", "http_api", "http_dir", "keyfile"),
+        *("listener_allow_anonymous", "listener_auto_id_prefix", "log_dest", "log_facility", "log_timestamp"),
+        *("log_timestamp_format", "log_type", "max_connections", "max_inflight_bytes", "max_log_entries"),
+        *("max_topic_alias_broker", "memory_limit", "mount_point", "packet_buffer_size", "password_file"),
+        *("per_listener_settings", "persistence_file", "persistence_location", "pid_file", "plugin_use", "protocol"),
+        *("proxy_protocol_v2_require_tls", "psk_file", "psk_hint", "require_certificate", "retain_expiry_interval"),
+        *("retry_interval", "set_tcp_nodelay", "socket_domain", "store_clean_interval", "sys_interval", "tls_engine"),
+        *("tls_engine_kpass_sha1", "tls_keyform", "tls_version", "use_identity_as_username"),
+        *("use_subject_as_username", "use_username_as_clientid", "user", "websockets_headers_size"),
+        *("websockets_log_level", "websockets_origin"),
     )
 )
-"""Other directives that Mosquitto knows."""
+"""Other directives that Mosquitto 2.0 or 2.1 knows (mosquitto.conf(5), and its source, conf.c)."""
 
 
 read = _Reader.load

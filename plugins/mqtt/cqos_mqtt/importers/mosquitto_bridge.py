@@ -31,7 +31,15 @@ _TAKES_BACK: Final = "own"
 OF_CONNECTIONS: Final = frozenset(
     (
         *("address", "addresses", "attempt_unsubscribe", "bridge_alpn", "bridge_attempt_unsubscribe"),
-        *("bridge_bind_address", "bridge_cafile", "bridge_capath", "bridge_certfile", "bridge_identity"),
+        *(
+            "bridge_bind_address",
+            "bridge_cafile",
+            "bridge_capath",
+            "bridge_certfile",
+            "bridge_ciphers",
+            "bridge_identity",
+        ),
+        *("bridge_tcp_keepalive", "bridge_tcp_user_timeout", "bridge_tls_use_os_certs", "password"),
         *("bridge_insecure", "bridge_keyfile", "bridge_max_packet_size", "bridge_max_topic_alias"),
         *("bridge_outgoing_retain", "bridge_protocol_version", "bridge_psk", "bridge_receive_maximum"),
         *("bridge_reload_type", "bridge_require_ocsp", "bridge_session_expiry_interval", "bridge_tls_version"),

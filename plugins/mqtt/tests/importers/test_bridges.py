@@ -1,8 +1,12 @@
 """The bridges that people have: parameters of mqtt_client, and connections of Mosquitto."""
 
+import shutil
+import subprocess
+
 import pytest
 
 import cqos_core as cqos
+from cqos_core.model.system import EVERY_OTHER
 
 CLIENT = b"""/**/*:
   ros__parameters:
@@ -392,11 +396,39 @@ def test_a_limit_of_one_listener_holds_there_only(lines, found):
     assert ("cases" if setting.unknown else setting.text) == found
 
 
-def test_a_misspelt_directive_is_a_warning_and_its_value_unknown():
-    system = cqos.read(b"listener 1884\nmax_qoss 1\n", importer="mosquitto")
+@pytest.mark.parametrize(
+    ("line", "policy", "meant"),
+    [
+        ("max_qoss 1", "maximum_qos", "max_qos"),
+        ("allow_anonymus true", EVERY_OTHER, "allow_anonymous"),
+        ("bridge_keyfil a", EVERY_OTHER, "bridge_keyfile"),
+        ("fast_mode true", EVERY_OTHER, None),
+    ],
+)
+def test_a_directive_that_mosquitto_does_not_know_is_a_warning_and_what_it_may_set_unknown(
+    line, policy, meant, tmp_path
+):
+    text = f"listener 0 127.0.0.1\n{line}\n"
+    system = cqos.read(text.encode(), importer="mosquitto")
     assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
+    assert system.notes[0].help == (f"write `{meant}`" if meant else "correct or remove it")
     (broker,) = system.brokers.values()
-    assert broker.settings["maximum_qos"].unknown
+    assert broker.settings[policy].unknown
+    if shutil.which("mosquitto"):
+        (tmp_path / "a.conf").write_text(text)
+        done = subprocess.run(
+            ["mosquitto", "-c", tmp_path / "a.conf"], capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode != 0
+        assert f'Unknown configuration variable "{line.split()[0]}"' in done.stdout + done.stderr
+
+
+def test_mosquitto_knows_two_directives_by_two_names():
+    text = b"listener 1884\nmaximum_qos 1\nretained_persistence true\nauth_opt_db mine\ntls_keyform pem\n"
+    system = cqos.read(text, importer="mosquitto")
+    (broker,) = system.brokers.values()
+    assert not system.notes
+    assert {name: each.text for name, each in broker.settings.items()} == {"maximum_qos": "1", "persistence": "true"}
 
 
 @pytest.mark.parametrize(
