@@ -22,6 +22,7 @@ from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.reading import read_switches
 from cqos_core.importers.xml_source import parse_utf8, plain_utf8
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
@@ -52,11 +53,12 @@ def read(source: Source, context: ReadContext) -> System:
     switches = read_switches("bpmn", context, SWITCHES)
     with_messages, lines = switches.get("message_flows") == "true", switches.get("lines") != "false"
     data = plain_utf8(source)
-    if not with_messages and len(data) >= LEAST:
-        with suppress(NotPlainError, InputError):
-            plain = outline(source.name, data, lambda part: _read(part, part.data), lines=lines)
-            return _read(source, plain.rest, plain, lines=lines)
-    return _read(source, data, with_messages=with_messages, lines=lines)
+    with uncollected(len(data) // 32):  # bytes for an object, about
+        if not with_messages and len(data) >= LEAST:
+            with suppress(NotPlainError, InputError):
+                plain = outline(source.name, data, lambda part: _read(part, part.data), lines=lines)
+                return _read(source, plain.rest, plain, lines=lines)
+        return _read(source, data, with_messages=with_messages, lines=lines)
 
 
 def _read(

@@ -13,6 +13,7 @@ from cqos_core.language.domains import as_text
 from cqos_core.matching.wire import topics
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.later import later
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Place, Setting, System
 from cqos_core.plugins import load_plugins
@@ -213,10 +214,11 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
             yield replace(remedy, edits=tuple(replace(each, place=known[each.place]) for each in remedy.edits))
 
     if xml:
-        pinned = (
-            replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
-            for each in findings
-        )
+        with uncollected(len(findings)):
+            pinned = [
+                replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
+                for each in findings
+            ]
         return replace(report, findings=tuple(pinned))
     known = of_sides()
     moved = {place for place, found in known.items() if found != place}
