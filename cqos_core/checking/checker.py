@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from itertools import chain
+from itertools import chain, groupby
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.assumptions import assumptions
@@ -137,7 +137,7 @@ def assemble(
         from cqos_core.checking.acceptance import as_people_said
 
         made = as_people_said(made, system, context)
-    findings = _with_templates([one.finding for one in one_per_cause(made)], system, resolved)
+    findings = in_order(_with_templates([one.finding for one in one_per_cause(made)], system, resolved))
     paired = (name for result in judged for name in result.paired)
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
     if hypothetical:
@@ -145,9 +145,7 @@ def assemble(
     return Report(
         verdict=worst(verdicts) if verdicts else Verdict.UNKNOWN,
         groups=groups,
-        findings=tuple(
-            sorted(findings, key=lambda f: (f.severity.rank, f.code, f.topic or "", f.message, str(f.place or "")))
-        ),
+        findings=findings,
         not_checked=tuple(dict.fromkeys(chain.from_iterable(packs[name].not_checked for name in sorted(packs)))),
         system=system.name,
         sources=tuple(system.sources),
@@ -157,6 +155,21 @@ def assemble(
         unmatched=unmatched,
         hypothetical=hypothetical,
         assumed=later(lambda: assumptions(endpoints, paired, findings, packs)),
+    )
+
+
+def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Sort findings; places and members, which are made when they are read, tell apart what is else equal."""
+
+    def first(one: Finding) -> tuple[Any, ...]:
+        return one.severity.rank, one.code, one.topic or "", one.message
+
+    alike = ([*same] for _, same in groupby(sorted(findings, key=first), first))
+    return tuple(
+        chain.from_iterable(
+            sorted(same, key=lambda one: (str(one.place or ""), -len(one.endpoints))) if len(same) > 1 else same
+            for same in alike
+        )
     )
 
 
@@ -205,7 +218,10 @@ def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
     for key in sorted([key for key, result in results.items() if result.made]):
         for one in results[key].made:
             by_key.setdefault(one.merge_key, []).append(one)
-    return [replace(same[0], finding=merged([one.finding for one in same])) for same in by_key.values()]
+    return [
+        same[0] if len(same) == 1 else replace(same[0], finding=merged([one.finding for one in same]))
+        for same in by_key.values()
+    ]
 
 
 def _with_templates(findings: list[Finding], system: System, resolved: ResolvedSystem) -> list[Finding]:

@@ -14,7 +14,7 @@ from cqos_core.model.later import later
 from cqos_core.model.remarks import VERBS
 from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.facts import bare_fact, fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -47,24 +47,26 @@ class Made:
     guarantee: str = ""
 
 
-def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:
+def _is_news(resolved: Resolved, group: EndpointGroup, index: int, *, meeting: bool) -> bool:
     """Whether a value helps to understand a finding: of options and topics, only a stated one.
 
     Where endpoints do not meet, it may be the default of one side that keeps them apart.
     """
-    if profile.pack.policies[index].level == "endpoint" or resolved.written(index) is not None:
+    if resolved.pack.policies[index].level == "endpoint" or resolved.written(index) is not None:
         return True
-    return meeting and is_plain(profile.values[index])
+    return meeting and is_plain(group.value(index))
 
 
-def _side(role: str, groups: Sequence[EndpointGroup], uses: Iterable[Use], *, meeting: bool) -> Side:
-    """The side's members sorted, with the facts and the place of the first one."""
+def _side(role: str, groups: Sequence[EndpointGroup], uses: Iterable[Use], *, meeting: bool, for_words: bool) -> Side:
+    """The side's members sorted, with the facts and the place of the first one; words need no places and origins."""
     members = member_ids(groups)
-    leader, profile = next(
-        (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
+    leader, group = next(
+        (endpoint, group) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
     )
-    indices = dict.fromkeys(use.index for use in uses if _is_news(leader, profile, use.index, meeting=meeting))
-    facts = tuple(fact(leader, profile, index) for index in indices)
+    indices = dict.fromkeys([use.index for use in uses if _is_news(leader, group, use.index, meeting=meeting)])
+    if for_words:
+        return Side(role, members, "", tuple([bare_fact(leader, group.value(index), index) for index in indices]))
+    facts = tuple([fact(leader, group.profile, index) for index in indices])
     return Side(role, members, LABELS.get(role, "set here"), facts, leader.endpoint.place)
 
 
@@ -215,9 +217,16 @@ def _order_notes(spoken: Violation) -> tuple[str, ...]:
 
 
 def sides_of(
-    spoken: Violation, publishers: Iterable[EndpointGroup], subscribers: Iterable[EndpointGroup]
+    spoken: Violation,
+    publishers: Iterable[EndpointGroup],
+    subscribers: Iterable[EndpointGroup],
+    *,
+    for_words: bool = False,
 ) -> list[Side]:
-    """Both sides of a finding, the requesting one first, each with the values that the rule reads of it."""
+    """Both sides of a finding, the requesting one first, each with the values that the rule reads of it.
+
+    ``for_words``: without places, labels and origins, which take longer to find than all that a message says.
+    """
     groups = {SUBSCRIBER: list(subscribers), PUBLISHER: list(publishers)}
     pair = spoken.bound.scope == "pair"
     return [
@@ -226,6 +235,7 @@ def sides_of(
             members,
             [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
             meeting=spoken.bound.rule.kind == "meets",
+            for_words=for_words,
         )
         for role, members in groups.items()
         if members
@@ -240,23 +250,25 @@ def shown(draft: Outline[EndpointGroup]) -> tuple[list[EndpointGroup], list[Endp
     return one.get(PUBLISHER, []), one.get(SUBSCRIBER, [])
 
 
+def _sides(draft: Outline[EndpointGroup]) -> list[Side]:
+    found = sides_of(draft.spoken, draft.publishers, draft.subscribers)
+    # No single change fixes further combinations of values.
+    return [replace(side, facts=()) for side in found] if draft.more else found
+
+
 def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
     """Turn what a rule says of groups of a topic into a finding."""
     spoken = draft.spoken
     bound = spoken.bound
     publishers, subscribers = shown(draft)
-    sides = example = sides_of(spoken, publishers, subscribers)
-    if draft.more:
-        # No single change fixes all of them.
-        sides = [replace(side, facts=()) for side in sides_of(spoken, draft.publishers, draft.subscribers)]
-    first_publisher = publishers[0].profile if publishers else None
-    first_subscriber = subscribers[0].profile if subscribers else None
+    example = sides_of(spoken, publishers, subscribers, for_words=True)
     rule = bound.rule
-    because = (
-        causes(spoken, first_publisher or first_subscriber, first_subscriber or first_publisher)
-        if spoken.unknown
-        else ()
-    )
+    because: tuple[str, ...] = ()
+    if spoken.unknown:
+        first, second = (
+            (each or other)[0].profile for each, other in ((publishers, subscribers), (subscribers, publishers))
+        )
+        because = causes(spoken, first, second)
     worlds = _worlds(spoken)
     notes = because if not worlds else ()
     message = headline(spoken, example, topic.shown, because)
@@ -270,7 +282,7 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
         source=topic.pack.id,
         topic=topic.shown,
         verdict=_verdict(spoken),
-        sides=tuple(sides),
+        sides=later(lambda: _sides(draft)),
         remedies=() if spoken.failed or draft.more else later(lambda: _remedies(topic, draft)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
@@ -373,12 +385,9 @@ def one_per_cause(made: Sequence[Made]) -> list[Made]:
     A cause of the same words is the same fact only for the same endpoints of one protocol.
     """
     alike: dict[tuple[Any, ...], list[list[Made]]] = {}
-    kept = []
+    kept = [[one] for one in made if not one.cause]
     # Those of most endpoints come first: what is about some of them joins.
-    for one in sorted(made, key=by_endpoints):
-        if not one.cause:
-            kept.append([one])
-            continue
+    for one in sorted([one for one in made if one.cause], key=by_endpoints):
         known = alike.setdefault(cause_of(one), [])
         ends = set(one.finding.endpoints)
         host = next((each for each in known if one.guarantee and ends <= set(each[0].finding.endpoints)), None)

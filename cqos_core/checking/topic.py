@@ -68,7 +68,7 @@ class TopicResult:
             *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
             *(_of_team(self.topic, self.checks) if self.checks is not None else ()),
-            *_within_participants(self.topic, self.groups),
+            *_within_participants(self),
         )
 
     @cached_property
@@ -107,7 +107,7 @@ def check_topic(
 def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
     """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
     topic = group(endpoints, acceptances)
-    if any(endpoint.profile.from_peers for endpoint in endpoints):
+    if any(endpoint.like.from_peers for endpoint in endpoints):
         from cqos_core.matching.peer_values import settle
 
         settle(topic)
@@ -262,11 +262,11 @@ def _split_finding(topic: MatchedTopic, draft: Outline[EndpointGroup], *, quiet:
     made = make(topic, draft)
     rule = draft.spoken.bound.rule
     publishers, subscribers = shown(draft)
-    sides = sides_of(draft.spoken, publishers, subscribers)
+    sides = sides_of(draft.spoken, publishers, subscribers, for_words=True)
     subjects = " and ".join(subject(side) for side in reversed(sides))
     behind = judge_pair(publishers[0].profile, subscribers[0].profile)
     latent = tuple(
-        f"behind it: {headline(each, sides_of(each, publishers, subscribers), topic.shown)} ({each.bound.rule.code})"
+        f"behind it: {headline(each, sides_of(each, publishers, subscribers, for_words=True), topic.shown)} ({each.bound.rule.code})"
         for each in behind.spoken
         if each.bound.rule.kind == "requires" and not each.unknown
     )
@@ -307,18 +307,20 @@ def _over_bridges(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     return connected(topic, met)
 
 
-def _within_participants(topic: MatchedTopic, groups: Sequence[Group]) -> list[Made]:
-    if not any(group.internal for group in groups):
-        return []
+def _within_participants(result: TopicResult) -> list[Made]:
+    topic = result.topic
     publishing = {e.endpoint.participant: e for members in topic.publishers for e in members.endpoints}
+    owners = {e.endpoint.participant for members in topic.subscribers for e in members.endpoints}
+    if owners.isdisjoint(publishing) or not any(group.internal for group in result.groups):
+        return []
     inside = [
         (publishing[endpoint.endpoint.participant], endpoint)
         for members in topic.subscribers
         for endpoint in members.endpoints
         if endpoint.endpoint.participant in publishing
     ]
-    owners = sorted({subscriber.participant.participant.id for _, subscriber in inside})
-    more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
+    names = sorted({subscriber.participant.participant.id for _, subscriber in inside})
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     from cqos_core.model.codes import CODES
 
     finding = Finding(
@@ -326,9 +328,9 @@ def _within_participants(topic: MatchedTopic, groups: Sequence[Group]) -> list[M
         name=CODES["CQ406"].name,
         severity=Severity.NOTE,
         message=(
-            f"participant `{owners[0]}` subscribes to `{topic.shown}`, which it publishes itself"
+            f"participant `{names[0]}` subscribes to `{topic.shown}`, which it publishes itself"
             if not more
-            else f"participants `{owners[0]}`{more} subscribe to `{topic.shown}`, which they publish themselves"
+            else f"participants `{names[0]}`{more} subscribe to `{topic.shown}`, which they publish themselves"
         ),
         topic=topic.shown,
         sides=(

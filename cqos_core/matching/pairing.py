@@ -56,7 +56,7 @@ class EndpointGroup:
     """Endpoints of one role and topic that are equal: same values, equally observed, equally accepted.
 
     Attributes:
-        profile: their values; `settle` may replace it.
+        settled: their values where `settle` replaced some; else those of each of them hold.
         tags: indices of the acceptances that name these endpoints.
         carried: they are copies, from another protocol or another key, that match endpoints of this topic only; other
             findings about them belong to their origin.
@@ -64,13 +64,22 @@ class EndpointGroup:
         starts_after: what is up before them, for values that come from peers.
     """
 
-    profile: QosProfile
     observed: bool
     tags: frozenset[int]
     starts_after: frozenset[str]
     carried: bool = False
     wired: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
+    settled: QosProfile | None = None
+
+    @property
+    def profile(self) -> QosProfile:
+        """Their values."""
+        return self.settled or self.endpoints[0].profile
+
+    def value(self, index: int) -> Value:
+        """Return one of their values."""
+        return self.endpoints[0].value(index) if self.settled is None else self.settled.values[index]
 
     @property
     def alike(self) -> Alike:
@@ -79,9 +88,7 @@ class EndpointGroup:
 
     def only(self, endpoints: list[Resolved]) -> EndpointGroup:
         """Return a group of some of these endpoints."""
-        return EndpointGroup(
-            self.profile, self.observed, self.tags, self.starts_after, self.carried, self.wired, endpoints
-        )
+        return replace(self, endpoints=endpoints)
 
     @property
     def ids(self) -> set[str]:
@@ -140,18 +147,20 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     found: dict[tuple[object, ...], EndpointGroup] = {}
     # Values that come from peers follow from the order of start, so what others start after is a group of its own.
     named = frozenset[str]()
-    if any(endpoint.profile.from_peers for endpoint in ordered):
+    if any(endpoint.like.from_peers for endpoint in ordered):
         named = named.union(*(endpoint.starts_after for endpoint in ordered))
+    # One of each role is a group of its own whatever its values are, which need not be made for that.
+    single = len({endpoint.role for endpoint in ordered}) == len(ordered)
     for endpoint in ordered:
         stated = endpoint.endpoint
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = endpoint.starts_after
         here = named & endpoint.names if named else named
         carried, wired = endpoint.is_copy, endpoint.carried is not None
-        key = (stated.role, endpoint.profile, stated.observed, tags, starts, here, carried, wired)
+        key = (stated.role, single or endpoint.profile, stated.observed, tags, starts, here, carried, wired)
         members = found.get(key)
         if members is None:
-            members = found[key] = EndpointGroup(endpoint.profile, stated.observed, tags, starts, carried, wired)
+            members = found[key] = EndpointGroup(stated.observed, tags, starts, carried, wired)
             (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
         members.endpoints.append(endpoint)
     return topic

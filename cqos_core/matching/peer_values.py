@@ -59,7 +59,7 @@ def settle(topic: MatchedTopic) -> None:
     changes = [(each, {at: settling.value(each, at) for at in each.profile.from_peers}) for each in ordered]
     for members, values in changes:
         if values:
-            members.profile = members.profile.with_values(values)
+            members.settled = members.profile.with_values(values)
 
 
 class _PeerWay(NamedTuple):

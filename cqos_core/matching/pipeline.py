@@ -186,7 +186,7 @@ def with_options(
 def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
     """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed.
 
-    An XML source is scanned when the sides or the remedies of any finding are first read: once for all sides, once for all remedies.
+    A source is scanned when the sides or the remedies of any finding are first read: once for all sides, once for all remedies.
     """
     from cqos_core.model.excerpt import exact, is_xml
 
@@ -213,22 +213,14 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
         for remedy in finding.remedies:
             yield replace(remedy, edits=tuple(replace(each, place=known[each.place]) for each in remedy.edits))
 
-    if xml:
-        with uncollected(len(findings)):
-            pinned = [
-                replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
-                for each in findings
-            ]
-        return replace(report, findings=tuple(pinned))
-    known = of_sides()
-    moved = {place for place, found in known.items() if found != place}
-    return replace(
-        report,
-        findings=tuple(
-            replace(each, sides=tuple(sides(each))) if moved and not moved.isdisjoint(_places(each)) else each
+    with uncollected(len(findings)):
+        pinned = [
+            replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
+            if xml
+            else replace(each, sides=later(partial(sides, each)))
             for each in findings
-        ),
-    )
+        ]
+    return replace(report, findings=tuple(pinned))
 
 
 def _places(finding: Finding) -> Iterator[Place]:

@@ -143,6 +143,14 @@ class Draft(NamedTuple):
         """Its values, put together anew."""
         return self.base.known(self.overrides)
 
+    def value(self, index: int) -> Value:
+        """Return the value of an override, or that of its base."""
+        for each in self.overrides:
+            if each.plainly == index:
+                return each.value
+        value: Value = self.base.profile.values[index]
+        return value
+
     def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
         """Return the profile and its layers."""
         found = self.base.made(self.overrides)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.language.values import Anything, Depends, Value
+from cqos_core.language.values import Anything, Depends, Value, is_plain
 from cqos_core.model.report import Fact
 
 if TYPE_CHECKING:
@@ -25,6 +25,12 @@ def value_text(policy: Policy, value: Value, written: str | None) -> str:
         listed = "; ".join(shown if itself else f"{shown} with {', '.join(names)}" for shown, names in cases.items())
         return f"{text} ({listed})" if text else f"undetermined ({listed})"
     return policy.format(value)
+
+
+def bare_fact(resolved: Resolved, value: Value, index: int) -> Fact:
+    """The value of one policy of one endpoint, without origin and place."""
+    policy = resolved.pack.policies[index]
+    return Fact(policy.name, value_text(policy, value, None if is_plain(value) else resolved.written(index)), "")
 
 
 def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:

@@ -338,6 +338,9 @@ class Unmade(Protocol):
     def known(self) -> Sequence[Any]:
         """What `QosProfile.known` will be."""
 
+    def value(self, index: int) -> Value:
+        """Return what will stand in `QosProfile.values`."""
+
     def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
         """Return the profile and its layers."""
 
@@ -394,6 +397,11 @@ class Resolved:
         """What `QosProfile.known` is of its profile, which need not be made for it."""
         draft = self.draft
         return self.profile.known if draft is None else draft.known
+
+    def value(self, index: int) -> Value:
+        """Return a value of its profile, which need not be made for it."""
+        draft = self.draft
+        return self.profile.values[index] if draft is None else draft.value(index)
 
     def is_after(self, other: Resolved) -> bool:
         """Whether the other endpoint is stated to be up before this one."""
