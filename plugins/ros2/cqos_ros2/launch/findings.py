@@ -70,11 +70,15 @@ def full_name(instance: Instance) -> str | None:
 def _same_names(launched: Launched) -> Iterator[LaunchFinding]:
     """Yield nodes of one name that certainly run at the same time."""
     by_name: dict[str, list[Instance]] = {}
+    # An action that is not understood may state the default of a launch argument, and so decide what runs.
+    understood = not any(each.about == "action" for each in launched.remarks)
     for instance in launched.instances:
         name = full_name(instance)
         if name is None or instance.after.startswith("event"):
             continue
-        earlier = next((each for each in by_name.get(name, ()) if _together(each, instance)), None)
+        earlier = next(
+            (each for each in by_name.get(name, ()) if _together(each, instance, understood=understood)), None
+        )
         by_name.setdefault(name, []).append(instance)
         if earlier is not None:
             message = f"two nodes have the name `{name}`, so parameters, services and logs of one are taken for those of the other"
@@ -82,10 +86,10 @@ def _same_names(launched: Launched) -> Iterator[LaunchFinding]:
             yield LaunchFinding("two-nodes-of-one-name", message, advice, instance.place, earlier.place)
 
 
-def _together(one: Instance, other: Instance) -> bool:
+def _together(one: Instance, other: Instance, *, understood: bool) -> bool:
     """Whether two nodes run together for sure: one starts wherever the other does."""
     first, second = set(one.guards), set(other.guards)
-    return first <= second or second <= first
+    return not (first | second) if not understood else first <= second or second <= first
 
 
 def _unused_sections(launched: Launched, workspace: Workspace) -> Iterator[LaunchFinding]:

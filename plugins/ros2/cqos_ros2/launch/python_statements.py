@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
+from cqos_ros2.launch.python_classes import made_by
 from cqos_ros2.launch.python_expressions import bind, truth, value_of
 from cqos_ros2.launch.python_names import (
     DEEPEST_CALL,
@@ -148,6 +149,8 @@ def _statement(node: ast.stmt, frame: Frame, walk: Walk, returns: _Returns) -> F
         _import(node, frame, walk)
     elif isinstance(node, ast.FunctionDef):
         frame.names[node.name] = Function(node, frame)
+    elif isinstance(node, ast.ClassDef) and (made := made_by(node, frame, lambda each: value_of(each, frame, walk))):
+        frame.names[node.name] = made
     elif not isinstance(node, (ast.Pass, ast.Assert, ast.Global, ast.Nonlocal)):
         _forget([node], frame, walk)
     return ""

@@ -43,6 +43,7 @@ class Workspace:
     Attributes:
         root: its folder; what links lead out of it is not read.
         packages: folders of packages by their names.
+        versions: of the packages that state one.
         repeated: packages that stand there several times, each with the folder that is passed over.
         unreadable: package files that cannot be read.
         cut: the search stopped at the largest number of folders.
@@ -50,6 +51,7 @@ class Workspace:
 
     root: str
     packages: dict[str, str] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
     repeated: list[tuple[str, str]] = field(default_factory=list)
     unreadable: list[Unknown] = field(default_factory=list)
     cut: bool = False
@@ -210,3 +212,4 @@ def _add(workspace: Workspace, folder: str) -> None:
         workspace.repeated.append((name, folder))
     else:
         workspace.packages[name] = folder
+        workspace.versions[name] = next((text_of(each) for each in children(root, "version")), "")

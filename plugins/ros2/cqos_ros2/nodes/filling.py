@@ -10,6 +10,7 @@ from cqos_core.packs import normalise
 from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.reading import endpoints
+from cqos_ros2.nodes.versions import settled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import ImportNote, Settings
     from cqos_ros2.nodes.library import Library
     from cqos_ros2.nodes.reading import NodeFile, Written
+    from cqos_ros2.nodes.versions import Fit
 
 _MOST_PLUGINS: Final = 100
 _DEEPEST: Final = 8
@@ -62,6 +64,7 @@ class Filled:
         parameter: that parameter; empty where the code names it.
         overridable: policies that `qos_overrides` may set.
         decided_at: where the parameter is given that chooses the policies; None where none does.
+        doubtful: another version of the package has it, and the sources in the workspace do not name it.
     """
 
     direction: str
@@ -76,6 +79,7 @@ class Filled:
     optional: bool = False
     own_node: bool = False
     decided_at: Place | None = None
+    doubtful: bool = False
 
 
 class Inside(NamedTuple):
@@ -127,23 +131,15 @@ class Filling:
         if depth > _DEEPEST:
             result.gaps.append(Unknown("fragments use each other in a circle", part.place))
             return
-        scope = _Scope(self, file, _declared(part))
-        for written in endpoints(part):
-            scope.endpoint(written, result, own_node=own_node)
-        for each in scope.held(part.get(form.UNREAD), result):
-            result.gaps.append(Unknown(f"{each.require(form.WHAT)}: {each.require(form.CAUSE)}", each.place))
+        fit = self.library.fit(file, self.distro)
+        scope = _Scope(self if fit is None else replace(self, distro=fit.distro), file, _declared(part))
+        if fit is None or fit.same:
+            scope.own(part, result, own_node=own_node, depth=depth)
+        else:
+            scope = scope.beside(part, fit, result, own_node=own_node, depth=depth)
         for each in scope.held(part.get(form.INSIDE), result):
             texts = [scope.text(each.get(key) or "", each.place) for key in (form.NODE, form.NAME, form.NAMESPACE)]
             result.inside.append(Inside(*[text if isinstance(text, str) else "" for text in texts]))
-        for each in scope.held(part.get(form.USES), result):
-            own = each.get(form.OWN_NODE)
-            used = scope.text(each.require(form.FRAGMENT), each.place)
-            if isinstance(used, Unknown):
-                result.gaps.append(used)
-            else:
-                self.fragment(
-                    used.replace("/", "::"), each.place, result, own_node=own_node or own is True, depth=depth
-                )
         for each in scope.held(part.get(form.PLUGINS), result):
             for plugin, name in scope.plugins(each, result):
                 filling = replace(self, variables={**self.variables, "plugin": plugin})
@@ -161,7 +157,8 @@ class Filling:
             result.gaps.append(Unknown(f"no node file has the class `{name[:120]}`", place))
             return
         file, part = found
-        if self.distro and file.versions and self.distro not in file.versions:
+        known = self.library.fit(file, self.distro) or not file.versions or not self.distro
+        if not known and self.distro not in file.versions:
             result.gaps.append(Unknown(f"`{name[:120]}` is not known for {self.distro}", place))
             return
         self.fill(file, part, result, own_node=own_node, depth=depth + 1)
@@ -290,6 +287,37 @@ class _Scope:
             yield plugin, name.replace("/", "::")
 
     # Endpoints
+
+    def own(self, part: Entry, result: FilledNode, *, own_node: bool, depth: int) -> None:
+        """Add the endpoints that a part states itself or uses, and what is not known of them."""
+        for written in endpoints(part):
+            self.endpoint(written, result, own_node=own_node)
+        for each in self.held(part.get(form.UNREAD), result):
+            result.gaps.append(Unknown(f"{each.require(form.WHAT)}: {each.require(form.CAUSE)}", each.place))
+        for each in self.held(part.get(form.USES), result):
+            hidden = own_node or each.get(form.OWN_NODE) is True
+            used = self.text(each.require(form.FRAGMENT), each.place)
+            if isinstance(used, Unknown):
+                result.gaps.append(used)
+            else:
+                self.filling.fragment(used.replace("/", "::"), each.place, result, own_node=hidden, depth=depth)
+
+    def beside(self, part: Entry, fit: Fit, result: FilledNode, *, own_node: bool, depth: int) -> _Scope:
+        """Add the endpoints of a part of another version than the one in the workspace; return the scope with the defaults of that one."""
+        found = self.filling.library.read(self.file, part)
+        known, read = FilledNode(), FilledNode()
+        scope = self
+        if found is not None:
+            file, theirs = found
+            scope = replace(self, declared={**self.declared, **_declared(theirs)})
+            replace(scope, file=file).own(theirs, read, own_node=own_node, depth=depth)
+        scope.own(part, known, own_node=own_node, depth=depth)
+        gaps = read.gaps or ([] if found else known.gaps)
+        sources = None if found is None else read.endpoints
+        made, gaps = settled(known.endpoints, sources, gaps, fit, self.file.package)
+        result.endpoints += made
+        result.gaps += gaps
+        return scope
 
     def endpoint(self, written: Written, result: FilledNode, *, own_node: bool) -> None:
         """Add an endpoint, or one for each value of its variables."""

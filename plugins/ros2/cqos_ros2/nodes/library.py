@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import posixpath
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
+from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.reading import ENDING, NodeFile, read_node_file
+from cqos_ros2.nodes.versions import fit
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.packages import Parsed
+    from cqos_ros2.nodes.versions import Fit
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
 LEARNED: Final = "<learned>/"
 """What the names of node files begin with that were made of sources and never written."""
+_SHIPPED: Final = "<cqos>/"
 _OURS: Final = b"cqos_nodes"
 _HEAD: Final = 4096
 
@@ -62,6 +67,32 @@ class Library:
                 return file, file.fragments[name]
         return None
 
+    def fit(self, file: NodeFile, distro: str) -> Fit | None:
+        """Return which facts of a file that comes with C-QoS its package in the workspace takes; None where it is of any version, or not there."""
+        workspace = self.workspace
+        if workspace is None or not file.versions or file.package not in workspace.packages:
+            return None
+        if not file.name.startswith(_SHIPPED):
+            return None
+        place = Place(posixpath.join(workspace.packages[file.package], "package.xml"))
+        found = fit(file.versions, workspace.versions.get(file.package, ""), place, distro)
+        return found if found.same else found._replace(unread=self._unread(file.package))
+
+    def read(self, file: NodeFile, part: Entry) -> tuple[NodeFile, Entry] | None:
+        """Return what the sources in the workspace say about a node or fragment of a file that comes with C-QoS."""
+        both = (*file.nodes.items(), *file.fragments.items())
+        names = [*(name for name, each in both if each is part), part.get(form.PLUGIN)]
+        for learned in self._of_sources(file.package):
+            for name in names:
+                found = learned.nodes.get(name or "") or learned.fragments.get(name or "")
+                if found is not None:
+                    return learned, found
+        return None
+
+    def _unread(self, package: str) -> str:
+        self._of_sources(package)
+        return self.unread.get(package, "")
+
     def _files(self, package: str) -> list[NodeFile]:
         known = self._read.get(package)
         if known is None:
@@ -85,11 +116,14 @@ class Library:
         path = SHIPPED / f"{package}{ENDING}"
         if not package.isidentifier() or not path.is_file():
             return []
-        return self._one(Source(f"<cqos>/{path.name}", path.read_bytes()))
+        return self._one(Source(f"{_SHIPPED}{path.name}", path.read_bytes()))
 
     def _sources(self, package: str, name: str) -> list[NodeFile]:
         """Return what the sources of a package of the workspace say, where no node file has a node or fragment."""
-        if any(_has(file, name) for file in self._files(package)) or self.workspace is None:
+        return [] if any(_has(file, name) for file in self._files(package)) else self._of_sources(package)
+
+    def _of_sources(self, package: str) -> list[NodeFile]:
+        if self.workspace is None:
             return []
         if package not in self._learned:
             self._learned[package] = self._learn(package, self.workspace)

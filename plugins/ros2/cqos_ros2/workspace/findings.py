@@ -13,6 +13,7 @@ from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
 from cqos_ros2.nodes.filling import VERBS
 from cqos_ros2.nodes.library import LEARNED
+from cqos_ros2.nodes.versions import ANOTHER
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import BY_CODE
 from cqos_ros2.workspace.naming import source_of, unmatched
@@ -202,10 +203,13 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         yield note("ROS979", f"a node is not known: {unknown.cause}", unknown.place or instance.place)
     causes: dict[tuple[str, object], list[JoinedNode]] = {}
     differing = []
+    others: dict[str, Place | None] = {}
     for node in found.nodes:
         for gap in node.filled.gaps:
             if gap.subject == OPEN:
                 differing.append(node)
+            elif gap.subject == ANOTHER:
+                others.setdefault(gap.cause, gap.place)
             else:
                 causes.setdefault((gap.cause, gap.place), []).append(node)
         for each, named, _ in node.endpoints:
@@ -217,6 +221,11 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
         message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
         yield note("ROS979", message, differing[0].placed.place, "state it, for instance `--option ros2.distro=jazzy`")
+    if others:
+        message = (
+            f"where the sources in the workspace say nothing, facts of other versions stand: {_few_texts([*others])}"
+        )
+        yield note("ROS979", message, next(iter(others.values())))
     for (cause, place), nodes in _once(causes).items():
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place

@@ -120,9 +120,14 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         result.nodes.append(joined)
     anywhere = any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided
     partly = [node.placed.address for node in result.nodes if not node.complete]
+    doubtful = {each.type for node in result.nodes for each, _, _ in node.endpoints if each.doubtful}
     for endpoint in system.endpoints:
         topic, own = endpoint.topic or "", endpoint.participant
-        if anywhere or any(topic.startswith(f"{name}/") and name != own for name in partly):
+        if (
+            anywhere
+            or endpoint.type in doubtful
+            or any(topic.startswith(f"{name}/") and name != own for name in partly)
+        ):
             endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
@@ -137,6 +142,9 @@ def _filled(placed: Placed, library: Library, distro: str) -> FilledNode:
     versions = distributions([file])
     if not versions:
         return placed.filled(library, distro)
+    fit = library.fit(file, distro)
+    if fit is not None:
+        return placed.filled(library, distro or fit.distro)
     if distro and distro not in versions:
         unknown = Unknown(f"its node file is for {' and '.join(versions)}, not for {distro}", placed.place)
         return FilledNode(gaps=[unknown])
