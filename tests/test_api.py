@@ -386,11 +386,15 @@ def test_text_where_settings_are_expected_is_answered_with_how_a_preset_is_named
 
 def test_a_report_is_short_in_a_prompt_a_table_in_a_notebook_and_plain_data_for_programs() -> None:
     pair = cqos.check_pair("ros2", {"reliability": "best_effort"}, {"reliability": "reliable"})
-    assert repr(pair) == f"<PairReport: incompatible, {len(pair.findings)} findings>"
+    assert repr(pair) == "<PairReport: incompatible, 1 finding>"
+    explained = pair.to_dict()
+    assert explained == json.loads(json.dumps(explained))
+    assert (explained["verdict"], explained["findings"][0]["code"]) == ("incompatible", "ROS101")
+    assert explained["policies"][0]["offered"]["value"]
     assert "<td>ROS101</td>" in pair._repr_html_()
     text = b"cqos: 1\nsystem: <farm>\nprotocol: ros2\nparticipants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}\n"
     report = cqos.check(text)
-    assert repr(report).startswith("<Report '<farm>': incompatible, 1 pairs, 1 errors, ")
+    assert repr(report).startswith("<Report '<farm>': incompatible, 1 pair, 1 error, ")
     assert "&lt;farm&gt;: incompatible" in report._repr_html_()
     document = report.to_dict()
     assert document == json.loads(json.dumps(document))

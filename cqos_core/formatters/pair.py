@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import textwrap
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
@@ -12,8 +11,8 @@ from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean, paint
+from cqos_core.model import report_form
 from cqos_core.model.remarks import plural
-from cqos_core.model.report_form import assumed
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 
@@ -174,26 +173,11 @@ def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolve
             "protocol": publisher.pack.id,
             "publisher": publisher.id,
             "subscriber": subscriber.id,
-            "verdict": pair.verdict.value,
-            "policies": [asdict(each, dict_factory=_fields) for each in pair.policies],
-            "derived": dict(pair.derived),
-            "assumed": assumed(pair.assumed),
-            "guarantees": [asdict(each, dict_factory=_fields) for each in pair.guarantees],
-            "hops": [asdict(each, dict_factory=_fields) for each in pair.hops],
+            **report_form.pair(pair),
             # As they are in the JSON report.
             "findings": json.loads(render_json(report, style))["findings"],
         }
     )
-
-
-def _fields(stated: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the fields of a value as JSON has them: reasons as objects, and no policy in a fact, which stands beside it."""
-    found = dict(stated)
-    if "lost" in found:
-        found["lost"] = [{"code": code, "because": because} for code, because in found["lost"]]
-    if "origin" in found:
-        del found["policy"]
-    return found
 
 
 def endpoints_as_json(endpoints: Sequence[Resolved]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.report import Finding, Severity, Side
+from cqos_core.model.report import plural as plural  # noqa: PLC0414 - also a word for remarks
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -45,11 +46,6 @@ def core_finding(
         because=info.reason,
         help=help or info.help or None,
     )
-
-
-def plural(count: int, noun: str) -> str:
-    """Return ``1 pair``, ``2 pairs``."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def listed(names: Sequence[str], most: int = 40) -> str:

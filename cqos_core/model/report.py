@@ -25,6 +25,11 @@ if TYPE_CHECKING:
             """Write something."""
 
 
+def plural(count: int, noun: str) -> str:
+    """Return ``1 pair``, ``2 pairs``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 class TextEnum(str, Enum):
     """A closed set of texts: `enum.StrEnum`, which Python 3.10 does not have."""
 
@@ -335,12 +340,11 @@ class Report(_InNotebooks):
         head = f"{self.system}: {self.verdict}" if self.system else str(self.verdict)
         errors = self.count(Severity.ERROR)
         if errors and self.verdict is Verdict.COMPATIBLE:
-            head += f", {errors} error{'s' if errors > 1 else ''}"
-        judged = "1 pair" if self.pair_count == 1 else f"{self.pair_count} pairs"
-        return "\n".join([f"{head}, {judged} judged", *map(str, self.findings)])
+            head += f", {plural(errors, 'error')}"
+        return "\n".join([f"{head}, {plural(self.pair_count, 'pair')} judged", *map(str, self.findings)])
 
     def __repr__(self) -> str:
-        counts = [f"{self.pair_count} pairs", *(f"{self.count(each)} {each}s" for each in Severity)]
+        counts = [plural(self.pair_count, "pair"), *(plural(self.count(each), each.value) for each in Severity)]
         name = f" {self.system!r}" if self.system else ""
         return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
 
@@ -440,7 +444,13 @@ class PairReport(_InNotebooks, _Unmade):
         return "\n".join([str(self.verdict), *map(str, self.findings)])
 
     def __repr__(self) -> str:
-        return f"<PairReport: {self.verdict}, {len(self.findings)} findings>"
+        return f"<PairReport: {self.verdict}, {plural(len(self.findings), 'finding')}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the pair as plain data with the keys of ``cqos explain --format json``."""
+        from cqos_core.model.report_form import pair
+
+        return pair(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from cqos_core.model.report import Severity, Verdict
@@ -10,7 +11,7 @@ from cqos_core.model.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Side
+    from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, PairReport, Remedy, Report, Side
     from cqos_core.model.system import Place
 
     Exact: TypeAlias = Callable[[Place], Place]
@@ -53,6 +54,32 @@ def summary(report: Report, tool_version: str) -> Json:
 def assumed(assumptions: Iterable[Assumption]) -> list[Json]:
     """Return options that are not stated, with the values that are assumed for them."""
     return [{"option": each.option, "values": list(each.values)} for each in assumptions]
+
+
+def pair(pair: PairReport, exact: Exact = as_it_is) -> Json:
+    """Return all of an explained pair."""
+    policies, guarantees, hops = (
+        [asdict(each, dict_factory=_fields) for each in parts] for parts in (pair.policies, pair.guarantees, pair.hops)
+    )
+    return {
+        "verdict": pair.verdict.value,
+        "policies": policies,
+        "derived": dict(pair.derived),
+        "assumed": assumed(pair.assumed),
+        "guarantees": guarantees,
+        "hops": hops,
+        "findings": [finding(each, exact) for each in pair.findings],
+    }
+
+
+def _fields(stated: list[tuple[str, Any]]) -> Json:
+    """Return the fields of a value as JSON has them: reasons as objects, and no policy in a fact, which stands beside it."""
+    found = {name: list(value) if isinstance(value, tuple) else value for name, value in stated}
+    if "lost" in found:
+        found["lost"] = [{"code": code, "because": because} for code, because in found["lost"]]
+    if "origin" in found:
+        del found["policy"]
+    return found
 
 
 def _counts(report: Report) -> Json:

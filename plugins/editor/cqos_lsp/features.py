@@ -15,6 +15,7 @@ from cqos_lsp.hints import hints
 from cqos_lsp.hover import hover
 from cqos_lsp.navigation import definition, references, renamable, rename, symbols
 from cqos_lsp.positions import lines_of
+from cqos_lsp.projects import is_configuration, is_pack
 from cqos_lsp.shifts import Shift
 
 if TYPE_CHECKING:
@@ -69,15 +70,26 @@ async def _references(server: CqosServer, params: types.ReferenceParams) -> list
     return None if analysis is None else references(analysis, source, *place, server.state.units)
 
 
-async def _may_rename(server: CqosServer, params: types.PrepareRenameParams) -> types.Range | None:
+async def _named(server: CqosServer, params: Any) -> tuple[Analysis, str, tuple[int, int]]:
+    """Return what `_settled` does, or refuse a new name with the reason."""
     analysis, source, place = await _settled(server, params)
-    return None if analysis is None else renamable(analysis, source, *place, server.state.units)
+    if analysis is not None:
+        return analysis, source, place
+    path = server.path(params.text_document.uri)
+    if is_configuration(path) or is_pack(server.state.texts.get(path, b"")):
+        raise JsonRpcInvalidParams(
+            "C-QoS changes names in system files only: it does not see all files that use this one"
+        )
+    raise JsonRpcInvalidParams("the files cannot be read as they are; no name is changed")
+
+
+async def _may_rename(server: CqosServer, params: types.PrepareRenameParams) -> types.Range | None:
+    analysis, source, place = await _named(server, params)
+    return renamable(analysis, source, *place, server.state.units)
 
 
 async def _rename(server: CqosServer, params: types.RenameParams) -> types.WorkspaceEdit | None:
-    analysis, source, place = await _settled(server, params)
-    if analysis is None:
-        raise JsonRpcInvalidParams("the files cannot be read as they are; no name is changed")
+    analysis, source, place = await _named(server, params)
     try:
         work = partial(rename, analysis, source, *place, params.new_name, server.state.units, server.state.uris)
         changes: types.WorkspaceEdit = await server.beside(work)

@@ -9,9 +9,9 @@ from cqos_core.formatters import wording
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.model.report import Fact, Verdict
 from cqos_core.model.system import Endpoint, Participant, Profile
-from cqos_lsp.completion import cursor_in, schema_at
+from cqos_lsp.completion import cursor_in, packs_at, schema_at
 from cqos_lsp.marks import marks_on, owners_at, setting_at
-from cqos_lsp.names import name_at, names_of
+from cqos_lsp.names import ENDPOINTS, name_at, names_of
 from cqos_lsp.words import doc_at
 
 if TYPE_CHECKING:
@@ -71,7 +71,10 @@ def _word(path: str, text: str, line: int, column: int, project: Project) -> str
     key = lines[line - 1][at.start : at.end].strip("\"'") if line <= len(lines) else ""
     keys = (*at.path, key) if at.at_key else at.path
     doc = doc_at(schema, keys)
-    return f"**{keys[-1]}**\n\n{doc}" if doc else ""
+    if doc and not ENDPOINTS.isdisjoint(keys[:-1]):  # a key of the form that packs read as a policy
+        found = ((pack, pack.find(ENDPOINT, str(keys[-1]))) for pack in packs_at(text, at, project))
+        doc = "\n\n".join(about_policy(pack, pack.policies[index]) for pack, index in found if index is not None) or doc
+    return doc if doc.startswith("**") else f"**{keys[-1]}**\n\n{doc}" if doc else ""
 
 
 def about_policy(pack: RulePack, policy: Policy) -> str:

@@ -267,6 +267,32 @@ def test_a_name_that_would_change_the_system_is_refused(editor, design, word, ne
         editor.at(design, "rename", *place_of(TEXT, word), newName=new)
 
 
+@pytest.mark.parametrize(
+    ("file", "text", "word"),
+    [
+        ("pack.yaml", "cqos_pack: 1\nid: mine\ntitle: Mine\npolicies: {speed: {kind: count}}\n", "speed"),
+        ("cqos.toml", '[options.ros2]\nrmw = "cyclonedds"\n', "rmw"),
+    ],
+)
+def test_a_name_that_unseen_files_may_use_is_refused_with_the_reason(editor, tmp_path, file, text, word):
+    path = tmp_path / file
+    path.write_text(text)
+    editor.open(path)
+    for method in ("prepareRename", "rename"):
+        with pytest.raises(RefusedError, match="in system files only"):
+            editor.at(path, method, *place_of(text, word), newName="other")
+
+
+def test_a_key_of_the_form_that_packs_read_is_explained_by_them(editor, tmp_path):
+    path = tmp_path / "design.yaml"
+    text = "cqos: 1\nprotocol: dds\nparticipants: {a: {publishes: {t: {type: Weather}}}}\n"
+    path.write_text(text)
+    editor.open(path)
+    said = editor.at(path, "hover", *place_of(text, "type"))["contents"]["value"]
+    assert "- clause: DDS 1.4, 2.2.2.3" in said
+    assert "- also called: `type_name`, `data_type`" in said
+
+
 def test_fixes_are_changes_of_the_open_text(editor, design):
     found = editor.ask(
         "textDocument/codeAction",

@@ -242,6 +242,7 @@ TYPE: Final = Policy(
     TypeName(),
     None,
     "The message type, such as sensor_msgs/msg/LaserScan.",
+    "DDS 1.4, 2.2.2.3",
     aliases=("message_type", "msg_type"),
 )
 PARTITION: Final = Policy(
