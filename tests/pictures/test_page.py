@@ -134,6 +134,18 @@ def test_no_page_is_wider_than_its_window(tmp_path, shown, width):
     assert "…" in head.text_content()
 
 
+def test_the_heads_of_a_long_table_stay_in_view(tmp_path, shown):
+    opened = shown(page(tmp_path, large(20, 100)))
+    last = opened.locator(".matrix tbody th").last
+    last.scroll_into_view_if_needed()
+    head, frame = (
+        opened.locator(each).bounding_box() for each in (".matrix thead th >> nth=4", ".scroll:has(.matrix)")
+    )
+    assert abs(head["y"] - frame["y"]) < 2
+    assert last.bounding_box()["y"] > head["y"] + head["height"] - 2
+    assert frame["height"] < 900
+
+
 def test_pairs_that_get_the_same_have_one_table(tmp_path):
     text = (
         "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {s: {}, t: {}}}\n  b: {subscribes: {s: {}, t: {}}}\n"
