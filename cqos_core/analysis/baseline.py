@@ -8,19 +8,15 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.report import Severity
+from cqos_core.model.report import Finding, Report, Severity
 from cqos_core.model.system import Place
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from cqos_core.model.report import Finding, Report
 
 VERSION: Final = 1
 """Of the file's form."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.flow import WITHIN
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Mapping, Sequence
-
-    from cqos_core.model.flow import ControlFlow, FlowNode, TriggerKind
+from cqos_core.model.flow import WITHIN, ControlFlow, FlowNode, TriggerKind
 
 EndpointKey: TypeAlias = tuple[str, str]
 """The name of a file and the id of an endpoint in it."""

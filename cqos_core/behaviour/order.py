@@ -5,16 +5,12 @@ Where a way leads around an event, and only one token may come to either, the ev
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Hashable, Iterator
+from typing import Final
 
-from cqos_core.behaviour.graph import ENTERED
+from cqos_core.behaviour.graph import ENTERED, Graph, Wiring
 from cqos_core.behaviour.waiting import Waits, least, timer_wait
 from cqos_core.model.flow import WITHIN
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterator
-
-    from cqos_core.behaviour.graph import Graph, Wiring
 
 _FARTHEST: Final = 6
 """How many signals an order is followed over."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from html import escape, unescape
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.regular import re
 from cqos_core.model.source import Replacement
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 _TOKEN: Final = re.compile(
     r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>"""

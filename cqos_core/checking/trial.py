@@ -6,16 +6,24 @@ its profiles can be created, and both ends of a topic with the same profile are 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ImportNote, Participant, ProfileRef, Topic
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from cqos_core.model.system import Profile, Role, Scope, System
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    ImportNote,
+    Participant,
+    Profile,
+    ProfileRef,
+    Role,
+    Scope,
+    System,
+    Topic,
+)
 
 _ANY: Final = "*"
 

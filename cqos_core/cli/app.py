@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import click
 
@@ -13,9 +13,6 @@ from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.streams import say, say_problems, width
 from cqos_core.model.problems import CqosError, InputError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _COMPLETING = "_CQOS_COMPLETE"
 USAGE = 2

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Final
 
 import click
 from click.shell_completion import CompletionItem, get_completion_class
@@ -11,9 +12,6 @@ from cqos_core.cli.parameters import AssignmentType, Registered, debug_option
 from cqos_core.cli.streams import emit
 from cqos_core.model.codes import CODES
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
 
 VARIABLE: Final = "_CQOS_COMPLETE"
 """The variable by which a script asks for completions."""

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from importlib.metadata import version
-from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
+from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import prepare
+from cqos_core.cli.reading import InputReader, ReadingOptions, prepare
 from cqos_core.cli.streams import colored, emit, width
 from cqos_core.files.opening import STDIN, STDIN_NAME
 from cqos_core.formatters.misfits import misfits_as_json, misfits_as_text
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report, Severity, Verdict
 from cqos_core.model.style import Style
-from cqos_core.packs.logs import misfits
+from cqos_core.packs.logs import Occurrence, misfits
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cqos_core.analysis.runtime_logs import Explained
-    from cqos_core.cli.reading import InputReader, ReadingOptions
-    from cqos_core.packs.logs import Occurrence
 
 _CLEAN, _FOUND = 0, 1
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -11,16 +11,11 @@ from cqos_core import config
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit, say
-from cqos_core.files.loading import load_paths, protocols_of
+from cqos_core.files.loading import Loaded, load_paths, protocols_of
 from cqos_core.formatters.configuration import configuration
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cqos_core.files.loading import Loaded
 
 
 @click.command(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import click
 
@@ -11,9 +12,6 @@ from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 READS_SYSTEMS = "reads_systems"
 """The attribute of functions of commands that read systems, and so take the options that importers declare."""

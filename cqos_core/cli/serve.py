@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import click
 
 from cqos_core.cli.parameters import debug_option, nearest
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _Decorator: TypeAlias = "Callable[[Callable[..., Any]], Callable[..., Any]]"
 _DEFAULTS: Final = Settings()

@@ -5,18 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from typing import TYPE_CHECKING, TextIO
+from collections.abc import Iterable
+from typing import TextIO
 
 import click
 
 from cqos_core.files.opening import write_whole
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.model.problems import CqosError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from cqos_core.model.problems import Problem
+from cqos_core.model.problems import CqosError, Problem
 
 COLOR_CHOICES = ("auto", "always", "never")
 _EXCERPTS = 20  # problems of one run that are shown with their line

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from typing import TYPE_CHECKING, Final, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Final, TypeAlias
 
 import click
 
@@ -13,10 +14,6 @@ from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
 from cqos_core.model.problems import CqosError, InputError, describe
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
 
 _PAUSE: Final = 0.3  # seconds
 _UNUSABLE: Final = 2

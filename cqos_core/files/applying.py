@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.files.edits import edited, replacements
 from cqos_core.files.loading import GivenSource, read_together, recognise
@@ -14,16 +15,10 @@ from cqos_core.files.opening import open_file, read_path, write_whole
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Edit, Severity, Verdict
-from cqos_core.model.source import Source
+from cqos_core.model.report import Edit, Finding, Remedy, Report, Severity, Verdict
+from cqos_core.model.source import Inserter, Replacement, Source
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from cqos_core.model.report import Finding, Remedy, Report
-    from cqos_core.model.source import Inserter, Replacement
 
 _ROUNDS: Final = 1000
 """More fixes than this are not applied in one run."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cqos_core.model.problems import InputError, Problem
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 def write_folder(path: str, files: Mapping[str, str]) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import fields, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 from cqos_core.files.loading import GivenSource, load_paths, read_together
 from cqos_core.files.merging import merge
@@ -35,9 +36,6 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
 
 T = TypeVar("T")
 Input: TypeAlias = "str | PathLike[str] | bytes | System"

@@ -6,19 +6,17 @@ import os
 import re
 import subprocess
 import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from cqos_core.files.loading import FileOutcome, Loaded
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.spelling import nearest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
 
 _FORM: Final = re.compile(r"(?P<path>.*)#ref=(?P<ref>.*)", re.DOTALL)
 _REF: Final = re.compile(r"(?!-)[^\s:?*\[\\\x00-\x1f\x7f]{1,250}")

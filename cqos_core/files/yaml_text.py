@@ -5,17 +5,15 @@ What is written is read back as the same text by the tree of the importers, what
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import ScalarNode, flow_text, is_null, quoted_where_needed
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.source import Source
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 _WIDTH: Final = 100
 _LONGEST_KEY: Final = 1000  # YAML wants `?` before a longer one

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from cqos_core.analysis.breaking import Updated
+from cqos_core.analysis.breaking import Break, Breaking, Updated
 from cqos_core.formatters import wording
 from cqos_core.formatters.markdown import as_markdown
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.report_form import place_form
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from cqos_core.analysis.breaking import Break, Breaking
 
 _VERSION: Final = 1
 _WHEN: Final = {

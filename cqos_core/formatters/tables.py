@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable, Sequence
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.formatters.terminal import cells, clean
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 _GAP: Final = "  "
 _WHOLE: Final[dict[str, Any]] = {"break_long_words": False, "break_on_hyphens": False}

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import yaml
 
@@ -14,12 +15,7 @@ from cqos_core.importers.reading import shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Acceptance, ImportNote, Place
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from cqos_core.model.system import Endpoint, Profile, Settings, System
+from cqos_core.model.system import Acceptance, Endpoint, ImportNote, Place, Profile, Settings, System
 
 _WORD: Final = "ignore"
 _COMMENT: Final = regular_expression(r"(?:^|(?<=[ \t]))#[ \t]*cqos:[ \t]*(?P<text>(?P<word>[a-zA-Z]+).*)", re.MULTILINE)

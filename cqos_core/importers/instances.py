@@ -6,23 +6,17 @@ A variable that the name of a thing mentions is bound for everything within it; 
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
-from cqos_core.importers.reading import described, did_you_mean, shown
-from cqos_core.importers.shapes import TEXT, Shape
-from cqos_core.importers.tree import ScalarNode, SequenceNode, is_null, whole_number
+from cqos_core.importers.reading import Reading, described, did_you_mean, shown
+from cqos_core.importers.shapes import TEXT, Schema, Shape
+from cqos_core.importers.tree import Node, ScalarNode, SequenceNode, is_null, whole_number
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place, ProfileRef, Setting
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator, Mapping
-
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.shapes import Schema
-    from cqos_core.importers.tree import Node
 
 T = TypeVar("T")
 

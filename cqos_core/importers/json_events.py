@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
+from collections.abc import Iterator
+from typing import ClassVar, Final, TypeAlias
 
 from yaml.error import Mark
 from yaml.events import (
     DocumentStartEvent,
+    Event,
     MappingEndEvent,
     MappingStartEvent,
     ScalarEvent,
@@ -18,11 +20,6 @@ from yaml.events import (
 
 from cqos_core.model.encoding import Lines
 from cqos_core.model.regular import re, regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from yaml.events import Event
 
 _BLANK = regular_expression(r"[ \t\r\n]*+")
 _WORD = regular_expression(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")

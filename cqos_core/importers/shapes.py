@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from datetime import date
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeAlias, TypeVar
+from typing import Any, Final, Generic, TypeAlias, TypeVar
 
-from cqos_core.importers.reading import described, did_you_mean, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null
+from cqos_core.importers.reading import Reading, described, did_you_mean, listed, shown
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flag, flow_text, is_null
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.system import Place, Setting
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.tree import Node
 
 T = TypeVar("T")
 Schema: TypeAlias = dict[str, Any]

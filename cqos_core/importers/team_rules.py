@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast, get_args
+from typing import Final, Literal, TypeAlias, cast, get_args
 
-from cqos_core.importers.forms import Form, Key, named
-from cqos_core.importers.reading import described, did_you_mean, shown
-from cqos_core.importers.shapes import DATE, TEXT, Shape, one_of, whatever_is_below
-from cqos_core.importers.tree import MappingNode, SequenceNode, flow_text, is_null
+from cqos_core.importers.forms import Entry, Form, Key, named
+from cqos_core.importers.reading import Reading, described, did_you_mean, shown
+from cqos_core.importers.shapes import DATE, TEXT, Schema, Shape, one_of, whatever_is_below
+from cqos_core.importers.tree import MappingNode, Node, SequenceNode, flow_text, is_null
 from cqos_core.model.system import Acceptance, Bound, TeamRule
-
-if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.shapes import Schema
-    from cqos_core.importers.tree import Node
 
 Relation: TypeAlias = Literal["exactly", "at_least", "at_most", "one_of", "not"]
 _Severity: TypeAlias = Literal["error", "warning", "note"]

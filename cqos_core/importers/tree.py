@@ -6,14 +6,12 @@ flag, nothing) only where it matters. So `no`, `1:30` and `2027-01-01` are text.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import field
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
 
 Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 

@@ -7,17 +7,14 @@ name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.importers.forms import Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
+from cqos_core.importers.forms import Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
 from cqos_core.importers.timing import CHAINS, LINKS
 from cqos_core.importers.tree import whole_number
-
-if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry
 
 VERSION: Final = 1
 

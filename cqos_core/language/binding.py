@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from cqos_core.language.domains import Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Judge, Signal
@@ -13,9 +14,6 @@ from cqos_core.language.values import INFINITE, UNREAD, Anything, Range, Values,
 from cqos_core.language.vocabulary import SECOND_SCOPES, Use, Vocabulary
 from cqos_core.model.memory import keep
 from cqos_core.model.problems import ConditionError, InvalidValueError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 
 def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:

@@ -10,23 +10,17 @@ are constants of it, so most conditions that read them are decided when the func
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable, Iterable, Sequence
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import Binder
-from cqos_core.language.domains import Names
-from cqos_core.language.evaluate import NO_SIGNAL
+from cqos_core.language.domains import Domain, Names
+from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition
 from cqos_core.language.expression import AGGREGATES, COMPARISONS, HOLDS, Literal, Node, Term, Test
 from cqos_core.language.operations import OPERATIONS
-from cqos_core.language.values import KNOWN, Range, settled, worlds_of
+from cqos_core.language.values import KNOWN, Range, Values, settled, worlds_of
 from cqos_core.language.vocabulary import SECOND_SCOPES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from cqos_core.language.domains import Domain
-    from cqos_core.language.evaluate import BoundCondition
-    from cqos_core.language.values import Values
 
 
 class Common(NamedTuple):

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
-from cqos_core.language.values import INFINITE, normalise
+from cqos_core.language.values import INFINITE, Plain, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from cqos_core.language.values import Plain
 
 
 def flow(text: str, expected: str = "") -> Any:

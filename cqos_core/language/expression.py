@@ -11,14 +11,12 @@ conditions (printing, reading, judging, solving) is a table by the name of what 
 from __future__ import annotations
 
 import keyword
+from collections.abc import Callable, Iterator
 from copy import copy
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 SCOPES: Final = (
     "own",

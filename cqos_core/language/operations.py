@@ -6,15 +6,13 @@ Open values are a `Range`, or None for what is not known. An answer that they le
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from cqos_core.language.values import INFINITE, KNOWN, Range
 from cqos_core.model.wildcards import fits
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
 
 Answer = bool | None
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.language.expression import (
     SCOPES,
@@ -22,9 +23,6 @@ from cqos_core.language.expression import (
 )
 from cqos_core.model.problems import ConditionError
 from cqos_core.model.regular import regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 MAXIMUM_TEXT: Final = 10_000
 _MAXIMUM_DEPTH: Final = 60

@@ -8,25 +8,18 @@ has the set of second values for which the condition may be true, and the set fo
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, reduce
 from itertools import accumulate, product
 from operator import or_
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from cqos_core.language.binding import bind, bind_operands
-from cqos_core.language.evaluate import NO_SIGNAL, known_value
-from cqos_core.language.expression import COMPARISONS, Condition, Term, Test
+from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Judge, known_value
+from cqos_core.language.expression import COMPARISONS, Condition, Node, Term, Test
 from cqos_core.language.operations import MIRRORED
-from cqos_core.language.values import settled, worlds_of
-from cqos_core.language.vocabulary import SECOND_SCOPES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
-    from cqos_core.language.evaluate import BoundCondition, Judge
-    from cqos_core.language.expression import Node
-    from cqos_core.language.values import Values
-    from cqos_core.language.vocabulary import Vocabulary
+from cqos_core.language.values import Values, settled, worlds_of
+from cqos_core.language.vocabulary import SECOND_SCOPES, Vocabulary
 
 FEW_COMBINATIONS: Final = 256
 """So many are judged one by one; of more, those whose answer is certain are found at once."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from cqos_core.language.formulas import AllOf, AnyOf, Table
+from cqos_core.language.formulas import AllOf, AnyOf, Formula, Table, Variable
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Mapping, Sequence
-
-    from cqos_core.language.formulas import Formula, Variable
 
 INSTALL: Final = "pip install 'cqos-core[repair]'"
 _SECONDS: Final = 120.0

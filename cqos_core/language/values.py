@@ -7,16 +7,14 @@ comparison of the language is a comparison of plain Python values, and of column
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 INFINITE: Final = 2**63 - 1
 """An infinite duration in nanoseconds, and an unlimited count."""

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.later import later
-from cqos_core.model.report import Finding, Group, Verdict
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from cqos_core.model.report import Report, Severity
+from cqos_core.model.report import Finding, Group, Report, Severity, Verdict
 
 _T = TypeVar("_T")
 

@@ -6,13 +6,10 @@ a sub-process; what is inside them names them as `FlowNode.parent`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.system import Constant
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Place
+from cqos_core.model.system import Constant, Place
 
 EventKind: TypeAlias = Literal["start", "end", "throw", "catch", "boundary"]
 """``end`` and ``throw`` throw; ``start``, ``catch`` and ``boundary`` catch."""

@@ -10,12 +10,10 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.machinery import PathFinder
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+from typing import Any, Final, NamedTuple
 
 AUTHORS: Final = "the C-QoS authors"
 """The author of the distributions of C-QoS."""

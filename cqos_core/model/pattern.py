@@ -6,14 +6,12 @@ a pattern from a file could keep it busy for ever; RE2 is, and reads nearly the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.model.problems import CqosError
 from cqos_core.model.regular import re, regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _OPERATOR: Final = regular_expression(
     r"\[\^?\]?(?:\\.|\[:\^?[a-z]+:\]|[^\]\\\[&~-]|[&~-](?![&~-]))*+(&&|~~|--|\[)", re.DOTALL

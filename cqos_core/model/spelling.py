@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect, insort
 from collections import Counter
+from collections.abc import Callable, Iterable
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.regular import regular_expression
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
 
 _LONGEST: Final = 60
 """Characters of the longest name that is compared: longer ones are no typing errors of a known name."""

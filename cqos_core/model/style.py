@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from cqos_core.model.report import Edit, Report
+from cqos_core.model.report import Edit, Report, Severity
 
 
 def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited

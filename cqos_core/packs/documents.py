@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
-from cqos_core.importers.reading import described, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, stated
-from cqos_core.importers.yaml_tree import read_json5, read_tree
-from cqos_core.model.problems import InputError
-from cqos_core.model.system import Place, Setting
+from cqos_core.importers.reading import Reading, described, listed, shown
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flow_text, is_null, stated
+from cqos_core.importers.yaml_tree import Repeated, read_json5, read_tree
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import ImportNote, Place, Setting, Settings, System
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.tree import Node
-    from cqos_core.importers.yaml_tree import Repeated
-    from cqos_core.model.problems import Problem
-    from cqos_core.model.system import ImportNote, Settings, System
 
 
 class Field(NamedTuple):

@@ -8,25 +8,19 @@ are those of every rule.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from functools import reduce
 from operator import and_
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from cqos_core.language.domains import Count, Duration, Flag, Names
-from cqos_core.language.expression import Condition, as_condition, define, in_, offered, overlaps, requested
+from cqos_core.language.domains import Count, Domain, Duration, Flag, Names
+from cqos_core.language.expression import Condition, Operand, as_condition, define, in_, offered, overlaps, requested
 from cqos_core.language.expression import Literal as Constant
 from cqos_core.language.policy import NEED, Policy
-from cqos_core.language.values import INFINITE, normalise
+from cqos_core.language.values import INFINITE, Plain, normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs.rule import Rule
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
-
-    from cqos_core.language.domains import Domain
-    from cqos_core.language.expression import Operand
-    from cqos_core.language.values import Plain
 
 Kind = Literal["holds", "at_least", "at_most"]
 Over = Literal["every hop", "sum", "last hop", "not over a bridge"]

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import io
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import BinaryIO, Final
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
-    from cqos_core.model.system import Role
+from cqos_core.model.system import Place, Role
 
 _LONGEST: Final = 64 * 1024
 """Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final, Protocol
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
 
 FAULTS: Final = {
     "link_outage": "the link between the two is cut for this time",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.spelling import distance, folded
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 _MOST: Final = 2
 _LONG_ENOUGH: Final = 5

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from google.protobuf import json_format
-from google.protobuf.message import DecodeError
+from google.protobuf.message import DecodeError, Message
 
-from cqos.v1 import check_pb2, report_pb2
-from cqos_core.model.report import Severity
+from cqos.v1 import check_pb2, report_pb2, session_pb2
+from cqos_core.model.report import Report, Severity
 from cqos_core.remote.messages import EVERYTHING, report_message, unknown_paths
 from cqos_core.remote.refusal import Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from google.protobuf.message import Message
-
-    from cqos.v1 import session_pb2
-    from cqos_core.model.report import Report
 
 _MOST_PATHS: Final = 100
 _SEVERITIES: Final[Mapping[int, Severity]] = {

@@ -7,12 +7,13 @@ is added to both travels. What a message has beyond that is derived, and passed 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import MISSING, fields, replace
 from functools import cache, lru_cache, partial
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
-from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor, FieldDescriptor
 from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
@@ -24,11 +25,6 @@ from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from cqos_core.remote import description
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-
-    from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
 
 T = TypeVar("T")
 _Convert: TypeAlias = "Callable[[Any], Any]"

@@ -7,33 +7,26 @@ open: so an edit of one event costs what it touches, and an edit of nothing that
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.bpmn.plain_endpoints import PlainEndpoint
 from cqos_core.checking.session import Session
-from cqos_core.matching.pipeline import context
+from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity
-from cqos_core.model.system import NAMED, System
+from cqos_core.model.report import Report, Severity
+from cqos_core.model.system import NAMED, Endpoint, System
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, least_severe, paths_of, refusal_message
 from cqos_core.remote.catalogue import versions
-from cqos_core.remote.description import describe, described_endpoints
+from cqos_core.remote.description import DescribedEndpoint, describe, described_endpoints
 from cqos_core.remote.documents import read_documents, read_system
 from cqos_core.remote.messages import EVERYTHING, below, report_message, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.remote.session_answers import OpenNames, changed, difference
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Report
-    from cqos_core.model.system import Endpoint
-    from cqos_core.remote.description import DescribedEndpoint
 
 _WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes", "flows")
 """Parts of a system that one edit replaces."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import date
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core.model.flow import positions_missing
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.system import NAMED
 from cqos_core.remote.messages import from_message
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
 
 _BOTH_ROLES: Final = (report_pb2.ROLE_PUBLISHER, report_pb2.ROLE_SUBSCRIBER)
 _SEVERITIES: Final = (report_pb2.SEVERITY_ERROR, report_pb2.SEVERITY_WARNING, report_pb2.SEVERITY_NOTE)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from google.protobuf.message import Message
 
@@ -17,9 +18,6 @@ from cqos_core.remote.documents import bounded, read_system
 from cqos_core.remote.messages import change_value
 from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem, endpoint_problems, named_problems, part_problems
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 
 class EditSession:

@@ -6,26 +6,18 @@ For all else there is no answer here, and it is resolved as a whole.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, cast
+from typing import Any, Final, NamedTuple, TypeAlias, cast
 
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.values import KNOWN, UNREAD, WrittenValue, normalise
+from cqos_core.language.values import KNOWN, UNREAD, Value, WrittenValue, normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, letters, number_of
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import Endpoint, Setting
-from cqos_core.resolving.reader import ValueSource, how_written, ignored_by, read_value, spelled
-from cqos_core.resolving.resolved import READ, Layer, Stated
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-
-    from cqos_core.language.values import Value
-    from cqos_core.model.system import Cases
-    from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import QosProfile, Resolved, ResolvedParticipant
-
+from cqos_core.model.system import Cases, Endpoint, Setting
+from cqos_core.resolving.reader import SettingsReader, ValueSource, how_written, ignored_by, read_value, spelled
+from cqos_core.resolving.resolved import READ, Layer, QosProfile, Resolved, ResolvedParticipant, Stated
 
 _Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
 """A setting as `Endpoint.said` has it."""

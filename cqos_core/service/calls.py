@@ -12,10 +12,11 @@ import re
 import time
 import traceback
 from collections import OrderedDict
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from datetime import date
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from google.protobuf import json_format
 
@@ -23,18 +24,11 @@ from cqos_core.remote.asked import decode, decode_json
 from cqos_core.remote.refusal import Refused, session_lost, too_much
 from cqos_core.service import frames
 from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to
-from cqos_core.service.callers import Callers, origin
+from cqos_core.service.callers import Caller, Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.pool import FailedError, Pool, Sessions
-from cqos_core.service.settings import token_sum
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator, Mapping
-    from contextlib import AbstractContextManager
-
-    from cqos_core.service.callers import Caller
-    from cqos_core.service.settings import Limits, Settings
+from cqos_core.service.settings import Limits, Settings, token_sum
 
 _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048

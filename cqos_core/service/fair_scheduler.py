@@ -8,15 +8,12 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections import deque
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.remote.refusal import BUSY, CALLER_QUOTA, Refused
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Coroutine, Iterable
-    from typing import Any
 
 T = TypeVar("T")
 R = TypeVar("R")

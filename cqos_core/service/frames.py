@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from functools import partial
 from io import BytesIO
-from typing import TYPE_CHECKING, Final, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from typing import BinaryIO
+from typing import BinaryIO, Final, NamedTuple
 
 _HEAD: Final = struct.Struct(">BQQ")
 

@@ -13,16 +13,14 @@ import socket
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.model.problems import CqosError
 from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_logging, tell
 from cqos_core.service.settings import Settings, joined, split_address
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)

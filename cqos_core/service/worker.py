@@ -13,16 +13,13 @@ import sys
 import traceback
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import BinaryIO, Final
 
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.remote.refusal import Refused, too_much
 from cqos_core.remote.session_answers import EditSession
 from cqos_core.service import frames
 from cqos_core.service.answers import METHODS, answer, answer_json, answer_of_stream
-
-if TYPE_CHECKING:
-    from typing import BinaryIO
 
 _NEARLY_ALL: Final = 0.9
 METHOD_NAMES: Final = tuple(METHODS)

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
-from cqos_core.matching.derived_guarantees import give
-from cqos_core.matching.hops import Hop, Meetings
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, Way, repetition
+from cqos_core.matching.derived_guarantees import DerivedGuarantees, give
+from cqos_core.matching.hops import Hop, Meetings, Topics
 from cqos_core.model.remarks import core_finding, plural, suggestion
-from cqos_core.model.report import Severity, Side
+from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.spelling import KnownNames
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from cqos_core.behaviour.paths.delivery_paths import Way
-    from cqos_core.matching.derived_guarantees import DerivedGuarantees
-    from cqos_core.matching.hops import Topics
-    from cqos_core.model.report import Finding
-    from cqos_core.model.system import System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 
 
 def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:

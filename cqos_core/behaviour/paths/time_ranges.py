@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Iterable
+from typing import Final, NamedTuple
 
 from cqos_core.language.domains import Duration
 from cqos_core.language.values import INFINITE
 from cqos_core.model.problems import InvalidValueError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 DURATION: Final = Duration()
 _EXPECTED: Final = "a range of durations such as <=20ms, 5ms..20ms, >=5ms, or one that is exact, such as 20ms"

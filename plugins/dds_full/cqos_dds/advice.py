@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import and_
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.packs import all_equal, ceil, count, define, forbids, offered, requested, requires, stated, topic, total
+from cqos_core.packs import (
+    Condition,
+    Policy,
+    all_equal,
+    ceil,
+    count,
+    define,
+    forbids,
+    offered,
+    requested,
+    requires,
+    stated,
+    topic,
+    total,
+)
 from cqos_dds.implementations import FAST_DDS, is_on, publisher_is, subscriber_is
 from cqos_dds.kept_policies import (
     AUTODISPOSE,
@@ -47,9 +61,6 @@ from cqos_dds.requested_policies import (
     TYPE_INFORMATION,
 )
 from cqos_dds.rules import KEEPS_ALL
-
-if TYPE_CHECKING:
-    from cqos_core.packs import Condition, Policy
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 

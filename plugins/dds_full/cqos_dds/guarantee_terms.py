@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
     WORDS,
+    Condition,
+    Operand,
+    Policy,
+    Term,
     define,
     offered,
     publisher,
@@ -36,12 +41,6 @@ from cqos_dds.requested_policies import (
     RELIABILITY,
 )
 from cqos_dds.rules import SERVICE_KEEPS_LAST, SERVICE_LIMIT
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition, Operand, Policy, Term
-
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)

@@ -7,12 +7,16 @@ What other writers of the topic do is not seen in one pair: where that decides, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from cqos_core.packs import (
     RELAYED,
     TAKEN_EVERY,
     WORDS,
+    Condition,
+    Policy,
+    Term,
     Unaffected,
     as_condition,
     ceil,
@@ -64,11 +68,6 @@ from cqos_dds.requested_policies import (
     ORDERED,
     OWNERSHIP,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition, Policy, Term
 
 RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
 # What the program has not taken yet waits in the reader's history too, and a keep_last one replaces it.

@@ -6,14 +6,10 @@ from refusing.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable
+from typing import Final
 
-from cqos_core.packs import Choice, OneOf, Policy, define, in_, publisher, subscriber
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from cqos_core.packs import Condition
+from cqos_core.packs import Choice, Condition, OneOf, Policy, define, in_, publisher, subscriber
 
 FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
 _FAST_DDS_SPELLINGS: Final = (

@@ -6,18 +6,16 @@ names without any, but not another expression.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase, translate
 from functools import lru_cache, reduce
 from operator import or_
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from cqos_core.language.name_index import NameIndex
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.regular import re
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
 
 Names: TypeAlias = tuple[str, ...]
 NO_NAME: Final = ("",)

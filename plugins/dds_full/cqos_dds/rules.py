@@ -10,9 +10,11 @@ as strong as". `both_are(...)` is about implementations that do not compare a po
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from cqos_core.packs import (
+    Condition,
     call,
     define,
     first,
@@ -70,11 +72,6 @@ from cqos_dds.requested_policies import (
     TYPE,
     TYPE_INFORMATION,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition
 
 # What a reader requests must be offered --------------------------------------------------------------
 

@@ -6,13 +6,11 @@ Parsers refuse such text, so this reads line by line what is there, and takes ev
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 Path: TypeAlias = tuple["str | int", ...]
 """Keys and indices from the root of a document."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import os
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
@@ -16,17 +17,12 @@ from pygls.uris import to_fs_path
 
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError, describe
-from cqos_lsp.checking import Checked, Checker
+from cqos_lsp.checking import Analysis, Checked, Checker
 from cqos_lsp.completion import ready
 from cqos_lsp.diagnostics import diagnostics_of, uri_of
 from cqos_lsp.features import register
 from cqos_lsp.positions import Units, encoded
 from cqos_lsp.projects import is_configuration, is_pack
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
-    from cqos_lsp.checking import Analysis
 
 _PAUSE: Final = 0.15
 """Seconds without a keystroke before a check begins."""

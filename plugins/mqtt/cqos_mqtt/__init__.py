@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @hookimpl

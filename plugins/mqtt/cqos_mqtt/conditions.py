@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from cqos_core.packs import (
+    Condition,
+    Operand,
+    Term,
     by_option,
     define,
 )
@@ -13,11 +17,6 @@ from cqos_mqtt.connection_policies import (
     SESSION_EXPIRY,
 )
 from cqos_mqtt.policies import IMPLIED_NEEDS, VERSION
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition, Operand, Term
 
 
 def in_3_1_1(side: Callable[[Term], Operand]) -> Condition:

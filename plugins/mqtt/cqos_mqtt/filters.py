@@ -6,10 +6,8 @@ start meets no name that begins with `$` (MQTT 3.1.1 and 5.0, 4.7).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import Final, NamedTuple
 
 LONGEST: Final = 65_535
 """Bytes of UTF-8 that a name or a filter may have."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.packs import INFINITE, Choice, Count, Duration, Flag, Names
-
-if TYPE_CHECKING:
-    from cqos_core.packs import Plain
+from cqos_core.packs import INFINITE, Choice, Count, Duration, Flag, Names, Plain
 
 _S: Final = 1_000_000_000
 LONGEST: Final = 2**32 - 1

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final
 
 from cqos_core.model.system import PUBLISHER
-from cqos_core.packs import NameProblem, Naming
+from cqos_core.packs import NameContext, NameProblem, Naming
 from cqos_mqtt.filters import bare, has_wildcards, matches, wrong_with_filter, wrong_with_name
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cqos_core.packs import NameContext
 
 PATTERN: Final = "pattern"
 """The kind of an endpoint that publishes to several topics with one known pattern."""

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
 
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting, Settings
 from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
 from cqos_mqtt.broker_policies import ACCESS
@@ -25,11 +26,6 @@ from cqos_mqtt.connection_policies import (
 from cqos_mqtt.endpoint_policies import NO_LOCAL, QOS
 from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
 from cqos_mqtt.policies import BROKER, POLICIES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from cqos_core.model.system import Settings
 
 WILL: Final = "will"
 """The kind of the endpoint that a Will is."""

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_left, insort
-from typing import TYPE_CHECKING, Final, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, NamedTuple
 
 _SWEEPS: Final = 16
 _NUDGES: Final = 12

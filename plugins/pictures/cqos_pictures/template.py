@@ -8,15 +8,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from cqos_core.formatters.terminal import clean
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 _TAG = re.compile(r"\{\{([#^/>]?)\s*([\w.]+)\s*\}\}")
 _ALONE = re.compile(r"(?m)^[ \t]*(\{\{[#^/>][^}]*\}\})[ \t]*\n")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Verdict
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 WORDS: Final[Mapping[Verdict | None, str]] = {
     Verdict.COMPATIBLE: "compatible",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
     WORDS,
+    Condition,
+    Operand,
     define,
     in_,
     offered,
@@ -22,9 +24,6 @@ from cqos_ros2.policies import (
     PERIOD,
     RMW,
 )
-
-if TYPE_CHECKING:
-    from cqos_core.packs import Condition, Operand
 
 MAX_AGE: Final = WORDS["max_age"]
 MAX_GAP: Final = requested(WORDS["max_gap"].need)

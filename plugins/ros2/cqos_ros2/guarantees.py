@@ -9,12 +9,14 @@ congested: a reliable publisher waits there only with keep_all, and one that is 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.packs import (
     RELAYED,
     TAKEN_EVERY,
     WORDS,
+    Condition,
+    Operand,
     Unaffected,
     as_condition,
     ceil,
@@ -51,10 +53,6 @@ from cqos_ros2.policies import (
     RESEND_ROUND_TRIPS,
     ROUND_TRIP,
 )
-
-if TYPE_CHECKING:
-    from cqos_core.packs import Condition, Operand
-
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)

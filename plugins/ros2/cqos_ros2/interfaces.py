@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.model.system import ProfileRef, Setting
+from cqos_core.model.system import Endpoint, ProfileRef, Role, Setting
 from cqos_ros2.types import full_type_name
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Endpoint, Role
 
 
 @dataclass(frozen=True, slots=True)

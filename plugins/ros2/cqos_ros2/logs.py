@@ -25,16 +25,12 @@ before the message, unless the output is formatted otherwise.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from typing import Final
 
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_core.packs.logs import SAME, About, Misfit
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from cqos_core.model.system import Role
 
 _PROTOCOL: Final = "ros2"
 _MESSAGE: Final = regular_expression(

@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.wildcards import fits
-from cqos_core.packs import NameProblem, Naming, normalise
+from cqos_core.packs import NameContext, NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from cqos_core.packs import NameContext
 
 ILLEGAL: Final[Mapping[str, str]] = {
     "*[!A-Za-z0-9_/]*": "it has other characters than letters, digits, `_` and `/`",

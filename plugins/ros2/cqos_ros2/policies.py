@@ -5,7 +5,8 @@ Values stand in order of strength, weakest first. A value in quotes is written a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import Final
 
 from cqos_core.packs import (
     TAKEN_EVERY,
@@ -21,9 +22,6 @@ from cqos_core.packs import (
     by_option,
 )
 from cqos_ros2.types import PartitionNames, TypeName
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 _S: Final = 1_000_000_000
 

@@ -8,9 +8,25 @@ infinite one. Its three answers ok, warning and error are compatible, unknown an
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.packs import ENDPOINT, Anything, Duration, PerRole, by_option, define, flow, offered, requested, requires
+from cqos_core.packs import (
+    ENDPOINT,
+    Anything,
+    ByOption,
+    Condition,
+    Duration,
+    Meaning,
+    PerRole,
+    Plain,
+    Policy,
+    by_option,
+    define,
+    flow,
+    offered,
+    requested,
+    requires,
+)
 from cqos_ros2.policies import (
     DEADLINE,
     DURABILITY,
@@ -26,9 +42,6 @@ from cqos_ros2.policies import (
     choice,
 )
 from cqos_ros2.rules import BOTH_BRIDGES, BOTH_ON_ZENOH, NAMES, REQUEST_OFFER
-
-if TYPE_CHECKING:
-    from cqos_core.packs import ByOption, Condition, Meaning, Plain, Policy
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000

@@ -7,11 +7,15 @@ endpoints of one topic do not match. A bare policy is that of the endpoint itsel
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.packs import (
+    Condition,
+    Policy,
+    Term,
     all_equal,
     define,
     forbids,
@@ -54,11 +58,6 @@ from cqos_ros2.policies import (
     TOPIC_TYPE,
     TYPE,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition, Policy, Term
 
 COMPATIBILITY: Final = f"{CONCEPT}, compatibilities"
 

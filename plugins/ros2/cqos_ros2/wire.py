@@ -6,12 +6,10 @@ Sources: design.ros2.org, topic and service name mapping; rmw_cyclonedds, rmw_fa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import Final
 
 from cqos_core.packs import Wire
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 def topic(key: str, values: Mapping[str, str]) -> str | None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from cyclonedds.internal import dds_c_t
 from cyclonedds.qos import BasePolicy, Policy, Qos, _CQos
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 INFINITE: Final = 2**63 - 1
 NAMED: Final = {

@@ -5,20 +5,15 @@ from __future__ import annotations
 import random
 import socket
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, ClassVar, Final
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Final
 from uuid import uuid4
 
-from cqos_core.analysis.proving import NotRunnableError
+from cqos_core.analysis.proving import End, Event, NotRunnableError, Outcome, Plan
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs import INFINITE
 from cqos_dds.prove.settings import encoded, parsed
-from cqos_dds.prove.stage import Cast, Program, run
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from cqos_core.analysis.proving import End, Event, Outcome, Plan
-    from cqos_dds.prove.stage import Running
+from cqos_dds.prove.stage import Cast, Program, Running, run
 
 _SECOND: Final = 1_000_000_000
 _SETTLE: Final = 0.5

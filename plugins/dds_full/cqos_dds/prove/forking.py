@@ -13,14 +13,12 @@ import subprocess
 import sys
 import threading
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, Final
 
 from cqos_core.model.problems import CqosError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _FORK: Final = b"fork"
 _LONGEST: Final = 64  # bytes of a request or an answer

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping
+from typing import Any, Final
 from urllib.parse import quote, unquote
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 LISTS: Final = ("partition", "data_representation")
 TEXTS: Final = ("type", "user_data", "group_data", "topic", "extensibility", "role", "configuration")

@@ -11,19 +11,15 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import IO, TYPE_CHECKING, Final, Protocol
+from typing import IO, Final, Protocol
 
-from cqos_core.analysis.proving import Event, Outcome, numbers
+from cqos_core.analysis.proving import Event, Fault, Outcome, Plan, numbers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from cqos_core.analysis.proving import Fault, Plan
 
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""

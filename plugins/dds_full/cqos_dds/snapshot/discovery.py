@@ -8,7 +8,8 @@ Cyclone DDS announces them all the same, so they are known of its own endpoints 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable
+from typing import Any, Final
 
 from cyclonedds.builtin import (
     BuiltinDataReader,
@@ -22,16 +23,11 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.qos import Policy
 
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_core.packs import INFINITE
 from cqos_dds.pack import PACK
 from cqos_dds.snapshot.ros_nodes import RosNodes
 from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.model.system import Role
 
 VENDORS: Final = {
     "0101": "connext",

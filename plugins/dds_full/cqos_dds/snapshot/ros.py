@@ -7,11 +7,9 @@ Sources: design.ros2.org, topic and service name mapping; rosidl_typesupport (ty
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Final, Literal
 
 PROTOCOL: Final = "ros2"
 _TYPE: Final = re.compile(r"(?P<package>\w+)::(?P<kind>msg|srv|action)::dds_::(?P<name>\w+)_")

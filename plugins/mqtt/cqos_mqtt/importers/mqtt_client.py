@@ -8,18 +8,13 @@ over a topic of its own, which is always retained.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from typing import Final
 
 from cqos_core.importers.reading import shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Role, Route, Setting, Settings
 from cqos_mqtt.importers.document import Document, truth
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Settings
 
 NAME: Final = "mqtt_client"
 PARAMETERS: Final = "ros__parameters"

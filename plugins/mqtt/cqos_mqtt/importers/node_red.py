@@ -6,16 +6,13 @@ The devices on the other side are in no flow: the clients are external.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting, Settings
 from cqos_mqtt.importers.document import Document, truth
 from cqos_mqtt.importers.editing import FIELDS
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Settings
 
 BROKER: Final = "mqtt-broker"
 IN: Final = "mqtt in"

@@ -6,20 +6,15 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.analysis.proving import FAULTS, Event, NotRunnableError, Outcome
+from cqos_core.analysis.proving import FAULTS, Event, NotRunnableError, Outcome, Plan
 from cqos_mqtt import endpoint_policies as of
-from cqos_mqtt.promela.constants import MESSAGES, model, needs_of, scenes
+from cqos_mqtt.promela.constants import MESSAGES, Scene, model, needs_of, scenes
 from cqos_mqtt.prove.runner import known
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from cqos_core.analysis.proving import Plan
-    from cqos_mqtt.promela.constants import Scene
 
 _DEPTHS: Final = (80, 120, 160, 220, 300)
 """Bounds of the search for a shorter counterexample, once there is one."""

@@ -9,14 +9,12 @@ import socket
 import subprocess
 import tempfile
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.analysis.proving import NotRunnableError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _PATIENCE: Final = 3.0
 """Seconds within which Mosquitto starts or ends."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.analysis.proving import FAULTS, Event, Fault, NotRunnableError, Outcome, numbers
-from cqos_core.packs import INFINITE
+from cqos_core.analysis.proving import FAULTS, End, Event, Fault, NotRunnableError, Outcome, Plan, numbers
+from cqos_core.packs import INFINITE, Plain, Policy
 from cqos_mqtt import broker_policies as of_broker
 from cqos_mqtt import connection_policies as of_connection
 from cqos_mqtt import endpoint_policies as of
@@ -20,12 +21,6 @@ from cqos_mqtt.prove.client import WIDEST, Client, Connection, Publication, Subs
 from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program, version
 from cqos_mqtt.prove.packets import Message, Will
 from cqos_mqtt.sessions import EVERY_USER, NO_USER
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from cqos_core.analysis.proving import End, Plan
-    from cqos_core.packs import Plain, Policy
 
 _SECOND: Final = 1_000_000_000
 _READY: Final = 1.0

@@ -10,16 +10,14 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, Final, NamedTuple
 from urllib.error import HTTPError, URLError
 from urllib.parse import quote, urljoin, urlsplit
 from urllib.request import Request, urlopen
 
 from cqos_core.model.problems import CqosError, describe
 from cqos_mqtt.snapshot.seen import SeenClient
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 _SECONDS: Final = 30
 _MOST_BYTES: Final = 64 * 1024 * 1024

@@ -7,9 +7,9 @@ import json
 import os
 import signal
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
 
 import click
 
@@ -26,9 +26,6 @@ from cqos_mqtt.importers import mosquitto_log
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
 from cqos_mqtt.snapshot.brokers import BROKERS, Interface, clients_of
 from cqos_mqtt.snapshot.seen import fill
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _EMPTY = 2
 

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
+    Broker,
     Endpoint,
     Participant,
+    Place,
+    Role,
     Setting,
+    Settings,
+    System,
     endpoint_id,
     numbered,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from cqos_core.model.system import Broker, Place, Role, Settings, System
 
 _OF_5_0: Final = ("session_expiry_interval", "receive_maximum", "maximum_packet_size", "topic_alias_maximum")
 """What a client of 5.0 states when it connects, beside what all versions have."""

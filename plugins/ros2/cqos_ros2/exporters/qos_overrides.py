@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
-from cqos_core.files.exporting import Exported
-from cqos_core.files.yaml_text import Block, Raw, document
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_ros2.exporters.values import QOS, Unsayable, kind_of, ros_endpoints, stated
+from cqos_core.files.exporting import ExportContext, Exported, Judged
+from cqos_core.files.yaml_text import Block, Node, Raw, document
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
+from cqos_ros2.exporters.values import QOS, Unsayable, Value, kind_of, ros_endpoints, stated
 from cqos_ros2.importers.rviz import NODE as RVIZ
 from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
 from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
-
-if TYPE_CHECKING:
-    from cqos_core.files.exporting import ExportContext, Judged
-    from cqos_core.files.yaml_text import Node
-    from cqos_core.model.system import System
-    from cqos_ros2.exporters.values import Value
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
 _BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))

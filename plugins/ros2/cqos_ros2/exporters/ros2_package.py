@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
-from cqos_core.files.exporting import Exported
+from cqos_core.files.exporting import ExportContext, Exported, Judged
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import PUBLISHER
+from cqos_core.model.system import PUBLISHER, System
 from cqos_ros2.exporters.code import comment_text, identifier, values_of
 from cqos_ros2.exporters.order import followers
 from cqos_ros2.exporters.rclpy import profile_arguments, used_names
-from cqos_ros2.exporters.values import kind_of, ros_endpoints
+from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
 from cqos_ros2.policies import DEADLINE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from cqos_core.files.exporting import ExportContext, Judged
-    from cqos_core.model.system import System
-    from cqos_ros2.exporters.values import Value
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)/(msg|srv|action)/([A-Za-z]\w*)")
 _STAND_INS: Final = {

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.tree import ScalarNode, walk
+from cqos_core.importers.tree import Node, ScalarNode, walk
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
-
-if TYPE_CHECKING:
-    from cqos_core.importers.tree import Node
 
 _NEAR: Final = 400
 """How far apart two words of such a text may stand."""

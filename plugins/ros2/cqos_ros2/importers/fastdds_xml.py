@@ -10,18 +10,14 @@ from __future__ import annotations
 
 import glob
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.importers.reading import listed, shown
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Role, Setting, Settings
 from cqos_ros2.importers.configuration import RosFile
-from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, read_fastdds_profiles
+from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, FastDdsProfile, read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE
 from cqos_ros2.types import has_wildcard
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Role, Settings
-    from cqos_ros2.importers.fastdds_profiles import FastDdsProfile
 
 # Policies of DDS to those of ROS 2, and what Fast DDS has where a profile says nothing; durability and reliability
 # differ by side.

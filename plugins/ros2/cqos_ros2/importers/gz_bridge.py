@@ -6,16 +6,12 @@ profile with the depth of its queues (ros_gz_bridge: bridge_config).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.importers.reading import did_you_mean, listed, shown
-from cqos_core.importers.tree import stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
+from cqos_core.importers.tree import MappingNode, Node, stated
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role, Settings
 from cqos_ros2.importers.configuration import Configuration
-
-if TYPE_CHECKING:
-    from cqos_core.importers.tree import MappingNode, Node
-    from cqos_core.model.system import Role, Settings
 
 NODE: Final = "ros_gz_bridge"
 _BOTH: Final[tuple[Role, ...]] = (PUBLISHER, SUBSCRIBER)

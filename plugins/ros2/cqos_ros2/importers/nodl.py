@@ -6,16 +6,12 @@ QoS is obligatory for topics. Zero stands for a duration that is not limited. Pa
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.importers.tree import ScalarNode, stated, whole_number
-from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated, whole_number
+from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Role, Setting, Settings
 from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration
-
-if TYPE_CHECKING:
-    from cqos_core.importers.tree import MappingNode, Node
-    from cqos_core.model.system import Role, Settings
 
 ENDING: Final = ".nodl.yaml"
 VERSION: Final = 2

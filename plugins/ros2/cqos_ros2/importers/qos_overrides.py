@@ -7,20 +7,15 @@ with dots. The importer reports parameters without effect, with the reason (rclc
 from __future__ import annotations
 
 import glob
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Iterator
+from typing import Final, NamedTuple
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Room
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, is_null
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Role, Room, Setting, Settings
 from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 from cqos_ros2.names import NOT_BY_PARAMETERS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Setting, Settings
 
 PARAMETERS: Final = "ros__parameters"
 OVERRIDES: Final = "qos_overrides"

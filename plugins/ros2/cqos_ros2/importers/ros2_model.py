@@ -6,20 +6,15 @@ after the colon, parameters have types that are no YAML, and policies may follow
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.reading import Reading, did_you_mean, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.regular import re
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, ProfileRef, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, ProfileRef, Role, Setting, Settings
 from cqos_ros2.importers.configuration import RosFile
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from cqos_core.importers.reading import Reading
-    from cqos_core.model.system import Role, Settings
 
 _GROUPS: Final[dict[str, tuple[Role, str]]] = {
     "publishers": (PUBLISHER, "message"),

@@ -7,17 +7,28 @@ with what `ros2 bag record` requests. As what was recorded, every topic has the 
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.importers.reading import described, listed, read_switches, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, whole_number
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError, InvalidValueError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, endpoint_id
-from cqos_core.packs import normalise
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Place,
+    Role,
+    Setting,
+    Settings,
+    endpoint_id,
+)
+from cqos_core.packs import Policy, normalise
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.embedded import read_embedded
@@ -34,13 +45,6 @@ from cqos_ros2.policies import (
     RAW_SETTINGS,
     RELIABILITY,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Role, Settings
-    from cqos_core.packs import Policy
 
 PLAYER: Final = "rosbag2_player"
 RECORDER: Final = "rosbag2_recorder"

@@ -9,12 +9,12 @@ from __future__ import annotations
 import glob
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from cqos_core.importers.reading import described, did_you_mean, listed, read_switches, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, flag, is_null, whole_number
+from cqos_core.importers.reading import Reading, described, did_you_mean, listed, read_switches, shown
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, Settings
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER, SWITCHES
 from cqos_ros2.policies import (
@@ -30,11 +30,6 @@ from cqos_ros2.policies import (
     RELIABILITY,
 )
 from cqos_ros2.presets import PRESETS
-
-if TYPE_CHECKING:
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings
 
 # What rclpy reads by name, in any case.
 _WORDS: Final = {

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import AssignmentType, debug_option, form_option, nearest
+from cqos_core.cli.parameters import Assignment, AssignmentType, debug_option, form_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit
 from cqos_core.model.source import VARIABLES
-
-if TYPE_CHECKING:
-    from cqos_core.cli.parameters import Assignment
 
 
 @click.command(

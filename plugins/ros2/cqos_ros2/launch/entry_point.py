@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import did_you_mean, listed, shown
 from cqos_core.model.problems import InputError, Problem
-from cqos_ros2.launch.workspace import find_packages, root_of
-
-if TYPE_CHECKING:
-    from cqos_ros2.launch.workspace import Workspace
+from cqos_ros2.launch.workspace import Workspace, find_packages, root_of
 
 _MOST_NAMES = 20
 

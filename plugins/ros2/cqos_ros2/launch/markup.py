@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.importers.reading import Reading
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import Place
@@ -14,11 +15,6 @@ from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.entities import Action
 from cqos_ros2.launch.substitution_text import parse_text
 from cqos_ros2.launch.values import Unknown
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.importers.tree import Node
 
 _MOST_TAGS: Final = 20_000
 _DEEPEST: Final = 40

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import operator
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable
+from typing import Any, Final
 
 from cqos_ros2.launch.entities import Action, Sub
 from cqos_ros2.launch.python_calls import attribute, call
@@ -13,6 +14,7 @@ from cqos_ros2.launch.python_names import (
     MISSING,
     ConfigurationsValue,
     FileText,
+    Frame,
     Function,
     Library,
     PathText,
@@ -33,11 +35,6 @@ from cqos_ros2.launch.values import (
     undecided,
     under,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_ros2.launch.python_names import Frame
 
 _MOST_ITEMS: Final = 10_000
 _LONGEST_TEXT: Final = 1_000_000

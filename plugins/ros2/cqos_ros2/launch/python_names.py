@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from cqos_core.model.system import Place
-from cqos_ros2.launch.values import Unknown
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from cqos_ros2.launch.values import Guard
+from cqos_ros2.launch.values import Guard, Unknown
 
 MOST_STEPS: Final = 200_000
 """How many expressions and statements of Python are walked for one entry point."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit, write_file
@@ -13,13 +12,10 @@ from cqos_core.files.yaml_writer import write
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
-from cqos_ros2.learn.clients import learn_clients
+from cqos_ros2.learn.clients import LearnedClients, learn_clients
 from cqos_ros2.learn.command import no_package, say_gaps
 from cqos_ros2.learn.packages import NoParserError
 from cqos_ros2.learn.table import protocols, tables
-
-if TYPE_CHECKING:
-    from cqos_ros2.learn.clients import LearnedClients
 
 _ENDING = ".clients.yaml"
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 from cqos_ros2.learn.facts import DIRECTIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _VERBS = {
     "publishes": "publishes",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.learn.program import (
@@ -18,6 +19,7 @@ from cqos_ros2.learn.program import (
     Conditional,
     Do,
     Element,
+    Expression,
     Function,
     If,
     Items,
@@ -28,15 +30,12 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Pairs,
+    Program,
     Return,
+    Statement,
     Variable,
     last_part,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    from cqos_ros2.learn.program import Expression, Program, Statement
 
 DEEPEST: Final = 100
 _OPERATORS: Final = {

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.frames import Walk, lineage
 from cqos_ros2.learn.program import (
     THIS,
     Attribute,
+    Call,
+    Class,
     Closure,
+    Function,
     Name,
     NotFollowed,
     Operation,
@@ -18,14 +22,7 @@ from cqos_ros2.learn.program import (
     calls_in,
     last_part,
 )
-from cqos_ros2.learn.values import PLAIN, Code
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Call, Class, Function
-    from cqos_ros2.learn.values import Instance
+from cqos_ros2.learn.values import PLAIN, Code, Instance
 
 _COUNTS: Final = "++"
 """How a name stands in a list of setters that is made from its own value."""

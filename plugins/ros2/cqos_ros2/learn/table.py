@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import yaml
 
@@ -16,9 +17,6 @@ from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
 from cqos_core.plugins import GROUP
 from cqos_ros2.learn.program import fits, last_part
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 FOLDER: Final = Path(__file__).parent / "tables"
 ENDING: Final = ".calls.yaml"

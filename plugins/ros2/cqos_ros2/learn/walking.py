@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate
-from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition
+from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk
 from cqos_ros2.learn.operators import truth
 from cqos_ros2.learn.program import (
     Assign,
     Attribute,
     Call,
     Do,
+    Expression,
     If,
     Leave,
     Literal,
@@ -20,16 +22,11 @@ from cqos_ros2.learn.program import (
     Name,
     Operation,
     Return,
+    Statement,
     inside,
 )
 from cqos_ros2.learn.values import Condition as Decided
 from cqos_ros2.learn.values import Template, Word, flipped
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression, Statement
 
 _ABSENT: Final = (Literal(None), Literal(False))
 

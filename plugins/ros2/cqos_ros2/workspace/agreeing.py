@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.system import EVERY_OTHER, Setting
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes.filling import VERBS, Filled, FilledNode
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 Key = tuple[str, str, bool, str]
 OPEN: Final = "the ROS 2 distribution"
