@@ -8,21 +8,15 @@ from __future__ import annotations
 
 from dataclasses import field, fields
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.notebook import InNotebooks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
-    from typing import Protocol
 
     from cqos_core.model.system import Place, Role
-
-    class _Printer(Protocol):
-        """What IPython hands over."""
-
-        def text(self, obj: str) -> object:
-            """Write something."""
 
 
 def plural(count: int, noun: str) -> str:
@@ -273,44 +267,8 @@ class Assumption:
     values: tuple[str, ...]
 
 
-_SHOWN: Final = 100  # findings in a notebook
-
-
-class _InNotebooks:
-    """How a notebook shows a result where a cell ends with it."""
-
-    __slots__ = ()
-    findings: tuple[Finding, ...]
-
-    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
-        printer.text(str(self))
-
-    def _repr_html_(self) -> str:
-        from html import escape  # only notebooks ask
-
-        rows = "".join(
-            f"<tr><td>{each.severity}</td><td>{each.code}</td><td>{escape(each.message)}</td><td>{escape(str(each.place or ''))}</td></tr>"
-            for each in self.findings[:_SHOWN]
-        )
-        more = f"<p>{len(self.findings) - _SHOWN} more findings</p>" if len(self.findings) > _SHOWN else ""
-        head = f"<p><b>{escape(str(self).partition(chr(10))[0])}</b></p>"
-        return "".join((head, f"<table>{rows}</table>{more}" if rows else "", *self._tables(escape)))
-
-    def _tables(self, escape: Callable[[str], str]) -> Iterator[str]:
-        """Yield the tables of an explained pair: its policies, and its guarantees under each fault."""
-        policies, guarantees = getattr(self, "policies", ()), getattr(self, "guarantees", ())
-        faults = [cell.fault for each in guarantees[:1] for cell in each.cells]
-        ends = [(each.policy, each.offered, each.requested, each.verdict or "") for each in policies]
-        compared = [(name, a.value if a else "", b.value if b else "", word) for name, a, b, word in ends]
-        given = [(each.word, *(cell.value for cell in each.cells)) for each in guarantees]
-        for head, rows in ((("policy", "offered", "requested", "verdict"), compared), (("guarantee", *faults), given)):
-            body = "".join(f"<tr>{''.join(f'<td>{escape(each)}</td>' for each in row)}</tr>" for row in rows)
-            if body:
-                yield f"<table><tr>{''.join(f'<th>{escape(each)}</th>' for each in head)}</tr>{body}</table>"
-
-
 @dataclass(frozen=True, slots=True, repr=False)
-class Report(_InNotebooks):
+class Report(InNotebooks):
     """The result of one check, in an order that depends on nothing but its content.
 
     Attributes:
@@ -402,7 +360,7 @@ class _Unmade:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class PairReport(_InNotebooks, _Unmade):
+class PairReport(InNotebooks, _Unmade):
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
     Attributes:
