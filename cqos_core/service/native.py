@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import re
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import grpc
 from google.rpc import code_pb2
@@ -27,7 +27,9 @@ from cqos_core.service.settings import Files, joined, split_address
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+    from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
+    from cqos_core.service.observing import Watch
     from cqos_core.service.settings import Settings
 
 SERVICES: Final = tuple(
@@ -83,7 +85,7 @@ class NativeDoor:
         )
         self.health = health.aio.HealthServicer()
         watched: dict[str, Any] = {
-            "Check": grpc.stream_stream_rpc_method_handler(self._health_checked),
+            "Check": grpc.stream_unary_rpc_method_handler(self._health_checked),
             "Watch": grpc.stream_stream_rpc_method_handler(self._health_watched),
         }
         self._server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler(health.SERVICE_NAME, watched),))
@@ -109,53 +111,68 @@ class NativeDoor:
         return joined(host, opened)
 
     def _handlers(self, service: str) -> dict[str, Any]:
-        """Handlers that take and give bytes: what is large is decoded where it is answered."""
+        """Handlers that take and give bytes: what is large is decoded where it is answered.
+
+        Those of one message are streams, too: so their caller is let in before the message is waited for.
+        """
         streams = {PAIRS: self._calls.pairs, EDIT: self._calls.edit}
+        handlers: dict[str, Any] = {
+            **{method: grpc.stream_unary_rpc_method_handler(partial(self._one, method)) for method in REQUESTS},
+            **{
+                method: grpc.stream_stream_rpc_method_handler(partial(self._several, method, answer))
+                for method, answer in streams.items()
+            },
+        }
         return {
-            method.rpartition("/")[2]: grpc.stream_stream_rpc_method_handler(
-                partial(self._handled, method, streams.get(method))
-            )
-            for method in (*REQUESTS, *streams)
+            method.rpartition("/")[2]: handler
+            for method, handler in handlers.items()
             if method.startswith(f"/{service}/")
         }
 
-    async def _handled(
+    async def _one(self, method: str, _requests: Any, context: Any) -> bytes:
+        """Answer a call of one message."""
+        async with self._watched(method, context) as (watch, caller):
+            data = await _only_message(context, self._calls.limits.seconds)
+            watch.size = len(data)
+            answered = await self._calls.unary(caller, method, data, context.time_remaining())
+            watch.answered = len(answered)
+            return answered
+
+    async def _several(
         self,
         method: str,
-        stream: Callable[..., AsyncIterator[bytes]] | None,
+        stream: Callable[..., AsyncIterator[bytes]],
         requests: AsyncIterator[bytes],
         context: Any,
     ) -> AsyncIterator[bytes]:
-        """Answer a call; one of one message too as a stream, so that its caller is let in before the message is waited for."""
+        """Answer a stream."""
+        async with self._watched(method, context) as (watch, caller):
+            async for answered in stream(caller, requests):
+                watch.answered += len(answered)
+                yield answered
+
+    @asynccontextmanager
+    async def _watched(self, method: str, context: Any) -> AsyncIterator[tuple[Watch, Caller]]:
+        """Let the caller in, and tell how its call ends."""
         calls, metadata, peer = self._calls, _metadata(context), context.peer()
-        watch = calls.observer.begin(method, metadata, peer, 0)
-        size = 0
+        watch = calls.observer.begin(method, metadata, peer)
         try:
             with calls.calling(metadata, peer, self._certificate(context)) as caller:
                 watch.caller = calls.shown(caller)
-                if stream is None:
-                    data = await _only_message(requests, calls.limits.seconds)
-                    watch.size = len(data)
-                    answered = await calls.unary(caller, method, data, context.time_remaining())
-                    size = len(answered)
-                    yield answered
-                else:
-                    async for answered in stream(caller, requests):
-                        size += len(answered)
-                        yield answered
+                yield watch, caller
         except Refused as refused:
-            watch.refused(refused, size)
+            watch.refused(refused)
             await self._refuse(context, refused, watch.request_id)
             raise
         except (asyncio.CancelledError, GeneratorExit):
-            watch.end("CANCELLED", size)
+            watch.end("CANCELLED")
             raise
         except Exception as error:
             ours = failure(error, watch.request_id)
-            watch.end(ours.code, size)
+            watch.end(ours.code)
             await _abort(context, ours, watch.request_id)
             raise
-        watch.end("OK", size)
+        watch.end("OK")
 
     def _certificate(self, context: Any) -> str:
         """Whom the certificate of a caller names; empty where none is asked for."""
@@ -177,21 +194,21 @@ class NativeDoor:
         """Take no more calls, and end when those under way are answered, or after ``grace`` seconds."""
         await self._server.stop(grace)
 
-    async def _health_checked(self, requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
+    async def _health_checked(self, _requests: Any, context: Any) -> bytes:
         """Answer how it is: to everybody, and whatever else is under way."""
         try:
-            request = health_pb2.HealthCheckRequest.FromString(await _only_message(requests, _HEALTH_SECONDS))
+            request = health_pb2.HealthCheckRequest.FromString(await _only_message(context, _HEALTH_SECONDS))
         except Refused as refused:
             await _abort(context, refused, "")
             raise
         response: Any = await self.health.Check(request, context)
-        yield response.SerializeToString()
+        return bytes(response.SerializeToString())
 
-    async def _health_watched(self, requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
+    async def _health_watched(self, _requests: Any, context: Any) -> AsyncIterator[bytes]:
         """Say how it is whenever that changes: to so many at a time."""
         try:
             with self._calls.callers.watching(origin(context.peer())):
-                request = health_pb2.HealthCheckRequest.FromString(await _only_message(requests, _HEALTH_SECONDS))
+                request = health_pb2.HealthCheckRequest.FromString(await _only_message(context, _HEALTH_SECONDS))
                 watched: asyncio.Queue[bytes] = asyncio.Queue()
                 written: Any = _Written(context, watched)
                 task = asyncio.ensure_future(self.health.Watch(request, written))
@@ -232,19 +249,25 @@ class _Written:
         self._answers.put_nowait(message.SerializeToString())
 
 
-async def _only_message(requests: AsyncIterator[bytes], seconds: float) -> bytes:
+async def _only_message(context: Any, seconds: float) -> bytes:
     """Wait for the message of a call.
 
     Raises:
         Refused: none arrives in time.
     """
+    loop, task = asyncio.get_running_loop(), cast("asyncio.Task[Any]", asyncio.current_task())
+    late = loop.call_later(seconds, task.cancel)  # `asyncio.wait_for` takes another task
     try:
-        data = await asyncio.wait_for(anext(requests, None), seconds)
-    except asyncio.TimeoutError:
+        data = await context.read()
+    except asyncio.CancelledError:
+        if context.cancelled() or loop.time() < late.when():
+            raise
         raise Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds") from None
-    if data is None:
+    finally:
+        late.cancel()
+    if data is grpc.aio.EOF:
         raise Refused("INVALID_ARGUMENT", "the call has no request message")
-    return data
+    return bytes(data)
 
 
 class _Reflection(reflection.aio.ReflectionServicer):

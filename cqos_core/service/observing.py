@@ -153,6 +153,7 @@ class Watch:
     Attributes:
         request_id: by which the log calls it.
         size: bytes of its request.
+        answered: bytes of its answers.
         caller: who makes it, as the log says it; empty where it is not let in.
     """
 
@@ -161,16 +162,17 @@ class Watch:
     _method: str
     request_id: str
     _peer: str
-    size: int
+    size: int = 0
+    answered: int = 0
     caller: str = ""
     _began: float = field(default_factory=time.perf_counter)
 
-    def refused(self, refused: Refused, size: int = 0) -> None:
+    def refused(self, refused: Refused) -> None:
         """Tell that it ended by a refusal."""
         self._meter.add("refused", refused.reason or refused.code)
-        self.end(refused.code, size, **({"reason": refused.reason} if refused.reason else {}))
+        self.end(refused.code, **({"reason": refused.reason} if refused.reason else {}))
 
-    def end(self, code: str, size: int = 0, **fields: object) -> None:
+    def end(self, code: str, **fields: object) -> None:
         """Tell how it ended."""
         seconds = time.perf_counter() - self._began
         self._meter.ended(self._method, code, seconds)
@@ -188,7 +190,7 @@ class Watch:
                 caller=self.caller,
                 peer=self._peer,
                 bytes_in=self.size,
-                bytes_out=size,
+                bytes_out=self.answered,
                 **fields,
             )
 
@@ -205,13 +207,13 @@ class Observer:
         self.meter: Meter = _meter(settings)
         self._tracer = _tracer() if settings.tracing else None
 
-    def begin(self, method: str, metadata: Mapping[str, str], peer: str, size: int) -> Watch:
+    def begin(self, method: str, metadata: Mapping[str, str], peer: str) -> Watch:
         """Watch a call."""
         given = metadata.get(REQUEST_ID, "")
         request_id = given if _GIVEN_ID.fullmatch(given) else secrets.token_hex(8)
         self.meter.begun()
         span = None if self._tracer is None else _begin_span(self._tracer, method, metadata, request_id)
-        return Watch(self.meter, span, method, request_id, peer, size)
+        return Watch(self.meter, span, method, request_id, peer)
 
 
 def _meter(settings: Settings) -> Meter:

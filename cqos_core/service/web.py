@@ -147,7 +147,7 @@ class _Admission:
         metadata = dict(context.request_headers.items())
         peer = context.client_address or ""
         method = f"/{context.method.service_name}/{context.method.name}"
-        watch = self._calls.observer.begin(method, metadata, peer, 0)
+        watch = self._calls.observer.begin(method, metadata, peer)
         exchange = _EXCHANGE.get()
         exchange.request_id = context.response_headers[REQUEST_ID] = watch.request_id
         try:
@@ -163,7 +163,8 @@ class _Admission:
         exchange.end()
         watch.size = exchange.size
         if error is None:
-            watch.end("OK", exchange.answered)
+            watch.answered = exchange.answered
+            watch.end("OK")
         else:
             watch.end(_status(error.code) if isinstance(error, ConnectError) else "UNKNOWN")
 

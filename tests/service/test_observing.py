@@ -31,7 +31,7 @@ def test_a_span_continues_the_trace_of_the_caller(code, status):
     observer = Observer(Settings())
     observer._tracer = provider.get_tracer("test")
     given = {"traceparent": f"00-{TRACE}-00f067aa0ba902b7-01", "x-request-id": "mine"}
-    observer.begin("/cqos.v1.CheckService/CheckPair", given, "peer", 3).end(code, 4)
+    observer.begin("/cqos.v1.CheckService/CheckPair", given, "peer").end(code)
     (span,) = spans.get_finished_spans()
     assert (span.name, f"{span.context.trace_id:x}") == ("cqos.v1.CheckService/CheckPair", TRACE)
     assert (span.attributes["cqos.request_id"], span.status.status_code) == ("mine", status)
@@ -150,7 +150,7 @@ def test_without_a_collector_calls_are_answered_and_the_end_is_not_kept_waiting(
 
 @pytest.mark.parametrize("given", ["", "a b", "x" * 129, 'a"b', "a\nb"])
 def test_an_id_that_could_forge_a_line_is_replaced(given):
-    watch = Observer(Settings()).begin("/m", {"x-request-id": given}, "", 0)
+    watch = Observer(Settings()).begin("/m", {"x-request-id": given}, "")
     assert watch.request_id != given
     assert len(watch.request_id) == 16
 
