@@ -115,14 +115,35 @@ def test_a_clean_fleet_is_one_line_and_goes_on_where_it_was(tmp_path):
         (TABLE, ["--protocol", "ros2", "--output", "nowhere/found.parquet"], "there is no folder `nowhere`"),
         (TABLE, ["--protocol", "ros2", "--work", "fleet.csv"], "is a file; expected a folder"),
         (TABLE, ["--protocol", "ros2", "--option", "rosy.rmw=x"], "no rule pack `rosy`"),
+        (TABLE, ["--protocol", "ros2", "--output", "."], "is a folder; expected a file"),
+        (TABLE, ["--protocol", "ros2", "--skip", "verson"], "has no such column; it has role, topic,"),
+        (TABLE, ["--protocol", "ros2", "--memory", "1KB"], "Out of Memory Error"),
+        (TABLE.replace("reliability", "number"), ["--protocol", "ros2"], "column `number` names no policy"),
+        (TABLE.replace("subscriber,/a", "subscriber, "), ["--protocol", "ros2"], "no topic in 1 row"),
+        (TABLE.replace(",/a", ',"/a', 1), ["--protocol", "ros2"], "a quote is not closed"),
+        (
+            TABLE + "publisher,/a,reliable,1\n" * 50_000 + "publisher,/a,reliable,1,x\n",
+            ["--protocol", "ros2"],
+            "Line: 50005",
+        ),
+        (TABLE + "publisher,/\udcff,reliable,1\n", ["--protocol", "ros2"], "not utf-8"),
     ],
 )
 def test_a_table_that_cannot_be_audited_is_refused(table, arguments, message, tmp_path):
     needed("duckdb")
-    (tmp_path / "fleet.csv").write_text(table, "utf-8")
+    (tmp_path / "fleet.csv").write_text(table, "utf-8", "surrogateescape")
     done = run(["audit", "fleet.csv", *arguments], tmp_path)
     assert done.code == 2
     assert message in done.err
+
+
+def test_an_endpoint_with_two_wrong_values_is_one_endpoint(tmp_path):
+    needed("duckdb")
+    table = "role,topic,depth,deadline\npublisher,/a,99999999999999999999999,1e400s\nsubscriber,/a,-1,-5ms\n"
+    (tmp_path / "fleet.csv").write_text(table, "utf-8")
+    found = json.loads(run(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path).out)
+    assert [(each["code"], each["endpoints"]) for each in found["findings"]] == [("CQ203", 2)]
+    assert found["totals"]["unknown"] == 1
 
 
 @pytest.mark.parametrize("protocol", ["ros2", "dds"])

@@ -116,6 +116,26 @@ def test_each_source_says_the_same(name: str, write: Callable[[Path], None], eng
     ]
 
 
+def test_a_folder_of_parquet_files_is_one_table(tmp_path):
+    (tmp_path / "fleet.parquet" / "protocol=ros2").mkdir(parents=True)
+    file = tmp_path / "fleet.parquet" / "protocol=ros2" / "part-0.parquet"
+    _parquet(file)
+    (tmp_path / "fleet.parquet" / "_SUCCESS").touch()
+    arguments = ["fleet.parquet", "--work", "stages"]
+    assert said(tmp_path, *arguments)["totals"]["incompatible"] == 1
+    pyarrow, parquet = needed("pyarrow"), needed("pyarrow.parquet")
+    parquet.write_table(pyarrow.Table.from_pylist([each | {"reliability": "reliable"} for each in ROWS]), file)
+    assert said(tmp_path, *arguments)["totals"]["incompatible"] == 0
+
+
+@pytest.mark.parametrize("line", ["[]", "1", '[{"role": "publisher", "topic": "/a"}]', ""])
+def test_lines_that_are_no_objects_are_refused(line, tmp_path):
+    needed("duckdb")
+    (tmp_path / "fleet.ndjson").write_text(f"{line}\n", "utf-8")
+    done = run(["audit", "fleet.ndjson", "--protocol", "ros2"], tmp_path)
+    assert (done.code, "expected a JSON object in each line" in done.err) == (2, True), done.err
+
+
 SYSTEM = """cqos: 1
 protocol: ros2
 participants:

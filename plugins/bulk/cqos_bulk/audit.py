@@ -322,13 +322,13 @@ def _of_one_side(topics: Frame, profiles: FleetProfiles) -> Iterator[Frame]:
 
 def _of_ends(found: _Topics, profiles: FleetProfiles, store: TableStore, remarked: Sequence[int]) -> Frame:
     """Return the findings about single profiles, by topic."""
-    rows = [(at, each) for at in remarked for each in profiles.known[at].remarks]
+    rows = [*dict.fromkeys((at, each.code, each.severity) for at in remarked for each in profiles.known[at].remarks)]
     said = store.put(
         "remarks",
         {
-            "p": ("number", [at for at, _ in rows]),
-            "code": ("text", [each.code for _, each in rows]),
-            "severity": ("text", [each.severity for _, each in rows]),
+            "p": ("number", [each[0] for each in rows]),
+            "code": ("text", [each[1] for each in rows]),
+            "severity": ("text", [each[2] for each in rows]),
         },
     )
     counted = (

@@ -6,6 +6,7 @@ import atexit
 import importlib.util
 import os
 import sys
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +15,6 @@ import click
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Setting
 
-_BAR: Final = 20
-"""Characters of the bar of progress."""
 _ORDER: Final = ("note", "warning", "error")
 
 
@@ -78,22 +77,23 @@ def audit(
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
     from cqos_bulk.fleet import WantedAudit, run_audit
     from cqos_bulk.fleet_report import as_json, as_text
+    from cqos_core.cli.progress import Progress
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
     where = context()
     wanted = WantedAudit(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
-    stages = iter(range(1, 1_000))
+    stages = count(1)
+    with Progress("reading") as progress:
 
-    def step(what: str, of: int) -> None:
-        if sys.stderr.isatty():
-            done = next(stages)
-            bar = "#" * (done * _BAR // max(of, done))
-            click.echo(f"\r\033[K[{bar:-<{_BAR}}] {done}/{of} {what}", err=True, nl=False)
+        def step(what: str, of: int) -> None:
+            progress.start(what)
+            progress.step(next(stages), of)
 
-    result = run_audit(wanted, where, step)
-    if sys.stderr.isatty():
-        click.echo("\r\033[K", err=True, nl=False)
+        try:
+            result = run_audit(wanted, where, step)
+        except OSError as error:
+            raise CqosError(str(error)) from None
     click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
     pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
     bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)

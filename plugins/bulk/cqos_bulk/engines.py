@@ -15,10 +15,19 @@ if TYPE_CHECKING:
     import narwhals as nw
 
 _TEXTS_OF_JSON: Final = "SELECT json_extract_string(COLUMNS(*), '$') FROM read_json('{path}', format='newline_delimited', maximum_depth=1, sample_size=-1)"
+_PARQUET: Final = "SELECT * FROM read_parquet('{path}', hive_types_autocast = false)"
 """All values as they are written: DuckDB would take some for numbers and dates."""
 DOT: Final = "\u2024"
 """What stands for a dot in the name of a column: engines take a dotted name for one column within another."""
-FORMATS: Final = (".parquet", ".csv", ".ndjson", ".jsonl", ".duckdb", ".db")
+FORMATS: Final = (".parquet", ".csv", ".tsv", ".ndjson", ".jsonl", ".duckdb", ".db")
+_CSV: Final[dict[str, Any]] = {"all_varchar": True, "header": True, "skiprows": 0, "quotechar": '"', "comment": ""}
+"""What DuckDB would guess: a `#` may begin a filter of MQTT."""
+_SPARK: Final = {
+    "ui.enabled": "false",
+    "ui.showConsoleProgress": "false",
+    "log.level": "ERROR",
+    "sql.ansi.enabled": "true",
+}
 
 
 class Engine(Protocol):
@@ -44,6 +53,7 @@ class DuckDB:
         """Open an own database in memory."""
         import duckdb
 
+        self.folder = folder
         settings: dict[str, Any] = {"temp_directory": str(folder / "spill"), "preserve_insertion_order": "false"}
         if memory:
             settings["memory_limit"] = memory
@@ -54,7 +64,7 @@ class DuckDB:
         self.database.execute("SET enable_progress_bar = false")
 
     def source(self, path: str, table: str) -> nw.LazyFrame[Any]:
-        """Open a file of `FORMATS`."""
+        """Open a file of `FORMATS`, or a folder of Parquet files."""
         import duckdb
         import narwhals as nw
 
@@ -64,11 +74,14 @@ class DuckDB:
                 self.database.execute(f"ATTACH '{_quoted(path)}' AS fleet (READ_ONLY)")
                 found = self.database.table(f"fleet.{table}")
             elif suffix == ".parquet":
-                found = self.database.read_parquet(path)
-            elif suffix == ".csv":
-                found = self.database.read_csv(path, all_varchar=True, header=True, skiprows=0, sep=_separator(path))
+                files = f"{path}/**/*.parquet" if Path(path).is_dir() else path
+                found = self.database.sql(_PARQUET.format(path=_quoted(files)))
+            elif suffix in {".csv", ".tsv"}:
+                found = self.database.read_csv(path, sep=_separator(path), **_CSV)
             else:
                 found = self.database.sql(_TEXTS_OF_JSON.format(path=_quoted(path)))
+                if found.columns == ["json"]:
+                    raise CqosError(f"`{path}` cannot be read: expected a JSON object in each line")
             names = ", ".join(f'"{_inner(name)}" AS "{_inner(name.replace(".", DOT))}"' for name in found.columns)
             return nw.from_native(found.project(names))
         except duckdb.Error as error:
@@ -86,7 +99,9 @@ class DuckDB:
 
         try:
             frame.to_native().write_parquet(str(path))
-        except duckdb.InvalidInputException as error:
+        except duckdb.OutOfMemoryException as error:
+            raise CqosError(f"DuckDB needs more than `--memory` allows: {str(error).splitlines()[0]}") from None
+        except (duckdb.DataError, duckdb.OperationalError, duckdb.InvalidInputException) as error:
             raise CqosError(f"a row of the table cannot be read: {_reason(error)}") from None
 
     def close(self) -> None:
@@ -94,28 +109,14 @@ class DuckDB:
         self.database.close()
 
 
-class Polars:
-    """Polars, in this process."""
+class Polars(DuckDB):
+    """Polars, in this process; DuckDB reads the source for it, so that a file means the same to both."""
 
-    def source(self, path: str, table: str) -> nw.LazyFrame[Any]:  # noqa: ARG002 - a database has tables
-        """Open a file; a database is none that it reads."""
-        import narwhals as nw
-        import polars as pl
-
-        suffix = Path(path).suffix.lower()
-        try:
-            if suffix == ".parquet":
-                found = pl.scan_parquet(path)
-            elif suffix == ".csv":
-                found = pl.scan_csv(path, infer_schema=False)
-            elif suffix in {".ndjson", ".jsonl"}:
-                found = pl.scan_ndjson(path, infer_schema_length=None)
-            else:
-                raise CqosError(f"`{path}`: Polars reads no such file; use DuckDB")
-            names = found.collect_schema().names()
-        except (pl.exceptions.PolarsError, OSError) as error:
-            raise CqosError(f"`{path}` cannot be read: {str(error).splitlines()[0]}") from None
-        return nw.from_native(found.rename({name: name.replace(".", DOT) for name in names}))
+    def source(self, path: str, table: str) -> nw.LazyFrame[Any]:
+        """Open what DuckDB opens."""
+        read = self.folder / "source.parquet"
+        super().write(super().source(path, table), read)
+        return self.scan(read)
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
         """Open a Parquet file that was kept."""
@@ -128,34 +129,41 @@ class Polars:
         """Write a table as Parquet."""
         frame.to_native().sink_parquet(path)
 
-    def close(self) -> None:
-        """Nothing stays open."""
-
 
 class Spark:
     """A Spark cluster that is there; its workers read and write the folder."""
 
     def __init__(self, url: str) -> None:
         """Connect to ``spark://host:port``, or to ``local[2]``."""
+        from pyspark.errors import PySparkException
         from pyspark.sql import SparkSession
 
-        builder = SparkSession.builder.master(url).appName("cqos audit").config("spark.ui.enabled", "false")
-        self.session = builder.config("spark.sql.ansi.enabled", "true").getOrCreate()
+        builder = SparkSession.builder.master(url).appName("cqos audit")
+        for name, value in _SPARK.items():
+            builder = builder.config(f"spark.{name}", value)
+        try:
+            self.session = builder.getOrCreate()
+        except PySparkException as error:
+            raise CqosError(f"`--spark {url}`: {_reason(error)}") from None
 
     def source(self, path: str, table: str) -> nw.LazyFrame[Any]:  # noqa: ARG002 - the path is the name of a table
         """Open a file, or a table that the cluster knows by name."""
         import narwhals as nw
+        from pyspark.errors import PySparkException
 
         suffix = Path(path).suffix.lower()
-        reader = self.session.read
-        if suffix == ".parquet":
-            found = reader.parquet(path)
-        elif suffix == ".csv":
-            found = reader.csv(path, header=True)
-        elif suffix in {".ndjson", ".jsonl"}:
-            found = reader.json(path, primitivesAsString=True)
-        else:
-            found = self.session.table(path)
+        reader = self.session.read.option("mode", "FAILFAST")
+        try:
+            if suffix == ".parquet":
+                found = reader.parquet(path)
+            elif suffix in {".csv", ".tsv"}:
+                found = reader.csv(path, header=True, sep=_separator(path), escape='"')
+            elif suffix in {".ndjson", ".jsonl"}:
+                found = reader.json(path, primitivesAsString=True)
+            else:
+                found = self.session.table(path)
+        except PySparkException as error:
+            raise CqosError(f"`{path}` cannot be read: {_reason(error)}") from None
         return nw.from_native(found.toDF(*[name.replace(".", DOT) for name in found.columns]))
 
     def scan(self, path: Path) -> nw.LazyFrame[Any]:
@@ -166,7 +174,12 @@ class Spark:
 
     def write(self, frame: nw.LazyFrame[Any], path: Path) -> None:
         """Write a table as Parquet, a folder of files."""
-        frame.to_native().write.mode("overwrite").parquet(str(path))
+        from pyspark.errors import PySparkException
+
+        try:
+            frame.to_native().write.mode("overwrite").parquet(str(path))
+        except PySparkException as error:
+            raise CqosError(f"the cluster cannot go on: {_reason(error)}") from None
 
     def close(self) -> None:
         """End the application."""

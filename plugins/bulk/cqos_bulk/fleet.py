@@ -6,6 +6,7 @@ import hashlib
 import json
 import tempfile
 from contextlib import contextmanager, nullcontext
+from glob import glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -15,8 +16,8 @@ from cqos_bulk.audit import STAGES, Audited, audit
 from cqos_bulk.crossing import crossing_topics
 from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
 from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
-from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
-from cqos_bulk.topic_frames import FINDING, rows_of
+from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_name
+from cqos_bulk.topic_frames import FINDING
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
@@ -86,17 +87,19 @@ def run_audit(
     _refuse_unusable(wanted, where)
     kept = tempfile.TemporaryDirectory(prefix="cqos-audit-") if wanted.work is None else nullcontext(str(wanted.work))
     with kept as folder, _engine(wanted, Path(folder)) as engine:
-        path = Path(wanted.path)
-        if not wanted.spark and (path.is_dir() or (path.exists() and path.suffix.lower() not in FORMATS)):
-            store = TableStore(engine, _stages(Path(folder), wanted, _stamps(path)))
+        suffix = Path(wanted.path).suffix.lower()
+        if not wanted.spark and Path(wanted.path).exists() and suffix not in FORMATS:
+            store = TableStore(engine, _stages(Path(folder), wanted, ()))
             whole = WholeSystems(where, wanted.severity)
             step("checking systems", 1)
             findings = store.fill("of_systems", FINDING, whole.findings(_systems_of_files(wanted, where)))
             parts = [Audited(whole.texts, findings, whole.totals)]
         else:
-            source, stated = _read(engine.source(wanted.path, wanted.table), wanted)
-            store = TableStore(engine, _stages(Path(folder), wanted, source.collect_schema().names()))
-            if path.suffix.lower() in _READ_ONCE and not wanted.spark:
+            opened = engine.source(wanted.path, wanted.table)
+            source, stated = _read(opened, wanted)
+            files = opened.to_native().inputFiles() if wanted.spark else []
+            store = TableStore(engine, _stages(Path(folder), wanted, [*stated, *sorted(files)]))
+            if suffix in _READ_ONCE and not wanted.spark:
                 source = store.keep("rows", source)
             parts = _audited(source, stated, wanted, where, store, step)
         found = _together(parts, store)
@@ -114,13 +117,15 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
         raise CqosError(f"`{path}` is empty; expected a first line with the names of columns")
     if output is not None and not output.absolute().parent.is_dir():
         raise CqosError(f"`--output {output}`: there is no folder `{output.parent}`")
+    if output is not None and output.is_dir():
+        raise CqosError(f"`--output {output}` is a folder; expected a file")
     if work is not None and work.exists() and not work.is_dir():
         raise CqosError(f"`--work {work}` is a file; expected a folder")
     for name in wanted.options:
         _pack(name, where)
 
 
-_READ_ONCE: Final = (".csv", ".ndjson", ".jsonl")
+_READ_ONCE: Final = (".csv", ".tsv", ".ndjson", ".jsonl")
 """Formats that take longer to read than Parquet; what they hold is kept as that."""
 
 
@@ -137,6 +142,7 @@ def _audited(
     keys = ["protocol", *[name for name in names if name != "protocol"]]
     texts = store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
     packs, used = _protocols(store, wanted, where)
+    _refuse_without_topic(source, wanted, store)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
     in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
     stages = len(STAGES) * len(in_columns) + (len(in_columns) < len(packs) or crossing is not None)
@@ -146,7 +152,7 @@ def _audited(
         own = source if len(packs) == 1 else source.filter(nw.col("protocol") == name)
         if crossing is not None:
             own = own.join(crossing, on=["protocol", "system", "topic"], how="anti")
-        other = [each for each in names if each not in NO_SETTINGS and each not in used[name]]
+        other = [each for each in names if each.startswith(DOT) and each not in used[name]]
         known = [each for each in other if pack_knows(pack, each)]
         inner = TableStore(store.engine, store.folder / _edition(pack))
         inner.folder.mkdir(exist_ok=True)
@@ -217,11 +223,8 @@ def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
 @contextmanager
 def _engine(wanted: WantedAudit, folder: Path) -> Iterator[Engine]:
     folder.mkdir(parents=True, exist_ok=True)
-    engine: Engine
-    if wanted.spark:
-        engine = Spark(wanted.spark)
-    else:
-        engine = Polars() if wanted.engine == "polars" else DuckDB(folder, wanted.memory)
+    kind = Polars if wanted.engine == "polars" else DuckDB
+    engine = Spark(wanted.spark) if wanted.spark else kind(folder, wanted.memory)
     try:
         yield engine
     finally:
@@ -230,18 +233,15 @@ def _engine(wanted: WantedAudit, folder: Path) -> Iterator[Engine]:
 
 def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
     """Return the columns as text, with the ones that have to be there; and those that the table has itself."""
-    names = [each for each in frame.collect_schema().names() if each.replace(DOT, ".") not in wanted.skip]
+    every = frame.collect_schema().names()
+    names = [each for each in every if setting_name(each) not in wanted.skip]
+    if absent := sorted({*wanted.skip} - {*map(setting_name, every)}):
+        raise CqosError(f"`--skip {absent[0]}`: `{wanted.path}` has no such column; it has {_listed(names)}")
     missing = [each for each in ("role", "topic") if each not in names]
     if missing:
         like = [each for each in names if each.strip().lower() == missing[0]]
         meant = f"; did you write `{like[0]}`?" if like else ""
-        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {', '.join(names) or 'none'}{meant}")
-    topic = nw.col("topic").cast(nw.String)
-    (row,) = rows_of(frame.filter(topic.is_null() | (topic == "")).select(nw.len().alias("number")))
-    if row["number"]:
-        raise CqosError(
-            f"`{wanted.path}`: no topic in {plural(row['number'], 'row')}; fill it in, or leave such rows out"
-        )
+        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {_listed(names)}{meant}")
     blank = {"system": "", "version": "", "participant": "participant", "protocol": wanted.protocol or ""}
     if "protocol" not in names and wanted.protocol is None:
         raise CqosError(f"`{wanted.path}` has no column `protocol`; state the protocol with `--protocol`")
@@ -250,13 +250,29 @@ def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
         given = texts["protocol"]
         texts["protocol"] = nw.when(given == "").then(nw.lit(wanted.protocol)).otherwise(given)
     added = [nw.lit(text).alias(each) for each, text in blank.items() if each not in names]
-    found = frame.select(*[each.alias(name) for name, each in texts.items()], *added)
-    return found, names
+    kept = [each.alias(name if name in NO_SETTINGS else f"{DOT}{name}") for name, each in texts.items()]
+    return frame.select(*kept, *added), names
 
 
-def _stamps(path: Path) -> list[str]:
-    """Return which files there are, and when they were written."""
-    every = [path] if path.is_file() else sorted(each for each in path.rglob("*") if each.is_file())
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(setting_name, names)) or "none"
+
+
+def _refuse_without_topic(source: Frame, wanted: WantedAudit, store: TableStore) -> None:
+    """Refuse rows that have no topic: nothing would say that they were left out."""
+    blank = source.filter(nw.col("topic").str.strip_chars() == "")
+    store.keep("without_topic", blank.select(nw.len().cast(nw.Int64).alias("number")))
+    for row in store.rows("without_topic"):
+        if row["number"]:
+            raise CqosError(
+                f"`{wanted.path}`: no topic in {plural(row['number'], 'row')}; fill it in, or leave such rows out"
+            )
+
+
+def _stamps(path: str) -> list[str]:
+    """Return which files of this machine a path names, and when they were written."""
+    named = [Path(path)] if Path(path).exists() else map(Path, glob(path))  # noqa: PTH207 - it may be absolute
+    every = sorted(each for one in named for each in ([one] if one.is_file() else one.rglob("*")) if each.is_file())
     return [f"{each} {each.stat().st_mtime_ns} {each.stat().st_size}" for each in every]
 
 
@@ -295,14 +311,14 @@ def _protocols(
         if name not in packs:
             packs[name] = _pack(name, where)
             used[name] = set()
-        used[name].update(each for each, text in row.items() if text and each not in NO_SETTINGS and each != "number")
-        columns = [each for each in row if each not in NO_SETTINGS and each != "number"]
+        columns = [each for each in row if each.startswith(DOT)]
+        used[name].update(each for each in columns if row[each])
     for name, pack in packs.items():
         for column in columns:
             if not pack_knows(pack, column) and (
                 column in used[name] or not any(pack_knows(p, column) for p in packs.values())
             ):
-                shown = column.replace(DOT, ".")
+                shown = setting_name(column)
                 near = nearest(shown, [each.name for each in pack.policies])
                 meant = f"; did you mean `{near}`?" if near else ""
                 raise CqosError(
@@ -330,10 +346,8 @@ def _has_column_form(pack: RulePack) -> bool:
 
 
 def _stages(folder: Path, wanted: WantedAudit, names: Sequence[str]) -> Path:
-    """Return the folder of the stages of exactly this audit."""
-    path = Path(wanted.path)
-    stamp = [path.stat().st_mtime_ns, path.stat().st_size] if path.exists() else []
-    said = [wanted.path, stamp, wanted.table, wanted.protocol, wanted.severity, wanted.skip, names]
+    """Return the folder of the stages of exactly this audit; ``names`` are those of columns, and of the files of a cluster."""
+    said = [wanted.path, _stamps(wanted.path), wanted.table, wanted.protocol, wanted.severity, wanted.skip, names]
     options = {pack: {name: each.text for name, each in listed.items()} for pack, listed in wanted.options.items()}
     stated = json.dumps([said, options, wanted.engine, wanted.spark], default=str)
     found = folder / f"stages-{hashlib.sha256(stated.encode()).hexdigest()[:16]}"

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_bulk.engines import DOT
-from cqos_bulk.profiles import NO_SETTINGS
+from cqos_bulk.profiles import NO_SETTINGS, setting_name
 from cqos_bulk.topic_frames import rows_of, summed
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -31,7 +30,10 @@ _MOST_VERSIONS: Final = 12
 
 
 class Cause(NamedTuple):
-    """What a rule found: on how many topics and pairs, how many of these are between versions, and some of the topics."""
+    """What a rule found: on how many topics and pairs, how many of these are between versions, and some of the topics.
+
+    ``endpoints`` counts those of findings that are about endpoints and no pairs.
+    """
 
     code: str
     severity: str
@@ -95,9 +97,10 @@ def _causes(found: Audited, both: Frame, store: TableStore) -> Iterator[Cause]:
     mixed = (nw.col("publisher") >= 0) & (nw.col("subscriber") >= 0)
     mixed = mixed & (nw.col("publisher_version") != nw.col("subscriber_version"))
     counted = both.with_columns(nw.when(mixed).then(nw.col("pairs")).otherwise(0).alias("mixed"))
+    ends = nw.col("publishers") + nw.col("subscribers")
     by_topic = counted.group_by("code", "severity", "system", "topic").agg(
         *summed("pairs", "mixed"),
-        (nw.col("publishers") + nw.col("subscribers")).sum().cast(nw.Int64).alias("endpoints"),
+        nw.when(nw.col("pairs") == 0).then(ends).otherwise(0).sum().cast(nw.Int64).alias("endpoints"),
         nw.col("publisher").max(),
         nw.col("subscriber").max(),
         nw.col("help").max(),
@@ -162,8 +165,8 @@ def _stated(known: Sequence[Mapping[str, str]], number: int) -> dict[str, str]:
     """Return what a profile states, as texts by name."""
     if number < 0:
         return {}
-    stated = {name.replace(DOT, "."): text for name, text in known[number].items() if text}
-    return {name: text for name, text in stated.items() if name == "profile" or name not in NO_SETTINGS}
+    stated = {name: text for name, text in known[number].items() if text}
+    return {setting_name(name): text for name, text in stated.items() if name == "profile" or name not in NO_SETTINGS}
 
 
 def write_findings(found: Audited, store: TableStore, output: Path) -> None:

@@ -38,15 +38,20 @@ class KnownProfile(NamedTuple):
     texts: Mapping[str, str]
 
 
+def setting_name(column: str) -> str:
+    """Return the name of the setting that a column has; within an audit, a dot stands before it, so that it is like no other column."""
+    return column.removeprefix(DOT).replace(DOT, ".")
+
+
 def pack_knows(pack: RulePack, column: str) -> bool:
     """Whether a column is a setting of a pack."""
-    name = column.replace(DOT, ".")
+    name = setting_name(column)
     return any(pack.find(level, name) is not None for level in ("endpoint", "participant", "option"))
 
 
 def settings_of(pack: RulePack, row: Mapping[str, str], *, owned: bool) -> dict[str, str]:
     """Return the settings that a row has of an endpoint, or of its participant."""
-    stated = {name.replace(DOT, "."): text for name, text in row.items() if text and name not in NO_SETTINGS}
+    stated = {setting_name(name): text for name, text in row.items() if text and name not in NO_SETTINGS}
     return {name: text for name, text in stated.items() if (pack.find("endpoint", name) is None) is owned}
 
 
