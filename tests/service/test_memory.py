@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 import time
 from dataclasses import replace
 from typing import Any
@@ -236,6 +237,30 @@ def test_a_request_that_does_not_come_is_not_waited_for(impatient):
         content = json.loads(answer.read())
     assert (answer.status, content["code"]) == (504, "deadline_exceeded")
     assert content["message"] == "the request did not come within 0.5 seconds"
+
+
+@pytest.mark.parametrize(
+    ("is_late", "code", "message"),
+    [
+        (True, "DEADLINE_EXCEEDED", "the request did not come within 0.5 seconds"),
+        (False, "INVALID_ARGUMENT", "the call has no request message"),
+    ],
+)
+def test_a_native_call_without_its_message_is_refused(is_late, code, message, impatient):
+    never = threading.Event()
+
+    def messages():
+        if is_late:
+            never.wait(20)
+        yield from ()
+
+    with grpc.insecure_channel(impatient.grpc) as channel:
+        call: Any = channel.stream_unary("/cqos.v1.CheckService/CheckPair")
+        with pytest.raises(grpc.RpcError) as refused:
+            call(messages(), timeout=10)
+        never.set()
+    error: Any = refused.value
+    assert (error.code().name, error.details()) == (code, message)
 
 
 @pytest.mark.parametrize(
