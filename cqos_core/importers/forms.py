@@ -249,7 +249,7 @@ class Form(Shape[Entry]):
                 if not is_null(value):
                     values[name] = keys[name].shape.read(value, reading, name)
             elif others is None or name in never or (self.flat and isinstance(value, MappingNode)):
-                self._unknown(key, reading)
+                self._unknown(key, reading, node)
             elif not is_null(value):
                 setting = others.read(value, reading, name)
                 if setting is not None:
@@ -279,14 +279,17 @@ class Form(Shape[Entry]):
             reading.problem("CQ010", f"{self.expected} needs {words}", node)
         return not missing
 
-    def _unknown(self, key: ScalarNode, reading: Reading) -> None:
+    def _unknown(self, key: ScalarNode, reading: Reading, node: MappingNode) -> None:
         known = tuple(self.keys)
-        advice = self.never.get(key.text)
+        above = next(
+            (name for name in reversed(node.entries) if (node.entries[name][0].line or 0) < (key.line or 0)), ""
+        )
+        belongs = above in known and is_null(node.entries[above][1]) and isinstance(self.keys[above].shape, MapOf)
+        advice = f"indent it below `{above}`, which is empty" if belongs else self.never.get(key.text)
         guess = "" if advice else did_you_mean(key.text, known)
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
-        elsewhere = f"{advice}; " if advice else ""
-        reading.problem("CQ006", message, key, f"{elsewhere}allowed: {', '.join(known)}{more}")
+        reading.problem("CQ006", message, key, advice or f"allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Refer to the one definition of this form."""

@@ -26,6 +26,7 @@ _FEW = 50
 _QUOTE_IT = 'a name or pattern that begins so must stand in quotes, as in "{0}…"'
 _UNQUOTED_HASH = regular_expression(r"(?:[\[{,:-]|/)\s*#(?:\s*$|[:,\]}/]|\s*[,\]}])")
 _GLUED = regular_expression(r"""\s*(?:- +)?([\w./~$+-]+):([^\s:/"'][^\s:]*)\s*(?:#.*)?$""")
+_WORD = regular_expression(r"\s*(?:- +)?([\w./~$+-]+)\s*(?:#.*)?")
 _CONTROL = "control characters are not allowed"
 _SPECIAL = "special characters are not allowed"
 # The libyaml and the pure Python parser say the same thing differently here and there.
@@ -33,7 +34,7 @@ _FAULTS: tuple[tuple[str, str, str | None], ...] = (
     (
         r"mapping values are not allowed",
         "a second colon in one value, or a line that is indented too far",
-        "put a value that holds `: ` in quotes, give the keys of one map the same indentation, and end a key above with a colon",
+        "put a value that holds `: ` in quotes, and give the keys of one map the same indentation",
     ),
     (
         r"could not find expected ':'",
@@ -102,7 +103,9 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
         _position(getattr(error, "context_mark", None), last),
         last,
     )
-    message, advice, where = _unquoted(failure, reading) or _glued(failure, reading) or _other(failure, reading)
+    message, advice, where = (
+        _unquoted(failure, reading) or _glued(failure, reading) or _bare(failure, reading) or _other(failure, reading)
+    )
     advice = _hash_advice(failure, reading) or advice
     reading.problem("CQ001", f"this is not YAML: {message}", Place(reading.source.name, *where), advice)
 
@@ -149,6 +152,13 @@ def _glued(failure: _Failure, reading: Reading) -> _Said | None:
                 (line, found.start(1) + 1),
             )
     return None
+
+
+def _bare(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a second colon by the key above that has none."""
+    line = failure.last[0] - 1
+    found = _WORD.fullmatch(reading.lines.line(line)) if "mapping values" in failure.problem else None
+    return found and (f"the key {shown(found[1])} has no colon", f"write `{found[1]}:`", (line, found.start(1) + 1))
 
 
 def _other(failure: _Failure, reading: Reading) -> _Said:

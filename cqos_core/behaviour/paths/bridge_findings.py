@@ -33,12 +33,11 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
     used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
     for bridge in system.bridges.values():
         for number, route in enumerate(bridge.routes, 1):
-            unknown = [
-                end.participant for end in (route.source, route.target) if end.participant not in system.participants
-            ]
-            for name in unknown:
+            unknown = [end for end in (route.source, route.target) if end.participant not in system.participants]
+            for end in unknown:
+                name = end.participant
                 message = f"bridge `{bridge.id}` has a side in participant `{name}`, which the system does not have"
-                yield core_finding("CQ501", message, place=route.place, help=suggestion(name, known))
+                yield core_finding("CQ501", message, place=end.place or route.place, help=suggestion(name, known))
             source = route.source
             # Where the other side is in no file, a pattern may well match nothing here.
             expected = "*" in (source.topic or "") and not source.external and not unknown
