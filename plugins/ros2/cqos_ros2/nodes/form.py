@@ -231,8 +231,13 @@ CONFIGURED_BY: Final = Key(
     "The endpoints stand in a file of this format, which the launch names; with `ros2_control`, those of the controllers that spawners load.",
 )
 ACTIVATES: Final = Key("activates", TEXT, "`${PARAMETER}` with the names of the lifecycle nodes that it activates.")
+ACCEPT: Final = Key(
+    "accept",
+    MapOf(TEXT, "a map from rules to reasons"),
+    "Rules whose findings about its endpoints are known: its code decides, and its users cannot change it.",
+)
 NODE_FORM: Final = Form(
-    "node_facts", "what is known of a node", (NAME, PLUGIN, CONFIGURED_BY, ACTIVATES, *_PARTS, INSIDE)
+    "node_facts", "what is known of a node", (NAME, PLUGIN, CONFIGURED_BY, ACTIVATES, ACCEPT, *_PARTS, INSIDE)
 )
 FRAGMENTS: Final = Key(
     "fragments",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cqos_core.importers.reading import listed
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import MESSAGE, ImportNote, Place
+from cqos_core.model.system import EVERY_OTHER, MESSAGE, ImportNote, Place
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
@@ -16,6 +16,7 @@ from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.nodes.versions import ANOTHER
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import BY_CODE
+from cqos_ros2.workspace.joining import UNKNOWN_POLICY
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
 
@@ -212,11 +213,8 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
                 others.setdefault(gap.cause, gap.place)
             else:
                 causes.setdefault((gap.cause, gap.place), []).append(node)
-        for each, named, _ in node.endpoints:
-            if not isinstance(named.full, str):
-                causes.setdefault(
-                    (f"{VERBS[each.direction]} a name that is not known: {named.full.cause}", named.full.place), []
-                ).append(node)
+        for part in _open_parts(node):
+            causes.setdefault(part, []).append(node)
     if differing:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
         message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
@@ -230,6 +228,18 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place
         yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
+
+
+def _open_parts(node: JoinedNode) -> Iterator[tuple[str, object]]:
+    """Yield names and policies of endpoints that are not known, each with its place; not those that a verdict depends on."""
+    for each, named, endpoint in node.endpoints:
+        does = VERBS[each.direction]
+        if not isinstance(named.full, str):
+            yield f"{does} a name that is not known: {named.full.cause}", named.full.place
+        for policy, setting in (endpoint.settings if endpoint is not None else {}).items():
+            if setting.reported == UNKNOWN_POLICY:
+                what = "its quality of service" if policy == EVERY_OTHER else f"`{policy}`"
+                yield f"{does} `{named.full}`, and {what} is not known: {setting.unknown}", setting.place
 
 
 def _once(causes: dict[tuple[str, object], list[JoinedNode]]) -> dict[tuple[str, object], list[JoinedNode]]:

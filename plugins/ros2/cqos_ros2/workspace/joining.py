@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
+    Acceptance,
     Endpoint,
     Participant,
     ProfileRef,
@@ -17,6 +18,7 @@ from cqos_core.model.system import (
     numbered,
 )
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import FilledNode
 from cqos_ros2.nodes.reading import distributions
 from cqos_ros2.workspace.agreeing import agreed
@@ -47,6 +49,8 @@ _ENVIRONMENT: Final = {"RMW_IMPLEMENTATION": "rmw", "ROS_DOMAIN_ID": "domain"}
 _ASSUMED: Final = ("rmw",)
 """Options that a check decides for all their values where nothing states them, so that an open one needs no warning."""
 PROTOCOL: Final = "ros2"
+UNKNOWN_POLICY: Final = "ROS979"
+"""The code of the note by which the join reports a policy that is not known."""
 
 
 @dataclass(slots=True)
@@ -129,9 +133,22 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
             or any(topic.startswith(f"{name}/") and name != own for name in partly)
         ):
             endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
+    _say_once(system)
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
     return result
+
+
+def _say_once(system: System) -> None:
+    """Let policies that are not known be notes of the join where no verdict in this system depends on them."""
+    roles: dict[str | None, set[Role]] = {}
+    for endpoint in system.endpoints:
+        roles.setdefault(endpoint.topic, set()).add(endpoint.role)
+    for endpoint in system.endpoints:
+        if len(roles[endpoint.topic]) == 1:
+            for policy, setting in endpoint.settings.items():
+                if setting.unknown and not setting.reported:
+                    endpoint.settings[policy] = replace(setting, reported=UNKNOWN_POLICY)
 
 
 def _filled(placed: Placed, library: Library, distro: str) -> FilledNode:
@@ -163,6 +180,8 @@ def _add(joined: JoinedNode, system: System, numbers: dict[str, int]) -> None:
             identity = numbered(placed.address, numbers)
     system.participants[identity] = Participant(identity, PROTOCOL, _options(placed), place=placed.place)
     joined.overrides = overrides_of(placed.given())
+    for rule, reason in ((placed.facts and placed.facts.get(form.ACCEPT)) or {}).items():
+        system.accept.append(Acceptance(rule, reason.value, endpoint=f"{identity}/*", place=reason.place))
     for each in joined.filled.endpoints:
         rules = placed.process.rules if each.own_node else placed.rules
         namespace = placed.process.namespace if each.own_node else placed.namespace

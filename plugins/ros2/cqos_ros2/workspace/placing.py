@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import posixpath
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.launch.values import Unknown, first_unknown
@@ -113,7 +114,7 @@ class Placing:
         self.undecided: list[Instance] = []
         self._library = library
         self._reader = ParameterReader(launched, workspace)
-        instances = [each for each in launched.instances if each.kind != "process"]
+        instances = [each for each in map(_known, launched.instances) if each is not None]
         self._containers = {_name_of(each): each for each in instances if each.kind != "component" and not each.guards}
         self._processes: dict[int, Process] = {}
         for number, instance in enumerate(instances):
@@ -182,6 +183,19 @@ class Placing:
             else:
                 inner.file, inner.facts = found
             yield inner
+
+
+_COMMANDS: Final = {"MicroXRCEAgent": "px4", "micro-xrce-dds-agent": "px4"}
+"""Packages of node files by the commands, which are no nodes, that bring their endpoints."""
+
+
+def _known(instance: Instance) -> Instance | None:
+    """Return an instance whose endpoints node files may know: no other process."""
+    if instance.kind != "process":
+        return instance
+    words = [word for each in instance.arguments if isinstance(each, str) for word in each.split()]
+    package = _COMMANDS.get(posixpath.basename(words[0])) if words else None
+    return replace(instance, package=package, executable="MicroXRCEAgent") if package else None
 
 
 def _name_of(instance: Instance) -> str:
