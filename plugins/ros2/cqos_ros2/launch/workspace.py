@@ -21,6 +21,7 @@ LARGEST_FILE: Final = 2 * 1024 * 1024
 MOST_FOLDERS: Final = 50_000
 _MARKS: Final = frozenset(("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE"))
 _MANIFEST: Final = "package.xml"
+_DESIGNER: Final = b"autoware_system_designer"
 _LAUNCH_ENDINGS: Final = (
     ".launch.py",
     ".launch.xml",
@@ -44,6 +45,7 @@ class Workspace:
         root: its folder; what links lead out of it is not read.
         packages: folders of packages by their names.
         versions: of the packages that state one.
+        designs: packages with designs of the Autoware System Designer.
         repeated: packages that stand there several times, each with the folder that is passed over.
         unreadable: package files that cannot be read.
         cut: the search stopped at the largest number of folders.
@@ -52,6 +54,7 @@ class Workspace:
     root: str
     packages: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
+    designs: list[str] = field(default_factory=list)
     repeated: list[tuple[str, str]] = field(default_factory=list)
     unreadable: list[Unknown] = field(default_factory=list)
     cut: bool = False
@@ -212,4 +215,6 @@ def _add(workspace: Workspace, folder: str) -> None:
         workspace.repeated.append((name, folder))
     else:
         workspace.packages[name] = folder
+        if _DESIGNER in data:
+            workspace.designs.append(name)
         workspace.versions[name] = next((text_of(each) for each in children(root, "version")), "")

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import Place
+from cqos_ros2.importers.nodl import ENDING as NODL
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.nodes import form
+from cqos_ros2.nodes import foreign, form
 from cqos_ros2.nodes.reading import ENDING, NodeFile, read_node_file
 from cqos_ros2.nodes.versions import fit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from cqos_core.importers.forms import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2.launch.workspace import Workspace
@@ -47,6 +50,7 @@ class Library:
     unread: dict[str, str] = field(default_factory=dict)
     _learned: dict[str, list[NodeFile]] = field(default_factory=dict)
     _parsed: Parsed | None = None
+    _designs: dict[str, list[NodeFile]] | None = None
     _read: dict[str, list[NodeFile]] = field(default_factory=dict)
 
     def node(self, package: str, executable: str) -> tuple[NodeFile, Entry] | None:
@@ -96,21 +100,46 @@ class Library:
     def _files(self, package: str) -> list[NodeFile]:
         known = self._read.get(package)
         if known is None:
-            known = self._read[package] = [*self._of_workspace(package), *self._shipped(package)]
+            known = self._read[package] = [
+                *self._of_workspace(package),
+                *self._foreign(package),
+                *self._shipped(package),
+            ]
         return known
 
     def _of_workspace(self, package: str) -> list[NodeFile]:
         workspace = self.workspace
         if workspace is None or package not in workspace.packages:
             return []
-        paths = [path for name, found in workspace.files_of(package).items() if name.endswith(ENDING) for path in found]
         read = []
-        for path in sorted(paths):
+        for path in _ending(workspace, [package], ENDING):
             data = workspace.read(path, None)
             if isinstance(data, Unknown) or _OURS not in data[:_HEAD]:
                 continue  # other tools use the same ending
             read += self._one(Source(path, data))
         return read
+
+    def _foreign(self, package: str) -> list[NodeFile]:
+        """Return what node files of other tools say of a package: NoDL in it, and designs of Autoware in any package that has such."""
+        workspace = self.workspace
+        if workspace is None or package not in workspace.packages:
+            return []
+        if self._designs is None:
+            self._designs = {}
+            for path in _ending(workspace, workspace.designs, ENDING):
+                data = workspace.read(path, None)
+                design = foreign.read_design(path, data) if isinstance(data, bytes) and foreign.DESIGN in data else None
+                if design is not None and isinstance(data, bytes):
+                    self._designs.setdefault(design.package, []).append(design)
+                    self.sources[path] = data
+        found = list(self._designs.get(package, ()))
+        for path in _ending(workspace, [package], NODL):
+            data = workspace.read(path, None)
+            made = foreign.read_nodl(path, data, package) if isinstance(data, bytes) else None
+            if made is not None and isinstance(data, bytes):
+                found.append(made)
+                self.sources[path] = data
+        return found
 
     def _shipped(self, package: str) -> list[NodeFile]:
         path = SHIPPED / f"{package}{ENDING}"
@@ -163,6 +192,12 @@ class Library:
             return []
         self.sources[source.name] = source.data
         return [found]
+
+
+def _ending(workspace: Workspace, packages: Iterable[str], ending: str) -> list[str]:
+    """Return the files of packages that end so."""
+    names = ((name, paths) for each in packages for name, paths in workspace.files_of(each).items())
+    return sorted(path for name, paths in names if name.endswith(ending) for path in paths)
 
 
 def _has(file: NodeFile, name: str) -> bool:

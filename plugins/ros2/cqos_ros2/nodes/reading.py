@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 ENDING: Final = ".node.yaml"
-_POLICIES: Final = (
+POLICIES: Final = (
     "history",
     "depth",
     "reliability",
@@ -132,9 +132,9 @@ def _qos(entry: Entry, found: NodeFile, reading: Reading, own: str = "") -> None
         message = f"there is no profile {shown(name)}{did_you_mean(name, known)}"
         reading.problem("CQ011", message, entry.place, f"there are {listed(sorted(known), 'and')}")
     for policy, setting in entry.settings.items():
-        if policy not in _POLICIES:
-            message = f"there is no policy {shown(policy)}{did_you_mean(policy, _POLICIES)}"
-            reading.problem("CQ006", message, setting.place or entry.place, f"allowed: {', '.join(_POLICIES)}")
+        if policy not in POLICIES:
+            message = f"there is no policy {shown(policy)}{did_you_mean(policy, POLICIES)}"
+            reading.problem("CQ006", message, setting.place or entry.place, f"allowed: {', '.join(POLICIES)}")
 
 
 def _condition(entry: Entry, reading: Reading) -> None:
