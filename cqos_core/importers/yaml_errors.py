@@ -27,6 +27,7 @@ _QUOTE_IT = 'a name or pattern that begins so must stand in quotes, as in "{0}â€
 _UNQUOTED_HASH = regular_expression(r"(?:[\[{,:-]|/)\s*#(?:\s*$|[:,\]}/]|\s*[,\]}])")
 _GLUED = regular_expression(r"""\s*(?:- +)?([\w./~$+-]+):([^\s:/"'][^\s:]*)\s*(?:#.*)?$""")
 _WORD = regular_expression(r"\s*(?:- +)?([\w./~$+-]+)\s*(?:#.*)?")
+_NEXT_KEY = regular_expression(r"[^\s,{\[:]\s+([\w./~$+-]+)\s*:")
 _CONTROL = "control characters are not allowed"
 _SPECIAL = "special characters are not allowed"
 # The libyaml and the pure Python parser say the same thing differently here and there.
@@ -103,9 +104,8 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
         _position(getattr(error, "context_mark", None), last),
         last,
     )
-    message, advice, where = (
-        _unquoted(failure, reading) or _glued(failure, reading) or _bare(failure, reading) or _other(failure, reading)
-    )
+    tried = (each(failure, reading) for each in (_unquoted, _glued, _bare, _uncommaed))
+    message, advice, where = next(filter(None, tried), None) or _other(failure, reading)
     advice = _hash_advice(failure, reading) or advice
     reading.problem("CQ001", f"this is not YAML: {message}", Place(reading.source.name, *where), advice)
 
@@ -159,6 +159,14 @@ def _bare(failure: _Failure, reading: Reading) -> _Said | None:
     line = failure.last[0] - 1
     found = _WORD.fullmatch(reading.lines.line(line)) if "mapping values" in failure.problem else None
     return found and (f"the key {shown(found[1])} has no colon", f"write `{found[1]}:`", (line, found.start(1) + 1))
+
+
+def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a key in a flow map that stands behind a value without a comma."""
+    line, column = failure.last
+    keys = _NEXT_KEY.finditer(reading.lines.line(line)) if "expected ','" in failure.problem else ()
+    found = next((each for each in keys if each.start(1) < column <= each.end()), None)
+    return found and (f"no comma before {shown(found[1])}", f"write `, {found[1]}`", (line, found.start(1) + 1))
 
 
 def _other(failure: _Failure, reading: Reading) -> _Said:
