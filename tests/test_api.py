@@ -285,6 +285,14 @@ def test_every_policy_is_explained_with_both_values_and_where_they_come_from(fil
     assert (lines["sealed"].verdict, lines["copies"].verdict) == ("compatible", None)
 
 
+@pytest.mark.parametrize(("topic", "shown"), [({}, None), ({"period": "10ms"}, "10ms")])
+def test_a_fact_that_rules_compare_has_a_line_where_it_is_stated(topic, shown):
+    report = cqos.check_pair("ros2", {"depth": 5}, {"depth": 2}, topic=topic)
+    values = {line.policy: line.requested.value for line in report.policies if line.requested is not None}
+    assert values.get("period") == shown
+    assert "need.latest" not in values
+
+
 def test_a_line_is_never_worse_than_the_pair():
     """A rule that leaves doubt makes the pair unknown, and so it makes its policy."""
     doubtful = replace(POST, rules=(replace(RULES[0], doubt=True), *RULES[1:]))

@@ -14,6 +14,7 @@ from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
+from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
@@ -342,10 +343,14 @@ def _path_report(
 
 
 def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
-    """One line per endpoint policy, with the verdict of the pair rules that compare it."""
+    """One line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
     publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
     for index, comparing in _comparing(topic.pack):
+        policy = topic.pack.policies[index]
+        offered, requested = (fact(each.first, each.profile, index) for each in (publisher, subscriber))
+        if _is_fact(policy) and offered.origin == requested.origin == "default":
+            continue
         said = [spoken[bound.rule.code] for bound in comparing if bound.rule.code in spoken]
         verdict = None
         if comparing:
@@ -353,22 +358,23 @@ def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
             if said:
                 doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
                 verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
-        yield PolicyComparison(
-            topic.pack.policies[index].name,
-            fact(publisher.first, publisher.profile, index),
-            fact(subscriber.first, subscriber.profile, index),
-            verdict,
-            tuple(bound.rule.code for bound in comparing),
-        )
+        rules_over_it = tuple(bound.rule.code for bound in comparing)
+        yield PolicyComparison(policy.name, offered, requested, verdict, rules_over_it)
+
+
+def _is_fact(policy: Policy) -> bool:
+    """Whether a policy says something about the system that is no setting of an endpoint."""
+    return policy.level != ENDPOINT or policy.default is None
 
 
 @lru_cache
 def _comparing(pack: RulePack) -> list[tuple[int, list[BoundRule]]]:
-    """Return the index of each endpoint policy, with the rules that compare it."""
+    """Return the index of each endpoint policy, and of each fact that rules of pairs read, with the rules that compare it."""
     pairs = pack.by_scope.get("pair", ())
+    read = {index for each in pairs for index in each.bound.indices}
     rules = [each for each in pairs if each.rule.kind == "requires" and not each.rule.guarantee]
     return [
         (index, [each for each in rules if index in each.bound.indices])
         for index, policy in enumerate(pack.policies)
-        if policy.level == "endpoint" and policy.default is not None
+        if not _is_fact(policy) or (index in read and policy.level not in {NEED, "option"})
     ]

@@ -120,7 +120,7 @@ def _named(endpoint: Resolved) -> str:
 
 def _row(comparison: PolicyComparison, pack: RulePack) -> tuple[str, ...] | None:
     """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
-    policy = pack.policy(comparison.policy)
+    policy = next(each for each in pack.policies if each.name == comparison.policy)
     facts = ((PUBLISHER, comparison.offered), (SUBSCRIBER, comparison.requested))
     if policy.derived and comparison.verdict is None and all(f is None or f.origin == "default" for _, f in facts):
         return None

@@ -290,8 +290,11 @@ def _plain(node: Node) -> Any:
         return [_plain(item) for item in node.items]
     if is_null(node):
         return None
-    truth, number = flag(node), whole_number(node)
-    return truth if truth is not None else number if number is not None else node.text
+    truth = flag(node)
+    if truth is not None:
+        return truth
+    number = whole_number(node)
+    return node.text if number is None else number
 
 
 def _at(location: tuple[int | str, ...], root: Node) -> Node:
@@ -480,8 +483,6 @@ def _rule(model: RuleModel, defined: Mapping[str, Part]) -> Rule:
 
 
 _OF_KINDS: Final = ("kind", "values", "ordered", "synonyms", "affixes", "minimum", "maximum", "unlimited", "unit")
-
-
 _DOMAINS: Final[dict[str, Callable[[PolicyModel], Domain]]] = {
     "choice": lambda model: Choice(
         *model.values, ordered=model.ordered, affixes=model.affixes, synonyms=model.synonyms
