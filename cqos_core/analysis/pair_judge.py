@@ -360,8 +360,9 @@ class PairJudge:
             CqosError: a profile is of another judge.
         """
         try:
-            offer = self._offers[(*offered, *offered.values())]  # type: ignore[misc, union-attr]
-            request = self._requests[(*requested, *requested.values())]  # type: ignore[misc, union-attr]
+            first = (*offered, *offered.values())  # type: ignore[misc, union-attr]
+            second = (*requested, *requested.values())  # type: ignore[misc, union-attr]
+            offer, request = self._offers[first], self._requests[second]
             found = self._verdicts[self._rank(offer.values, request.values)]  # type: ignore[misc, arg-type]
             for name, kind in offer.types:
                 if type(offered[name]) is not kind:  # type: ignore[index]
