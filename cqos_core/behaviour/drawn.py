@@ -142,7 +142,7 @@ class _DrawnNames:
 
 def draws(system: System) -> bool:
     """Whether a system has control flow about which something can be said: it is whole, and no mere trial."""
-    return not (system.partial or system.hypothetical) and bool(system.flows)
+    return not (system.partial or system.hypothetical) and any(flow.flows for flow in system.flows)
 
 
 def finite(end: Resolved, policy: str) -> int | None:

@@ -111,7 +111,7 @@ class Endpoints:
         if process is None or plain is None:
             raise NotPlainError
         runners = self._participants.of_process[process]
-        if any(self._participants.lost[runner.id] for runner in runners):
+        if any(runner.lost for runner in runners):
             raise NotPlainError
         self._reading.count_copies(len(events) * (len(runners) - 1), mark)
         first, *others = (runner.id for runner in runners)
@@ -141,7 +141,7 @@ class Endpoints:
             topic=meeting.topic,
             topic_is_guess=meeting.is_guess,
             participant=participant.id,
-            settings=laid_under(stated.settings, (*self._participants.lost[participant.id], *meeting.lost)),
+            settings=laid_under(stated.settings, (*participant.lost, *meeting.lost)),
             needs=dict(stated.needs),
             type=stated.type or meeting.type,
             external=stated.external or meeting.external,

@@ -71,7 +71,8 @@ _CATCHES: Final = frozenset({"start", "catch", "boundary"})
 
 def read_flow(reading: DiagramReading, endpoints: Endpoints, pools: Pools) -> None:
     """Add the control flow of a diagram to its system; it is made when it is first read."""
-    if next(reading.document.root.iter(_SEQUENCE_FLOW), None) is not None:
+    called = reading.system.processes or reading.document.all(CALL_ACTIVITY)
+    if called or next(reading.document.root.iter(_SEQUENCE_FLOW), None) is not None:
         reading.system.flows = later(lambda: [_Drawing(reading, endpoints, pools).flow()])
 
 

@@ -127,7 +127,7 @@ class Models:
         definition = f'<{self._bpmn}signalEventDefinition signalRef="cqos-signal"/>'
         ends = f"</{self._bpmn}{tag}></{self._bpmn}process></{self._bpmn}definitions>"
         system = self._read(Source(self._lines.source, f"{self._head}{event}{definition}{ends}".encode()))
-        plain = replace(system, endpoints=[], participants={}, sources={}, name="")
+        plain = replace(system, endpoints=[], participants={}, processes={}, flows=(), sources={}, name="")
         if plain != type(system)() or len(system.endpoints) != 1 or len(system.participants) != 1:
             return None
         (endpoint,) = system.endpoints

@@ -23,7 +23,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable
+    from collections.abc import Container, Iterable, Sequence
 
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
@@ -40,15 +40,12 @@ class Pools:
     Attributes:
         of_process: the participants that run a process.
         by_element: the participant that a ``participant`` element stands for.
-        lost: by id of a participant, what nothing reads on its pool, its process or around both, so that any policy of its
-            endpoints may be meant.
         own: the processes that run without being called.
         several: by id of a participant, how many of it a pool with the mark of several has; None where it does not say.
     """
 
     of_process: dict[Element, list[Participant]]
     by_element: dict[Element, Participant]
-    lost: dict[str, list[Unknown]]
     own: set[Element] = field(default_factory=set)
     several: dict[str, int | None] = field(default_factory=dict)
 
@@ -57,7 +54,7 @@ def read_participants(reading: DiagramReading) -> Pools:
     """Add every participant to the system; a process without a pool is one, and so is a pool without a process."""
     document = reading.document
     unique = Unique()
-    found = Pools({}, {}, {})
+    found = Pools({}, {})
     around = [
         any_policy
         for element in (document.root, *document.all(COLLABORATION))
@@ -77,22 +74,34 @@ def read_participants(reading: DiagramReading) -> Pools:
     for process in alone:
         found.of_process[process] = [_add(reading, process, unique)]
     found.own.update(found.of_process)
+    stated = {process: found.of_process[process][0] for process in alone}
     _hand_on(reading, found.of_process, calls, list(found.of_process))
     for process in document.all(PROCESS):
         runners = found.of_process.get(process)
         if runners is None:  # it and others call each other, and nothing else calls them
             found.of_process[process] = [_add(reading, process, unique)]
+            stated[process] = found.of_process[process][0]
             found.own.add(process)
             _hand_on(reading, found.of_process, calls, [process])
         elif process not in alone:
-            _inherit(reading, process, runners)
-    for process, runners in found.of_process.items():
-        lost = _any_policy(reading, process, FORM.elements)
-        for runner in runners:
-            found.lost.setdefault(runner.id, [*around]).extend(lost)
-    for pool, runner in found.by_element.items():
-        found.lost.setdefault(runner.id, [*around]).extend(_any_policy(reading, pool, FORM.elements))
+            inherited = _inherit(reading, process, runners)
+            if process in called:
+                stated[process] = inherited
+    reading.system.processes = {name: each for process, each in stated.items() if (name := identity(process))}
+    _lose(reading, found, stated, around)
     return found
+
+
+def _lose(reading: DiagramReading, found: Pools, stated: dict[Element, Participant], around: list[Unknown]) -> None:
+    """Add what nothing reads to participants: ``around`` all of them, on their processes and on their pools."""
+    for each in reading.system.participants.values():
+        each.lost = (*around,)
+    for process, runners in found.of_process.items():
+        lost = (*_any_policy(reading, process, FORM.elements),)
+        for runner in {id(each): each for each in (*runners, stated.get(process, runners[0]))}.values():
+            runner.lost += lost
+    for pool, runner in found.by_element.items():
+        runner.lost += (*_any_policy(reading, pool, FORM.elements),)
 
 
 def _any_policy(reading: DiagramReading, element: Element, words: Iterable[str]) -> list[Unknown]:
@@ -136,22 +145,26 @@ def _hand_on(
 
 
 def _add(reading: DiagramReading, element: Element, unique: Unique) -> Participant:
-    name = fold(element.get("name"))
-    wanted = identity(element) or name or split(str(element.tag))[1]
-    participant = Participant(
-        unique(wanted),
-        protocol=word(element, "protocol"),
-        settings=_settings(reading, element),
-        external=bool(flag(reading, element, "external")),
-        label=name or None,
-        place=(place := reading.document.place(element)),
-        room=Room(place) if identity(element) is not None else None,
-    )
+    wanted = identity(element) or fold(element.get("name")) or split(str(element.tag))[1]
+    participant = _stated(reading, element, unique(wanted))
     if participant.id != wanted:
         message = f"the id `{shown(wanted)}` is used twice; this one is called `{shown(participant.id)}`"
         reading.note("CQ031", message, reading.document.place(element, "@id"))
     reading.system.participants[participant.id] = participant
     return participant
+
+
+def _stated(reading: DiagramReading, element: Element, name: str) -> Participant:
+    """Return what is stated on a pool or a process, as a participant of some name."""
+    return Participant(
+        name,
+        protocol=word(element, "protocol"),
+        settings=_settings(reading, element),
+        external=bool(flag(reading, element, "external")),
+        label=fold(element.get("name")) or None,
+        place=(place := reading.document.place(element)),
+        room=Room(place) if identity(element) is not None else None,
+    )
 
 
 def _process(reading: DiagramReading, element: Element) -> Element | None:
@@ -173,16 +186,17 @@ def _settings(reading: DiagramReading, element: Element) -> Settings:
     return settings
 
 
-def _inherit(reading: DiagramReading, process: Element, pools: list[Participant]) -> None:
+def _inherit(reading: DiagramReading, process: Element, pools: list[Participant]) -> Participant:
     """Give the pools of a process what is stated on the process; what is stated on the pool wins."""
-    protocol = word(process, "protocol")
-    settings = _settings(reading, process)
-    external = bool(flag(reading, process, "external"))
+    stated = _stated(reading, process, identity(process) or "")
     for pool in pools:
-        pool.protocol = pool.protocol or protocol
-        pool.settings = settings | pool.settings
-        pool.external = pool.external or external
+        pool.inherit(stated)
     if len(pools) > 1:
-        names = ", ".join(f"`{shown(pool.label or pool.id)}`" for pool in pools)
-        message = f"{len(pools)} participants share this process, its events count for each of them: {names}"
-        reading.note("CQ048", message, reading.document.place(process))
+        reading.note("CQ048", shared_by(pools), reading.document.place(process))
+    return stated
+
+
+def shared_by(pools: Sequence[Participant]) -> str:
+    """Say that several participants run one process."""
+    names = ", ".join(f"`{shown(pool.label or pool.id)}`" for pool in pools)
+    return f"{len(pools)} participants share this process, its events count for each of them: {names}"

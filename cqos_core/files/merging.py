@@ -32,12 +32,17 @@ def merge(systems: Sequence[System]) -> System:
         return systems[0]
     _tell_brokers_apart(systems)
     systems = _with_own_options(systems)
+    if any(system.processes for system in systems):
+        from cqos_core.bpmn.calls import run_by_callers
+
+        systems = run_by_callers(systems)
     systems, ambiguous = _with_own_profiles(systems)
-    whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
     for system in systems:
         owners: list[Participant | Broker] = [*system.participants.values(), *system.brokers.values()]
         for each in owners:
             each.protocol = each.protocol or system.protocol
+    whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
+    for system in systems:
         for endpoint in system.endpoints:
             endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
         whole.endpoints += system.endpoints

@@ -328,6 +328,7 @@ class Participant:
         starts_after: ids of participants that are up before this one.
         room: as that of endpoints.
         groups: words under which it groups endpoints (``publishers``), of those in `RulePack.groups`, each with its place.
+        lost: settings of its endpoints that stand where nothing reads them, as not known, by policy or under `EVERY_OTHER`.
     """
 
     id: str
@@ -341,6 +342,14 @@ class Participant:
     place: Place | None = None
     room: Room | None = None
     groups: dict[str, Place] = field(default_factory=dict)
+    lost: tuple[tuple[str, Setting], ...] = ()
+
+    def inherit(self, process: Participant) -> None:
+        """Take what is stated on a process that it runs; what it states itself wins."""
+        self.protocol = self.protocol or process.protocol
+        self.settings = process.settings | self.settings
+        self.external = self.external or process.external
+        self.lost = tuple(dict.fromkeys((*process.lost, *self.lost)))
 
 
 @dataclass(slots=True)
@@ -460,6 +469,8 @@ class System:
         severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
         sources: the files read, in order, with their bytes, from which formatters cut excerpts.
         flows: the control flow of each file that draws any; made when it is first read.
+        processes: what is stated on the processes of `flows` that no pool shows, by name, as a participant. Participants that
+            call such a process run it, also those of other files.
         partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
         hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
     """
@@ -480,6 +491,7 @@ class System:
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     flows: tuple[ControlFlow, ...] = ()
+    processes: dict[str, Participant] = field(default_factory=dict)
     chains: dict[str, Chain] = field(default_factory=dict)
     links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False

@@ -82,7 +82,11 @@ def test_other_timers():
 
 
 def test_a_diagram_without_sequence_flows_draws_no_control_flow():
-    assert read_model('<bpmn:process id="P"><bpmn:startEvent id="a"/></bpmn:process>').flows == ()
+    pool = '<bpmn:collaboration><bpmn:participant id="A" processRef="P"/></bpmn:collaboration>'
+    process = '<bpmn:process id="P"><bpmn:startEvent id="a"/></bpmn:process>'
+    assert read_model(pool + process).flows == ()
+    # Other files may call it.
+    assert [each.flows for each in read_model(process).flows] == [()]
 
 
 def test_nodes_flows_and_endpoints():

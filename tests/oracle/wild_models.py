@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 _GATEWAYS: Final = ("xor", "and", "or", "complex")
 _LOOPS: Final = ("", "", " times=2", " times=3", " loop=2", " loop=any")
-_CALLED: Final = "PC"
+_CALLED: Final = "PQ"
 
 
 def wild_model(random: Random) -> dict[str, str]:
