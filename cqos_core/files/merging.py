@@ -31,16 +31,8 @@ def merge(systems: Sequence[System]) -> System:
     if len(systems) == 1:
         return systems[0]
     _tell_brokers_apart(systems)
-    systems = _with_own_options(systems)
-    if any(system.processes for system in systems):
-        from cqos_core.bpmn.calls import run_by_callers
-
-        systems = run_by_callers(systems)
+    systems = _with_callers(_with_own_options(systems))
     systems, ambiguous = _with_own_profiles(systems)
-    for system in systems:
-        owners: list[Participant | Broker] = [*system.participants.values(), *system.brokers.values()]
-        for each in owners:
-            each.protocol = each.protocol or system.protocol
     whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
     for system in systems:
         for endpoint in system.endpoints:
@@ -74,6 +66,19 @@ def merge(systems: Sequence[System]) -> System:
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
     return whole
+
+
+def _with_callers(systems: list[System]) -> list[System]:
+    """Return ``systems``, in which participants run the processes of other files that they call; each has its protocol."""
+    if any(system.processes for system in systems):
+        from cqos_core.bpmn.calls import run_by_callers
+
+        systems = run_by_callers(systems)
+    for system in systems:
+        owners: list[Participant | Broker] = [*system.participants.values(), *system.brokers.values()]
+        for each in owners:
+            each.protocol = each.protocol or system.protocol
+    return systems
 
 
 def _join_plans(whole: System, system: System) -> None:

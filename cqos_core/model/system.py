@@ -342,7 +342,7 @@ class Participant:
     place: Place | None = None
     room: Room | None = None
     groups: dict[str, Place] = field(default_factory=dict)
-    lost: tuple[tuple[str, Setting], ...] = ()
+    lost: tuple[tuple[str, Setting], ...] = field(default=(), compare=False)
 
     def inherit(self, process: Participant) -> None:
         """Take what is stated on a process that it runs; what it states itself wins."""
@@ -491,7 +491,7 @@ class System:
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     flows: tuple[ControlFlow, ...] = ()
-    processes: dict[str, Participant] = field(default_factory=dict)
+    processes: dict[str, Participant] = field(default_factory=dict, compare=False)
     chains: dict[str, Chain] = field(default_factory=dict)
     links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False
