@@ -372,7 +372,7 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
     name, mark, text = key.text, "", ""
     if (found := re.search("[:=]", key.text)) is not None:
         name, mark, text = key.text[: found.start()].strip(), found[0], key.text[found.end() :].strip()
-    message = f"{shown(key.text)} is a key without a value"
+    message = f"{shown(key.text)} {'has `=` in place of a colon' if mark == '=' else 'is a key without a value'}"
     if mark != ":":  # which every map reports
         reading.warn("CQ020", message, key, f"write `{name}: {text or 'VALUE'}`, with a colon and a blank")
     return name, Setting(text, reading.place(key), message, reported="CQ020")
