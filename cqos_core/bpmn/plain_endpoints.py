@@ -6,16 +6,15 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.lazy_endpoint import LazyEndpoint
 from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.model.system import Said
+    from cqos_core.model.system import Said, Settings
 
 _BLOCK: Final = 4096
-_SETTINGS: Final[Any] = Endpoint.__dict__["settings"]
-"""The slot itself, which says whether it is empty."""
 
 
 class LinesOf:
@@ -72,19 +71,19 @@ class Kind:
 
 
 class Model:
-    """What endpoints of one file share that differ in id, label, topic, participant and place.
+    """What endpoints of one file share that differ in id, label, topic, participant and place."""
 
-    Attributes:
-        pattern: what `Endpoint.pattern` returns.
-    """
-
-    __slots__ = ("_kind", "_texts", "pattern")
+    __slots__ = ("_kind", "_texts")
 
     def __init__(self, kind: Kind, texts: tuple[bytes, ...]) -> None:
         """Take ``texts``, in UTF-8, in the place of those of a kind."""
         self._kind = kind
         self._texts = texts
-        self.pattern = kind, texts
+
+    @property
+    def pattern(self) -> tuple[Kind, tuple[bytes, ...]]:
+        """What `Endpoint.pattern` returns."""
+        return self._kind, self._texts
 
     @property
     def tag(self) -> str:
@@ -100,7 +99,7 @@ class Model:
         """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
         like = self._kind.endpoint
         made = PlainEndpoint.__new__(PlainEndpoint)
-        made.model = self
+        made.settings = self
         made.offset = offset
         made.id = name
         made.role = like.role
@@ -124,18 +123,20 @@ class Model:
         return made
 
     def make(self, of: PlainEndpoint, name: str) -> Any:
-        """Return what an endpoint has not made yet: its place, its room, its profiles or its settings."""
+        """Return what an endpoint has not made yet: its place, its room or its profiles."""
         lines = self._kind.lines
-        line = lines.line(of.offset)
-        place = Place(lines.source, line, None, of.id)
+        place = Place(lines.source, lines.line(of.offset), None, of.id)
         if name == "place":
             return place
         if name == "room":
             return Room(place)
-        if name == "profiles":
-            return tuple(
-                ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self._kind.endpoint.profiles
-            )
+        return tuple(
+            ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self._kind.endpoint.profiles
+        )
+
+    def settings(self, of: PlainEndpoint) -> Settings:
+        """Return the settings of an endpoint, each with its place."""
+        place = self.make(of, "place")
         texts = {each: text.decode() for each, text in zip(self._kind.texts, self._texts, strict=True)}
         return {
             word: Setting(
@@ -153,70 +154,32 @@ def _moved(place: Place | None, to: Place) -> Place | None:
     return place and Place(to.source, to.line, None, to.element, place.path)
 
 
-class PlainEndpoint(Endpoint):
-    """An `Endpoint` that makes its settings, profiles, place and room when one reads them; else as any other."""
+class PlainEndpoint(LazyEndpoint):
+    """An `Endpoint` that also makes its profiles, place and room when one reads them."""
 
-    __slots__ = ("model", "offset")
-    model: Model
+    __slots__ = ("offset",)
+    written: Model
     offset: int
 
     def __getattr__(self, name: str) -> Any:
         """Make what is not there yet."""
-        if name not in {"settings", "profiles", "place", "room"}:
+        if name not in {"profiles", "place", "room"}:
             raise AttributeError(name)
-        made = self.model.make(self, name)
+        made = self.written.make(self, name)
         setattr(self, name, made)
         return made
 
     @property
     def tag(self) -> str:
         """What the element is."""
-        return self.model.tag
-
-    def pattern(self) -> tuple[Kind, tuple[bytes, ...]] | None:
-        """See `Endpoint.pattern`; none once the settings are made and may be changed."""
-        try:
-            _SETTINGS.__get__(self)
-        except AttributeError:
-            return None if self.overlay else self.model.pattern
-        return None
-
-    def said(self) -> Said:
-        """See `Endpoint.said`; the model's, until the settings are made and may be changed."""
-        try:
-            _SETTINGS.__get__(self)
-        except AttributeError:
-            return super().said() if self.overlay else self.model.said
-        return super().said()
+        return self.written.tag
 
     def states_like(self, other: PlainEndpoint) -> bool:
         """Whether it is equal to another one but for its line, without making settings and places."""
         return self.said() == other.said() and _plainly(self) == _plainly(other)
-
-    def __eq__(self, other: object) -> bool:
-        """Compare as endpoints, however they were made."""
-        if not isinstance(other, Endpoint):
-            return NotImplemented
-        return _values(self) == _values(other)
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        return repr(Endpoint(**_values(self)))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _endpoint, (_values(self),)
 
 
 _plainly: Final = attrgetter(
     *(each.name for each in fields(Endpoint) if each.name not in {"settings", "place", "room"})
 )
 """All that is no place and no setting."""
-
-
-def _values(endpoint: Endpoint) -> dict[str, Any]:
-    return {each.name: getattr(endpoint, each.name) for each in fields(Endpoint)}
-
-
-def _endpoint(values: dict[str, Any]) -> Endpoint:
-    return Endpoint(**values)

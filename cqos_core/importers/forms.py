@@ -16,7 +16,7 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_n
 from cqos_core.importers.yaml_plain import TextMap
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Place, Setting
+from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings
+    from cqos_core.model.system import Place, Settings
 
 T = TypeVar("T")
 
@@ -151,15 +151,22 @@ class Entry:
 
     Attributes:
         place: where the map, or the text that is short for one, begins.
-        settings: the keys that are not the form's own, where the form allows them.
+        stated: what `settings` are; of a `TextMap`, they are made of it.
     """
 
-    __slots__ = ("_values", "place", "settings")
+    __slots__ = ("_values", "place", "stated")
 
-    def __init__(self, place: Place, values: dict[str, Any], settings: Settings) -> None:
+    def __init__(self, place: Place, values: dict[str, Any], stated: Settings | TextMap) -> None:
         self.place = place
-        self.settings = settings
+        self.stated = stated
         self._values = values
+
+    @property
+    def settings(self) -> Settings:
+        """The keys that are not the form's own, where the form allows them."""
+        if isinstance(self.stated, TextMap):
+            self.stated = self.stated.settings()
+        return self.stated
 
     @property
     def plain(self) -> bool:
@@ -238,10 +245,9 @@ class Form(Shape[Entry]):
 
     def _map(self, node: MappingNode, reading: Reading) -> Entry | None:
         keys, others, never = self.keys, self.others, self.never
-        if type(node) is TextMap and self.of_texts and self.own.isdisjoint(node.texts):
-            texts, source, line = node.texts, reading.source.name, node.line
-            stated = {name: Setting(texts[name], Place(source, line, at)) for name, _, at in node.columns()}
-            return Entry(reading.place(node), {}, stated)
+        if type(node) is TextMap and self.of_texts and self.own.isdisjoint(node.names.each):
+            node.file = reading.source.name
+            return Entry(reading.place(node), {}, node)
         values: dict[str, Any] = {}
         settings: Settings = {}
         for name, (key, value) in node.entries.items():

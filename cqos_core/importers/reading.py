@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.tree import MappingNode, SequenceNode, is_null
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.problems import InputError, Problem, collect
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
     from cqos_core.model.source import ReadContext, Source
 
-_MOST_PROBLEMS: Final = 1000
 _LONGEST_EXCERPT: Final = 60
 
 
@@ -58,18 +56,6 @@ class Reading:
     def rest_of_line(self, line: int | None, column: int) -> str:
         """Return the text from a one-based place to the end of its line."""
         return "" if line is None else self.lines.line(line)[column - 1 :]
-
-
-def collect(problems: list[Problem], problem: Problem) -> None:
-    """Add ``problem`` to ``problems``.
-
-    Raises:
-        InputError: with all of them, above a limit.
-    """
-    problems.append(problem)
-    if len(problems) >= _MOST_PROBLEMS:
-        message = f"reading stops here: {_MOST_PROBLEMS} problems were found"
-        raise InputError([*problems, replace(problem, message=message, help=None)])
 
 
 def read_switches(importer: str, context: ReadContext, known: Mapping[str, tuple[str, ...]]) -> dict[str, str]:

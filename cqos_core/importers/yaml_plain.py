@@ -6,17 +6,19 @@ anything else in it, or with a mistake, has no answer here: `cqos_core.importers
 
 from __future__ import annotations
 
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.model.lazy_endpoint import Names, StatedTexts
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.system import Settings
 
 LEAST: Final = 4_096
 """Bytes of the smallest source for which this is worth while."""
@@ -50,36 +52,37 @@ def plain_tree(data: bytes) -> MappingNode | None:
         return None
 
 
-class TextMap(MappingNode):
-    """A map of texts between brackets that all state something; its entries are made when they are read.
+class TextMap(MappingNode, StatedTexts):
+    """A map of texts between brackets, of a source ``file``, that all state something; its entries are made when they are read."""
 
-    Attributes:
-        texts: by key.
-    """
+    __slots__ = ("_source", "_start", "file", "names", "texts")
+    file: str
 
-    __slots__ = ("_source", "_start", "texts")
-
-    def __init__(self, source: str, line: int, line_start: int, start: int, texts: dict[str, str]) -> None:
+    def __init__(self, source: str, line: int, line_start: int, start: int, names: Names, texts: list[str]) -> None:
         """Take the map that begins at ``start`` of a source."""
         self.line, self.column, self.end, self.repeated = line, start - line_start + 1, line, None
-        self._source, self._start = source, start
-        self.texts = texts
+        self._source, self._start, self.names, self.texts = source, start, names, tuple(texts)
 
     def __getattr__(self, name: str) -> Any:
         """Make the entries."""
         if name != "entries":
             raise AttributeError(name)
         self.entries = {
-            key: (ScalarNode(key, self.line, at, plain=True), ScalarNode(self.texts[key], self.line, there, plain=True))
-            for key, at, there in self.columns()
+            key: (ScalarNode(key, self.line, at, plain=True), ScalarNode(text, self.line, there, plain=True))
+            for key, at, text, there in self._columns()
         }
         return self.entries
 
-    def columns(self) -> Iterator[tuple[str, int, int]]:
-        """Yield each key, and the columns of it and of its value."""
+    def _columns(self) -> Iterator[tuple[str, int, str, int]]:
+        """Yield each key and its value, and the columns of both."""
         before = self._start - (self.column or 0)
-        for found in islice(_PAIR.finditer(self._source, self._start + 1), len(self.texts)):
-            yield found[1], found.start() - before, found.start(2) - before
+        every = _PAIR.finditer(self._source, self._start + 1)
+        for key, text, found in zip(self.names.each, self.texts, every):  # noqa: B905 - what follows the map is none of it
+            yield key, found.start() - before, text, found.start(2) - before
+
+    def settings(self, of: object = None) -> Settings:  # noqa: ARG002 - for any endpoint the same
+        """Return its entries as settings."""
+        return {name: Setting(text, Place(self.file, self.line, at)) for name, _, text, at in self._columns()}
 
 
 class _NotPlainError(Exception):
@@ -92,6 +95,7 @@ class _Plain:
     def __init__(self, text: str) -> None:
         self.text = text
         self._texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
+        self._names: dict[tuple[str, ...], Names] = {}
         self._top = MappingNode(None, None)
         self._indent = -1
         self._above: list[tuple[int, MappingNode]] = []
@@ -179,13 +183,15 @@ class _Plain:
     def _of_texts(self, start: int, written: str, line_start: int, line: int) -> MappingNode:
         """Read a map of texts between brackets, as it is written."""
         known = self._texts.setdefault
-        found = _WORDS.findall(written)
-        texts = {known(key, key): known(text, text) for key, text in found}
-        if not _NULL.isdisjoint(texts.values()):
+        keys, found = zip(*_WORDS.findall(written), strict=True)
+        if not _NULL.isdisjoint(found):
             return self._map(start, start + len(written), line_start, line)
-        if len(texts) < len(found):
-            raise _NotPlainError
-        return TextMap(self.text, line, line_start, start, texts)
+        names = self._names.get(keys)
+        if names is None:
+            if len({*keys}) < len(keys):
+                raise _NotPlainError
+            names = self._names[keys] = Names(tuple([known(key, key) for key in keys]))
+        return TextMap(self.text, line, line_start, start, names, [known(text, text) for text in found])
 
     def _map(self, start: int, end: int, line_start: int, line: int) -> MappingNode:
         """Read a map between brackets."""

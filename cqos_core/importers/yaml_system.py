@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.detect import may_have_exceptions
 from cqos_core.importers.instances import Multiplier, TooManyError, variables
-from cqos_core.importers.reading import collect, shown
+from cqos_core.importers.reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.timing import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
@@ -56,8 +56,9 @@ from cqos_core.importers.yaml_form import (
     TOPICS,
     TYPE,
 )
+from cqos_core.model.lazy_endpoint import LazyEndpoint
 from cqos_core.model.memory import uncollected
-from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.problems import InputError, Problem, collect
 from cqos_core.model.system import (
     MESSAGE,
     PUBLISHER,
@@ -460,12 +461,12 @@ def _endpoints(
     for topic, member in (entry.get(direction.key) or {}).items():
         for stated in member.value:
             place = stated.place if len(member.value) > 1 else member.place
-            endpoint = Endpoint(
+            endpoint = (Endpoint if isinstance(stated.stated, dict) else LazyEndpoint)(
                 id=(made_up := endpoint_id(participant, direction.word, topic)),
                 role=direction.role,
                 topic=topic,
                 participant=participant,
-                settings=stated.settings,
+                settings=stated.stated,  # type: ignore[arg-type]
                 profiles=shared,
                 kind=direction.kind,
                 observed=observed,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.dataclass import dataclass
 
@@ -10,6 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cqos_core.model.system import Place
+
+
+_MOST_PROBLEMS: Final = 1000
 
 
 class CqosError(Exception):
@@ -95,6 +99,18 @@ class InvalidValueError(CqosError):
         """The advice, where ``expected`` may have other words."""
         meant = f"did you mean `{self.near}`? " if self.near else ""
         return f"{meant}expected {expected or self.expected}"
+
+
+def collect(problems: list[Problem], problem: Problem) -> None:
+    """Add ``problem`` to ``problems``.
+
+    Raises:
+        InputError: with all of them, above a limit.
+    """
+    problems.append(problem)
+    if len(problems) >= _MOST_PROBLEMS:
+        message = f"reading stops here: {_MOST_PROBLEMS} problems were found"
+        raise InputError([*problems, replace(problem, message=message, help=None)])
 
 
 def describe(error: BaseException) -> str:

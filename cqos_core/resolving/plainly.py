@@ -79,6 +79,7 @@ class Plainly:
     def __init__(self) -> None:
         """Begin without any."""
         self._kin: dict[tuple[Any, ...], _Kin | None] = {}
+        self._patterns: dict[Base, dict[Pattern, _Alike]] = {}
 
     def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Resolved | None:
         """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
@@ -119,7 +120,7 @@ class Plainly:
         if owner.participant.starts_after or len(expanded) != 1 or expanded[0] is not endpoint:
             return None
         base = bases.base(room_of(endpoint, owner), endpoint, owner, ())
-        return None if base is None else _Kin(endpoint, owner, base, bases)
+        return None if base is None else _Kin(endpoint, owner, base, bases, self._patterns.setdefault(base, {}))
 
 
 def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, ...]:
@@ -142,14 +143,21 @@ class _Kin:
         "number",
     )
 
-    def __init__(self, endpoint: Endpoint, owner: ResolvedParticipant, base: Base, bases: Bases) -> None:
-        """Take one of them, and what it changes."""
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        owner: ResolvedParticipant,
+        base: Base,
+        bases: Bases,
+        patterns: dict[Pattern, _Alike],
+    ) -> None:
+        """Take one of them, what it changes, and what is known of settings that change it."""
         self._endpoint, self._owner, self._bases = endpoint, owner, bases
         self.base = base
         self.external = endpoint.external or owner.participant.external
         self.number, self.context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
         self.conventions = conventional(owner.pack)
-        self._patterns: dict[Pattern, _Alike] = {}
+        self._patterns = patterns
 
     def overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
         """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""

@@ -26,7 +26,7 @@ ILLEGAL: Final[Mapping[str, str]] = {
 }
 """What makes a full name illegal, as shell patterns (rmw_validate_full_topic_name)."""
 
-_LEGAL: Final = regular_expression("(?:[A-Za-z0-9_]|/(?=[A-Za-z_]))*")
+_LEGAL: Final = regular_expression("[A-Za-z0-9_]*+(?:/[A-Za-z_][A-Za-z0-9_]*+)*+")
 """A name that none of these patterns matches."""
 
 LONGEST: Final = 247
@@ -46,7 +46,7 @@ def resolve(written: str, context: NameContext) -> Naming:
     if not text:
         return Naming(None, written)
     wire = WIRE.get(context.kind)
-    if "rmw" in context.settings and normalise(context.settings["rmw"]) == "zenoh_bridge":
+    if "rmw" in context.settings and _is_bridge(context.settings["rmw"]):
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
     node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
@@ -68,6 +68,11 @@ def resolve(written: str, context: NameContext) -> Naming:
         wire.shown.format(own_words or full),
         _problems(full, own_words) if wire.speaks else (),
     )
+
+
+@lru_cache(maxsize=64)
+def _is_bridge(rmw: str) -> bool:
+    return normalise(rmw) == "zenoh_bridge"
 
 
 class _Node:
