@@ -171,7 +171,7 @@ class StatedPairs:
         if role in self._drafts:
             draft = resolver.bases.redrafted(*self._drafts[role], side.stated)
             if draft is not None:
-                self._keep(side, role, verdicts_of(known.pack).end(draft.like, role, draft))
+                self._keep(side, role, verdicts_of(known.pack).end(draft.base.profile, role, draft))
                 return True
         self._left -= 1
         before = resolver.reader.remarks

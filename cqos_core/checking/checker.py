@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from itertools import chain, groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.assumptions import assumptions
@@ -36,9 +37,10 @@ if TYPE_CHECKING:
 def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
-    for endpoint in endpoints:
-        if endpoint.key is not None and endpoint.shown != endpoint.key:
-            shown.setdefault((endpoint.pack.id, endpoint.key), {}).setdefault(endpoint.shown, []).append(endpoint)
+    for endpoint in [each for each in endpoints if each.shown != each.key]:
+        if endpoint.key is None:
+            continue
+        shown.setdefault((endpoint.pack.id, endpoint.key), {}).setdefault(endpoint.shown, []).append(endpoint)
     findings = []
     for (_, key), free in sorted(shown.items()):
         if len(free) > 1:
@@ -70,9 +72,8 @@ def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
 def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     # The surroundings and the frame of a profile have all that these rules read.
-    distinct: dict[object, Resolved] = {}
-    for each in endpoints:
-        distinct.setdefault((each.participant.surroundings, each.like.frame, each.endpoint.observed), each)
+    alike = {(each.participant, each.like.frame, each.endpoint.observed): each for each in endpoints}
+    distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
     if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
@@ -109,7 +110,7 @@ def assemble(
     problems: Sequence[Finding] = (),
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell."""
-    packs = {endpoint.pack.id: endpoint.pack for endpoint in resolved.endpoints}
+    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
     made = _merged(results)
     judged, endpoints = (*results.values(),), resolved.endpoints
     distinct = {id(result.outcomes): result.outcomes for result in judged}
@@ -345,9 +346,7 @@ class JudgedTopics(NamedTuple):
 
 def judge_topics(
     pipeline: Pipeline,
-    judged: Callable[
-        [TopicKey, Sequence[Resolved], Callable[[], TopicResult]], TopicResult
-    ] = lambda _key, _ends, judge: judge(),
+    judged: Callable[[TopicKey, Sequence[Resolved], Callable[[], TopicResult]], TopicResult] | None = None,
     step: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> JudgedTopics:
     """Judge all topics; ``judged`` may know the result of one, or calls its last argument to judge it."""
@@ -364,7 +363,10 @@ def judge_topics(
     topics = pipeline.topics
     for number, (key, endpoints) in enumerate(topics.items()):
         step(number, len(topics))
-        results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
+        if judged is None:
+            results[key] = check_topic(endpoints, excused, teams)
+        else:
+            results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
     # Most systems have none of these, and their modules are a tenth of the time of a small check.
     if system.bridges:
         from cqos_core.behaviour.paths.bridge_findings import bridge_findings

@@ -126,11 +126,6 @@ class Draft(NamedTuple):
     of_topic: tuple[Layer, ...]
 
     @property
-    def like(self) -> QosProfile:
-        """That of its base."""
-        return self.base.profile
-
-    @property
     def known(self) -> Sequence[Any]:
         """Its values, put together anew."""
         return self.base.known(self.overrides)

@@ -186,19 +186,22 @@ class _Alike:
         """Take what the settings of one of them change."""
         self._whole = overrides
         self._said = pattern.said[0]
-        self._known: list[tuple[int, dict[Any, Override | None]]] = [(at, {}) for at in pattern.at]
+        self._known: list[tuple[int, dict[Any, Override]]] = [(at, {}) for at in pattern.at]
 
     def overrides(self, texts: tuple[Any, ...], kin: _Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
-        found: list[Override | None] = [*self._whole]
+        found = [*self._whole]
         for (at, known), text in zip(self._known, texts):  # noqa: B905 - a pattern has as many texts as places
             try:
                 found[at] = known[text]
             except KeyError:
+                changed = self._changed(at, text, kin)
+                if changed is None:
+                    return None
                 if len(known) >= MAXIMUM_REMEMBERED:
                     known.clear()
-                found[at] = known[text] = self._changed(at, text, kin)
-        return None if None in found else tuple(found)  # type: ignore[arg-type]
+                found[at] = known[text] = changed
+        return tuple(found)
 
     def _changed(self, at: int, text: Any, kin: _Kin) -> Override | None:
         """Return what one setting changes with a text; None where that is not what it changes with another."""

@@ -327,12 +327,17 @@ class Carried:
     own_index: Mapping[int, int]
 
 
+class _Base(Protocol):
+    @property
+    def profile(self) -> QosProfile: ...
+
+
 class Unmade(Protocol):
     """What a profile and its layers are made of, when they are first read: most endpoints are judged without either."""
 
     @property
-    def like(self) -> QosProfile:
-        """A profile with the frame and the codes of the one that is made."""
+    def base(self) -> _Base:
+        """Has a profile with the frame and the codes of the one that is made."""
 
     @property
     def known(self) -> Sequence[Any]:
@@ -390,7 +395,7 @@ class Resolved:
     def like(self) -> QosProfile:
         """A profile with the frame and the codes of its own, which need not be made for it."""
         draft = self.draft
-        return self.profile if draft is None else draft.like
+        return self.profile if draft is None else draft.base.profile
 
     @property
     def known(self) -> Sequence[Any]:

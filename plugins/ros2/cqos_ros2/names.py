@@ -52,6 +52,8 @@ def resolve(written: str, context: NameContext) -> Naming:
     node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
     expanded = expand(text, node.namespace, node.name)
     legal = is_legal(expanded)
+    if legal and wire is None and not context.remap:
+        return Naming(expanded, expanded, _remarks(expanded) if "_" in expanded else ())
     rewritten = node.free_text and not legal
     if rewritten:
         expanded = expand(legal_name(text), node.namespace, node.name)
@@ -59,8 +61,6 @@ def resolve(written: str, context: NameContext) -> Naming:
     if context.remap:
         full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), full)
     own_words = text if rewritten and full == expanded else None
-    if wire is None and legal and full is expanded:
-        return Naming(full, full, _remarks(full) if "_" in full else ())
     if wire is None:
         return Naming(full, own_words or full, _problems(full, own_words))
     return Naming(
