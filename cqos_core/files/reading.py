@@ -148,7 +148,7 @@ def copied(value: T) -> T:
         return {name: copied(each) for name, each in value.items()}  # type: ignore[attr-defined, return-value]
     if kind is list or kind is tuple:
         return kind([copied(each) for each in value])  # type: ignore[attr-defined, call-arg]
-    parts = _CHANGING.get(kind)
+    parts = _CHANGING.get(Endpoint if isinstance(value, Endpoint) else kind)
     if parts is None:
         return deepcopy(value)
     return replace(value, **{name: copied(getattr(value, name)) for name in parts})  # type: ignore[type-var]
