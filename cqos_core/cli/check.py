@@ -280,8 +280,8 @@ class _Check:
                 # Of a single system, its topics are counted.
                 progress.step(number, len(found))
                 self._check(unit, progress.step if len(found) == 1 else _silent, alone=len(found) == 1)
-        reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
-        self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
+            reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
+            self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
         if not self.loaded.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 

@@ -3,41 +3,60 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_bulk.forms import spans
+from cqos_bulk.profiles import FleetProfiles
 from cqos_core.language.domains import Names
 from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import Literal
 from cqos_core.language.policy import UNMATCHED
 from cqos_core.language.values import ANYTHING, INFINITE, UNREAD, WrittenValue
 from cqos_core.matching.judge import passed_over
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_bulk.forms import Column, RuleForm
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
 
 
-class End:
+class End(NamedTuple):
     """One end: values, and the policies that its middleware does not match on."""
 
-    def __init__(self, pack: RulePack, seed: random.Random, constants: dict[int, list[Any]]) -> None:
-        size = len(pack.policies)
-        values = [seed.choice(constants[at]) if seed.random() < 0.85 else ANYTHING for at in range(size)]
-        written = [_written(seed, policy) for policy in pack.policies]
-        self.values = (*values, *written)
-        never = [
-            at for at, each in enumerate(pack.policies) if any(UNMATCHED in t.values() for t in each.enforced.values())
-        ]
-        self.unmatched = frozenset(at for at in never if seed.random() < 0.2)
-        self.needs: frozenset[str] = frozenset()
+    values: tuple[Any, ...]
+    unmatched: frozenset[int]
+    needs: frozenset[str] = frozenset()
 
     def cells(self, pack: RulePack, columns: Sequence[Column]) -> list[int | str | None]:
         return spans(pack.vocabulary, self.values, self.unmatched, columns)
+
+
+def _random_end(pack: RulePack, seed: random.Random, constants: dict[int, list[Any]]) -> End:
+    values = [seed.choice(constants[at]) if seed.random() < 0.85 else ANYTHING for at in range(len(pack.policies))]
+    written = [_written(seed, policy) for policy in pack.policies]
+    never = [
+        at for at, each in enumerate(pack.policies) if any(UNMATCHED in t.values() for t in each.enforced.values())
+    ]
+    return End((*values, *written), frozenset(at for at in never if seed.random() < 0.2))
+
+
+def ends_of_system(pack: RulePack, rows: Sequence[Mapping[str, str]], number: int, seed: str) -> list[tuple[End, End]]:
+    """Return pairs of a publisher and a subscriber of a system; what depends on assumptions or peers is not known."""
+    profiles = FleetProfiles(pack, context(), "note", {})
+    profiles.add(rows)
+    sides: tuple[list[End], list[End]] = ([], [])
+    for each in profiles.known:
+        values, size = each.resolved.profile.values, len(pack.policies)
+        plain = [value if isinstance(value, (int, str, tuple)) else ANYTHING for value in values[:size]]
+        end = End((*plain, *values[size:]), each.resolved.profile.unmatched)
+        sides[each.resolved.role != PUBLISHER].append(end)
+    chosen = random.Random(seed)  # noqa: S311 - no secrets
+    return [(chosen.choice(sides[0]), chosen.choice(sides[1])) for _ in range(number)]
 
 
 def _written(seed: random.Random, policy: Policy) -> WrittenValue | None:
@@ -49,13 +68,19 @@ def _written(seed: random.Random, policy: Policy) -> WrittenValue | None:
 
 def random_ends(pack: RulePack, number: int, seed: str) -> list[tuple[End, End]]:
     """Return pairs of ends whose values stand at and beside those that conditions compare with."""
+    known = known_values(pack)
+    chosen = random.Random(seed)  # noqa: S311 - no secrets
+    return [(_random_end(pack, chosen, known), _random_end(pack, chosen, known)) for _ in range(number)]
+
+
+def known_values(pack: RulePack) -> dict[int, list[Any]]:
+    """Return values of each policy, by its index: ends of its kind, and what conditions compare it with."""
     known = {at: _values_of(policy) for at, policy in enumerate(pack.policies)}
     for bound in pack.bound_rules:
         texts = [each.value for each in bound.bound.condition.walk() if isinstance(each, Literal)]
         for use in (*bound.bound.uses, *bound.bound.aggregate_uses):
             known[use.index] += _read(pack.policies[use.index], texts)
-    chosen = random.Random(seed)  # noqa: S311 - no secrets
-    return [(End(pack, chosen, known), End(pack, chosen, known)) for _ in range(number)]
+    return known
 
 
 def _values_of(policy: Policy) -> list[Any]:
@@ -66,7 +91,7 @@ def _values_of(policy: Policy) -> list[Any]:
         return [*domain.candidates()]
     if domain.ordered:
         return [domain.lowest, domain.highest, 1, 2, 10**9, INFINITE // 2 + 1, INFINITE // 3]
-    return ["", "?", "a", 'it\'s \\ "b"', "/a/b", "ü\uffff"]
+    return ["", "?", "a", 'it\'s \\ "b"', "/a/b", "ü\uffff", "/\U0001f916'"]
 
 
 def _read(policy: Policy, texts: Iterable[object]) -> list[Any]:

@@ -6,15 +6,21 @@ import csv
 import random
 from collections import Counter
 from itertools import groupby
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from cqos_bulk.profiles import settings_of
+from cqos_bulk.profiles import NO_SETTINGS, settings_of
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.plugins import load_plugins
+from tests.bulk.random_ends import known_values
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
+
+    from cqos_core.packs.pack import RulePack
 
 STATED = {
     "ros2": {
@@ -57,14 +63,75 @@ NAMES = {
 }
 FILTERS = ("s/a", "s/+", "s/#", "#", "$share/g/s/+", "$SYS/#", "s/temperature", "s/#/b", "+/a", "/s/b")
 PROFILES = {"ros2": ("", "", "", "sensor_data", "no_such_profile")}
-OF_CLIENTS = ("client_id", "will.topic")
+_POLICIES = 8
 
 
-def write_fleet(path: Path, protocols: str, seed: int, number: int = 250, systems: int = 1) -> None:
-    """Write a table of endpoints as CSV."""
+def _pack(protocol: str) -> RulePack:
+    found = load_plugins().pack(protocol)
+    assert found is not None
+    return found
+
+
+def any_settings(protocol: str, seed: int) -> dict[str, tuple[str, ...]]:
+    """Return texts of some policies at random, those that conditions compare with among them; none, and a wrong one."""
+    chosen = random.Random(seed)  # noqa: S311 - no secrets
+    pack = _pack(protocol)
+    known = known_values(pack)
+    levels = {"endpoint", "participant", "option"}
+    every = [
+        at
+        for at, each in enumerate(pack.policies)
+        if each.level in levels and each.name not in {"domain", *NO_SETTINGS}
+    ]
+    found = {}
+    for at in chosen.sample(every, min(_POLICIES, len(every))):
+        policy = pack.policies[at]
+        texts = {*map(policy.domain.format, known[at]), *policy.words}
+        few = chosen.sample(sorted(texts), min(3, len(texts)))
+        found[policy.name] = ("", "", *few, *few, *(["bogus"] if chosen.random() < 0.2 else []))
+    return found
+
+
+def any_rows(protocol: str, seed: int, number: int) -> list[dict[str, str]]:
+    """Return endpoints of one topic, each a participant of its own, with any settings."""
+    chosen = random.Random(seed)  # noqa: S311 - no secrets
+    stated = any_settings(protocol, seed)
+    return [
+        {
+            "role": ("publisher", "subscriber")[at % 2],
+            "topic": "/t",
+            "participant": f"p{at}",
+            "version": "",
+            **{name: chosen.choice(values) for name, values in stated.items()},
+        }
+        for at in range(number)
+    ]
+
+
+def any_options(protocol: str, seed: int) -> dict[str, dict[str, Setting]]:
+    """Return values of some options of a pack at random."""
+    chosen = random.Random(seed)  # noqa: S311 - no secrets
+    found = {}
+    for policy in _pack(protocol).policies:
+        values = [*policy.domain.candidates()]
+        if policy.level == "option" and values and chosen.random() < 0.3:
+            found[policy.name] = Setting(policy.domain.format(chosen.choice(values)))
+    return {protocol: found}
+
+
+def write_fleet(
+    path: Path,
+    protocols: str,
+    seed: int,
+    number: int = 250,
+    systems: int = 1,
+    stated: Mapping[str, Mapping[str, tuple[str, ...]]] = STATED,
+) -> None:
+    """Write a table of endpoints as CSV, with some of the texts that are ``stated`` by protocol and setting."""
     chosen = random.Random(seed)  # noqa: S311 - no secrets
     listed = protocols.split()
-    settings = dict.fromkeys(name for each in listed for name in STATED[each])
+    packs = {each: _pack(each) for each in listed}
+    settings = dict.fromkeys(name for each in listed for name in stated[each])
     columns = ("id", "system", "protocol", "role", "participant", "topic", "type", "domain", "profile", *settings)
     if "mqtt" in listed:
         columns = tuple(each for each in columns if each != "domain")
@@ -75,8 +142,9 @@ def write_fleet(path: Path, protocols: str, seed: int, number: int = 250, system
         domain = chosen.choice(("", "1")) if chosen.random() < 0.2 else ""
         system, role = f"s{at % systems}" if systems > 1 else "", chosen.choice(("publisher", "subscriber"))
         owner = f"{protocol}_{at % 40}_{domain or 0}"
-        texts = {name: chosen.choice(values) for name, values in STATED[protocol].items()}
-        texts |= owned.setdefault(f"{system} {owner}", {name: texts[name] for name in OF_CLIENTS if name in texts})
+        texts = {name: chosen.choice(values) for name, values in stated[protocol].items()}
+        of_owner = {name: text for name, text in texts.items() if packs[protocol].find("endpoint", name) is None}
+        texts |= owned.setdefault(f"{system} {owner}", of_owner)
         names = FILTERS if protocol == "mqtt" and role == "subscriber" else NAMES[protocol]
         numbered = str(chosen.randrange(30)) if at % 10 and protocol != "mqtt" else ""
         rows.append(
@@ -101,13 +169,15 @@ def write_fleet(path: Path, protocols: str, seed: int, number: int = 250, system
         writer.writerows(rows)
 
 
-def said_by_check(path: Path) -> tuple[Counter[str], Counter[tuple[str, str]]]:
+def said_by_check(
+    path: Path, options: Mapping[str, Mapping[str, Setting]] = MappingProxyType({})
+) -> tuple[Counter[str], Counter[tuple[str, str]]]:
     """Return what the checks of the systems say: pairs by verdict, and pairs of findings by code and severity."""
     verdicts, findings = Counter[str](), Counter[tuple[str, str]]()
     where = context()
     rows = sorted(csv.DictReader(path.read_text("utf-8").splitlines()), key=lambda row: row["system"])
     for _, of_system in groupby(rows, lambda row: row["system"]):
-        system = System()
+        system = System(options={pack: dict(given) for pack, given in options.items()})
         for row in of_system:
             pack = where.find_pack(row["protocol"])
             assert pack is not None

@@ -12,8 +12,9 @@ import pytest
 from cqos_core.matching.pipeline import context
 from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
-from tests.bulk.random_fleet import said_by_check, write_fleet
+from tests.bulk.random_fleet import any_options, any_settings, said_by_check, write_fleet
 from tests.command import run
+from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,6 +56,20 @@ def test_an_audit_says_what_a_check_says(protocols, engine, seed, systems, tmp_p
     }
     assert found == findings
     assert set(found) == set(findings)
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(100 if EXPLORE else 1))
+@pytest.mark.parametrize("protocol", ["dds", "ros2"])
+def test_an_audit_of_any_settings_says_what_a_check_says(protocol, seed, tmp_path):
+    """Settings of eight policies at random, some wrong, and options of the pack that are open or not."""
+    path = tmp_path / "fleet.csv"
+    write_fleet(path, protocol, seed, 150, 1 + seed % 2, {protocol: any_settings(protocol, seed)})
+    options = any_options(protocol, seed)
+    verdicts, findings = said_by_check(path, options)
+    totals, found = audited(tmp_path, path=str(path), engine=("duckdb", "polars")[seed % 2], options=options)
+    assert {name: totals.get(name, 0) for name in verdicts} == verdicts
+    assert found == findings
 
 
 def test_two_audits_of_one_fleet_say_the_same_in_any_order_of_rows(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from cqos_bulk.writers import pattern_of
 from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
 from tests.bulk.tried_rules import Tried, answers_in, both_ends, both_kinds
+from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,6 +33,9 @@ WITHOUT_FORM = {
 """Rules of pairs and endpoints that are asked in Python, beside those of guarantees."""
 
 
+seeds = pytest.mark.parametrize("seed", range(40 if EXPLORE else 1))
+
+
 @pytest.fixture(params=sorted(WITHOUT_FORM))
 def pack(request: pytest.FixtureRequest) -> RulePack:
     found = load_plugins().pack(request.param)
@@ -43,13 +48,15 @@ def test_every_rule_has_a_column_form_or_is_listed(pack):
     assert others == WITHOUT_FORM[pack.id]
 
 
-def test_sql_in_duckdb_says_what_python_says(pack):
+@pytest.mark.explored
+@seeds
+def test_sql_in_duckdb_says_what_python_says(pack, seed):
     duckdb = needed("duckdb")
     pyarrow = needed("pyarrow")
     text = as_sql(pack)
     queries = [each for each in text.split(";\n") if "SELECT" in each]
     assert len(queries) == 2
-    for query, (_, tried) in zip(queries, both_kinds(pack), strict=True):
+    for query, (_, tried) in zip(queries, both_kinds(pack, seed), strict=True):
         with duckdb.connect() as db:
             for side, table in enumerate(("offered", "requested")):
                 db.register(table, pyarrow.table(tried.table(side)))
@@ -64,9 +71,23 @@ def test_sql_in_duckdb_says_what_python_says(pack):
             }
 
 
-def test_javascript_says_what_python_says(pack, tmp_path):
+def test_sql_runs_over_tables_made_as_its_first_lines_say(pack):
+    text = as_sql(pack)
+    columns = ["id VARCHAR", "topic VARCHAR"]
+    for name, described in re.findall(r"^--   ([\w.]+): (.*)$", text.split("-- Columns", 1)[1], re.MULTILINE):
+        kind = "VARCHAR" if described.startswith("text") else "BIGINT"
+        columns += [f'"{name}.{end}" {kind} NOT NULL' for end in ("least", "most")]
+    with needed("duckdb").connect() as db:
+        for table in ("offered", "requested", "endpoints"):
+            db.execute(f"CREATE TABLE {table} ({', '.join(columns)})")
+        assert [db.sql(each).fetchall() for each in text.split(";\n") if "SELECT" in each] == [[], []]
+
+
+@pytest.mark.explored
+@seeds
+def test_javascript_says_what_python_says(pack, seed, tmp_path):
     (tmp_path / "pack.mjs").write_text(as_javascript(pack), "utf-8")
-    for kind, (_, tried) in zip(("pair", "endpoint"), both_kinds(pack), strict=True):
+    for kind, (_, tried) in zip(("pair", "endpoint"), both_kinds(pack, seed), strict=True):
         rows = [[_row(tried, end) for end in pair] for pair in tried.ends]
         found = in_node(tmp_path, kind, rows)
         for row, expected in zip(found, tried.expected, strict=True):
@@ -97,10 +118,12 @@ def in_node(folder: Path, kind: str, rows: list[Any]) -> list[dict[str, bool]]:
     return found
 
 
+@pytest.mark.explored
+@seeds
 @pytest.mark.parametrize("engine", ["polars", "duckdb"])
-def test_narwhals_says_what_python_says(pack, engine):
+def test_narwhals_says_what_python_says(pack, engine, seed):
     nw, native = needed("narwhals"), needed(engine)
-    for _, tried in both_kinds(pack):
+    for _, tried in both_kinds(pack, seed):
         table = both_ends(tried)
         if engine == "duckdb":
             db = native.connect()
@@ -112,7 +135,6 @@ def test_narwhals_says_what_python_says(pack, engine):
 
 @pytest.mark.parametrize("pattern", ["*[!A-Za-z0-9_/]*", "*//*", "*/[0-9]*", "a.b?", "*/_*", "[]a]x", "a|b(c)"])
 def test_patterns_mean_what_the_shell_means(pattern):
-    import re
     from fnmatch import fnmatchcase
 
     read = re.compile(rf"(?s)\A{pattern_of(pattern)}\Z")

@@ -7,21 +7,25 @@ from typing import TYPE_CHECKING, Any
 from cqos_bulk.source_text import CompiledPack, compiled_pack
 from cqos_bulk.writers import expression
 from tests.bulk.needed import needed
-from tests.bulk.random_ends import random_ends, said
+from tests.bulk.random_ends import ends_of_system, random_ends, said
+from tests.bulk.random_fleet import any_rows
 
 if TYPE_CHECKING:
     from cqos_bulk.forms import Column, RuleForm
     from cqos_core.packs.pack import RulePack
 
 PAIRS = 150
+OF_SYSTEM = 50
+"""Pairs of a random system, whose values the pack resolved; the others have any values."""
 
 
 class Tried:
     """Random pairs of a pack, in columns, and what its rules say of them."""
 
-    def __init__(self, pack: RulePack, rules: list[RuleForm], *, alone: bool) -> None:
+    def __init__(self, pack: RulePack, rules: list[RuleForm], seed: int, *, alone: bool) -> None:
         self.pack, self.rules = pack, rules
-        self.ends = random_ends(pack, PAIRS, pack.id)
+        self.ends = random_ends(pack, PAIRS - OF_SYSTEM, f"{pack.id}{seed or ''}")
+        self.ends += ends_of_system(pack, any_rows(pack.id, seed, PAIRS), OF_SYSTEM, f"{pack.id}{seed}")
         if alone:
             self.ends = [(first, first) for first, _ in self.ends]
         self.expected = [[said(rule, *pair) for rule in rules] for pair in self.ends]
@@ -38,9 +42,9 @@ class Tried:
         return column.name(self.pack.vocabulary)
 
 
-def both_kinds(pack: RulePack) -> list[tuple[CompiledPack, Tried]]:
+def both_kinds(pack: RulePack, seed: int = 0) -> list[tuple[CompiledPack, Tried]]:
     compiled = compiled_pack(pack)
-    return [(compiled, Tried(pack, [*rules], alone=at == 1)) for at, rules in enumerate(compiled[:2])]
+    return [(compiled, Tried(pack, [*rules], seed, alone=at == 1)) for at, rules in enumerate(compiled[:2])]
 
 
 def both_ends(tried: Tried) -> Any:

@@ -4,6 +4,8 @@ import errno
 import json
 import os
 import re
+import select
+import signal
 import subprocess
 import sys
 import time
@@ -243,6 +245,56 @@ def test_each_long_part_of_a_command_has_its_bar(cqos, files, monkeypatch, scree
     monkeypatch.setattr(progress.Progress, "start", begin)
     cqos(*arguments)
     assert label in begun
+
+
+def at_terminal(ended, *arguments, **environ):
+    """Run the command with a terminal as standard error, and end its input or interrupt it once a bar is there; return what was drawn."""
+    import pty
+
+    master, slave = pty.openpty()
+    left = {name: value for name, value in os.environ.items() if name not in {"NO_COLOR", "TERM"}}
+    process = subprocess.Popen(
+        [COMMAND, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=slave,
+        env={**left, "TERM": "xterm", **environ},
+    )
+    os.close(slave)
+    shown, end = b"", time.monotonic() + (60 if ended != "quiet" else 4)
+    while b"reading" not in shown and time.monotonic() < end:
+        if select.select([master], [], [], 0.1)[0]:
+            shown += os.read(master, 65536)
+    if ended == "interrupted":
+        process.send_signal(signal.SIGINT)
+    else:
+        process.stdin.write(
+            b"cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/a: {}}}, b: {subscribes: {/a: {}}}}\n"
+        )
+    process.stdin.close()
+    code = process.wait(timeout=60)
+    while select.select([master], [], [], 0)[0]:
+        try:
+            shown += os.read(master, 65536)
+        except OSError:  # what Linux says at the end
+            break
+    os.close(master)
+    return code, shown.decode()
+
+
+@terminal
+@pytest.mark.parametrize(("ended", "code"), [("fed", 0), ("interrupted", 130)])
+def test_a_bar_is_drawn_and_wiped_away_on_a_real_terminal(ended, code):
+    found, shown = at_terminal(ended, "check", "-", NO_COLOR="1")
+    assert found == code
+    assert re.search(r"reading … \d s", shown)
+    assert "\x1b[" not in shown
+    assert re.search(r"\r {10,}\r(?!.*reading)", shown, re.DOTALL)
+
+
+@terminal
+def test_quiet_draws_nothing_on_a_real_terminal():
+    assert at_terminal("quiet", "check", "--quiet", "-") == (0, "")
 
 
 # --- width ---

@@ -55,6 +55,9 @@ def _head(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
     yield "that stand below, a text that is not known has '' and '?'. Durations are nanoseconds."
     yield "Each rule gives two answers: whether it reports, and under `CODE.unknown` whether it cannot be decided."
     yield "A condition of matching that reports keeps a pair apart. A rule of a guarantee counts where that is required."
+    yield "Ends match where their topics are equal."
+    if pack.meeting.match is not None:
+        yield "A filter that matches other names needs a row for each topic that it matches."
     yield f"Assumptions, values from peers and sizes of topics are not in here; neither are {len(compiled.others)} rules:"
     for bound, reason in sorted(compiled.others, key=lambda each: each[0].rule.code):
         yield f"  {bound.rule.code} ({bound.scope}): no column form of `{reason}`"
@@ -62,20 +65,21 @@ def _head(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
 
 def _columns(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
     forms = [part for rule in (*compiled.pairs, *compiled.endpoints) for part in (rule.reports, rule.unknown)]
-    used = {(each.policy, each.part) for form in forms for each in form.columns()}
-    yield "Columns, by policy:"
-    for index, part in sorted(used):
-        yield f"  {pack.policies[index].name}: {_described(pack, index, part)}"
+    used = {each._replace(second=False, most=False) for form in forms for each in form.columns()}
+    yield "Columns, each with `.least` and `.most`; all are whole numbers of 64 bits, but texts:"
+    for each in sorted(used):
+        name = each.name(pack.vocabulary).removesuffix(".least")
+        yield f"  {name}: {_described(pack, each.policy, each.part)}"
 
 
 def _described(pack: RulePack, index: int, part: str) -> str:
     domain = pack.policies[index].domain
     if part == "word":
-        return "`.word`: how it was written, '' where nothing states it"
+        return "text, how it was written, '' where nothing states it"
     if part == "here":
-        return "`.here`: 1 where it is written at the endpoint itself"
+        return "1 where it is written at the endpoint itself"
     if part == "unmatched":
-        return "`.unmatched`: 1 where the middleware refuses no pair for it"
+        return "1 where the middleware refuses no pair for it"
     if isinstance(domain, Choice):
         return ", ".join(f"{rank} {name}" for rank, name in enumerate(domain.names))
     if isinstance(domain, Flag):
