@@ -15,6 +15,7 @@ import click
 import yaml
 from figures import figures
 from incidents import incidents, incidents_page
+from known_nodes import known_nodes_page
 
 from cqos_core.api import check
 from cqos_core.cli.app import cli
@@ -79,6 +80,7 @@ def pages() -> Iterator[tuple[Path, str]]:
     for name, drawn in figures(next(pack for pack in packs if pack.id == "ros2")):
         yield DOCS / "img" / name, drawn
     yield DOCS / "incidents.md", incidents_page(incidents(ROOT / "examples" / "incidents" / "incidents.yaml"))
+    yield DOCS / "known-nodes.md", known_nodes_page()
     yield COMMAND, with_help(COMMAND.read_text(encoding="utf-8"))
 
 

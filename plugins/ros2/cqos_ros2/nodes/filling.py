@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
+from cqos_core.importers.reading import did_you_mean
 from cqos_core.model.system import EVERY_OTHER, Place, Setting
 from cqos_core.packs import normalise
 from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
@@ -154,7 +155,8 @@ class Filling:
         """Add what a fragment has, by its name."""
         found = self.library.fragment(name)
         if found is None:
-            result.gaps.append(Unknown(f"no node file has the class `{name[:120]}`", place))
+            meant = did_you_mean(name, self.library.classes(name.partition("::")[0]))
+            result.gaps.append(Unknown(f"no node file has the class `{name[:120]}`{meant}", place))
             return
         file, part = found
         known = self.library.fit(file, self.distro) or not file.versions or not self.distro

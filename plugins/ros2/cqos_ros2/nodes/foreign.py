@@ -52,7 +52,8 @@ def read_design(path: str, data: bytes) -> NodeFile | None:
     node: dict[str, Any] = {"plugin": launch["plugin"]} if isinstance(launch.get("plugin"), str) else {}
     for section, direction in _OF_DESIGN.items():
         for entry, line in _entries(root, section):
-            name = entry.get("global") or entry.get("remap_target") or _DEFAULTS.get(section, "").format(entry["name"])
+            stated = [each for each in (entry.get("global"), entry.get("remap_target")) if isinstance(each, str)]
+            name = next(iter(stated), "") or _DEFAULTS.get(section, "").format(entry["name"])
             made = _endpoint(entry, "message_type", lambda qos: qos, path, line)
             action = "/action/" in str(entry.get("message_type"))
             where = {"serves": "action_servers", "calls": "action_clients"}[direction] if action else direction

@@ -71,6 +71,10 @@ class Library:
                 return file, file.fragments[name]
         return None
 
+    def classes(self, package: str) -> list[str]:
+        """Return the names of the fragments that node files of a package have."""
+        return [name for file in self._files(package) for name in file.fragments]
+
     def fit(self, file: NodeFile, distro: str) -> Fit | None:
         """Return which facts of a file that comes with C-QoS its package in the workspace takes; None where it is of any version, or not there."""
         workspace = self.workspace

@@ -113,6 +113,22 @@ FAULTS = {
     ),
     "two nodes of one name": Fault(ROBOT, 'name="bridge"', 'name="robot_state_publisher"', "ROS970", "Node("),
     "a section with a typing error": Fault(NAVIGATION, "amcl:\n", "amlc:\n", "ROS971", "amlc:"),
+    "a sensor of a costmap with another type": Fault(
+        NAVIGATION,
+        'publish_voxel_map: true\n        scan:\n          topic: /scan\n          data_type: "LaserScan"',
+        'publish_voxel_map: true\n        scan:\n          topic: /scan\n          data_type: "PointCloud2"',
+        "ROS403",
+        "topic: /scan",
+        "/scan",
+    ),
+    "an override with a value that there is not": Fault(BRIDGE_QOS, "best_effort", "bestefort", "CQ203", "bestefort"),
+    "an override of a policy that there is not": Fault(
+        BRIDGE_QOS, "reliability:", "reliabilty:", "ROS974", "reliabilty"
+    ),
+    "a map server that publishes another name": Fault(
+        NAVIGATION, "yaml_filename", "topic_name: mapp\n    yaml_filename", "CQ403", "mapp", "/mapp"
+    ),
+    "a name in the wrong case": Fault(NAVIGATION, "scan_topic: scan", "scan_topic: Scan", "ROS973", "scan_topic: Scan"),
     "another type": Fault(
         BRIDGE,
         "ros_topic_name: cmd_vel, gz_topic_name: cmd_vel, ros_type_name: geometry_msgs/msg/Twist,",
