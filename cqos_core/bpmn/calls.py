@@ -88,6 +88,23 @@ def run_by_callers(systems: Sequence[System]) -> list[System]:
     return [_joined(each, [p for p in joined if p.system is each], heirs) for each in systems] if joined else [*systems]
 
 
+def calling_together(systems: Sequence[System]) -> list[list[int]]:
+    """Return the positions of ``systems`` in groups: a system and another that has a process which it calls, and no third has."""
+    group = [*range(len(systems))]
+    if any(each.processes for each in systems):
+        at = {id(each): number for number, each in enumerate(systems)}
+        processes = _processes([each for each in systems if len(each.flows) == 1])
+        homes: dict[str, set[int]] = {}
+        for process in processes:
+            homes.setdefault(process.node.id, set()).add(at[id(process.system)])
+        for process in processes:
+            for called in process.calls:
+                first, second = group[at[id(process.system)]], group[at[id(called.system)]]
+                if called.system is not process.system and len(homes[called.node.id]) == 1:
+                    group = [min(first, second) if each in {first, second} else each for each in group]
+    return [[at for at, each in enumerate(group) if each == first] for first in dict.fromkeys(group)]
+
+
 def _processes(systems: Sequence[System]) -> list[_Process]:
     """Return the processes of all files, with their calls."""
     by_name: dict[str, list[_Process]] = {}

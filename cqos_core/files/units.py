@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.model.dataclass import dataclass
@@ -39,7 +40,8 @@ def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
     """Group what was read into systems, and say how, where the paths alone do not tell.
 
     Named files are one system, with all that is in folders named beside them. A folder that holds nothing but parts is as
-    good as a file. In any other folder whole systems stand alone, and parts are put together. ``grouping`` is ``each`` or
+    good as a file. In any other folder whole systems stand alone, except where one calls processes of another, and parts are put
+    together. ``grouping`` is ``each`` or
     ``together`` where the caller decides.
     """
     read = [(each.file, each.system) for each in loaded.outcomes if each.system is not None]
@@ -54,12 +56,23 @@ def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
         found = any(file.folder is not None for file, _ in read) and wholes and len(read) > 1
         return ([_unit(read, named=True)] if read else []), how if found and grouping != "together" else ""
     joint = [_unit(parts, named=len(wholes) == 0)] if parts else []
+    apiece = _calling_together(wholes)
     how = ""
     if wholes and parts:
-        separate = "1 whole system" if len(wholes) == 1 else f"{len(wholes)} whole systems, one by one,"
+        separate = "1 whole system" if len(apiece) == 1 else f"{len(apiece)} whole systems, one by one,"
         together = "1 part of a system" if len(parts) == 1 else f"{len(parts)} parts of systems, put together"
         how = f"checked {separate} and {together}; --together checks all as one system"
-    return [*(_unit([pair]) for pair in wholes), *joint], how
+    return [*apiece, *joint], how
+
+
+def _calling_together(wholes: Sequence[Read]) -> list[Unit]:
+    """Return whole systems one by one, but those together that run processes of each other."""
+    if not any(system.processes for _, system in wholes):
+        return [_unit([pair]) for pair in wholes]
+    from cqos_core.bpmn.calls import calling_together
+
+    groups = [[wholes[at] for at in group] for group in calling_together([system for _, system in wholes])]
+    return [replace(_unit(group), path=group[0][0].path) for group in groups]
 
 
 def _unit(read: Sequence[Read], *, named: bool | None = None) -> Unit:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from itertools import permutations
+from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
 import cqos_core as cqos
+from cqos_core.files.loading import load_paths
+from cqos_core.files.units import units
 from tests.behaviour.drawing import model
 from tests.behaviour.test_cases import cases, reported
 from tests.oracle.wild_models import wild_model
@@ -147,6 +150,21 @@ def test_pools_of_one_name_that_differ_stay_unknown():
         report = cqos.check(*each, importer="bpmn")
         assert report.verdict == "unknown"
         assert any("`domain` of participant `A` is stated differently" in found.message for found in report.findings)
+
+
+def test_in_a_folder_a_caller_and_what_it_calls_are_one_system(tmp_path):
+    files = {"a": {"A": CALLER}, "b": {"-PC": CALLED}, "c": {"B": "c: start x"}}
+    for name, pools in files.items():
+        (tmp_path / f"{name}.bpmn").write_bytes(model(pools))
+
+    def together() -> list[str]:
+        found, _ = units(load_paths([str(tmp_path)]), "")
+        return ["".join(Path(file).stem for file in each.files) for each in found]
+
+    assert together() == ["ab", "c"]
+    # Which of two processes of one name is called is not known.
+    (tmp_path / "d.bpmn").write_bytes(model({"-PC": "z: start\n z -> y"}))
+    assert together() == ["a", "b", "c", "d"]
 
 
 def test_too_many_copies_are_refused():
