@@ -131,6 +131,7 @@ def test_a_clean_fleet_is_one_line_and_goes_on_where_it_was(tmp_path):
         (TABLE, ["--protocol", "ros2", "--work", "fleet.csv"], "is a file; expected a folder"),
         (TABLE, ["--protocol", "ros2", "--option", "rosy.rmw=x"], "no rule pack `rosy`"),
         (TABLE, ["--protocol", "ros2", "--output", "."], "is a folder; expected a file"),
+        (TABLE, ["--protocol", "ros2", "--spark", "host:7077"], "expected spark://HOST:PORT"),
         (TABLE, ["--protocol", "ros2", "--skip", "verson"], "has no such column; it has role, topic,"),
         (TABLE, ["--protocol", "ros2", "--memory", "1KB"], "Out of Memory Error"),
         (TABLE.replace("reliability", "number"), ["--protocol", "ros2"], "column `number` names no policy"),

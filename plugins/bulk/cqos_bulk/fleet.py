@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import tempfile
 from contextlib import contextmanager, nullcontext
 from glob import glob
@@ -113,6 +114,8 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
     path, output, work = Path(wanted.path), wanted.output, wanted.work
     if not (wanted.spark or path.exists() or "*" in wanted.path):
         raise CqosError(f"`{path}`: there is no such file or folder")
+    if wanted.spark and not _MASTER.fullmatch(wanted.spark):
+        raise CqosError(f"`--spark {wanted.spark}`: expected spark://HOST:PORT, k8s://HOST:PORT, yarn or local[N]")
     if path.is_file() and not path.stat().st_size:
         raise CqosError(f"`{path}` is empty; expected a first line with the names of columns")
     if output is not None and not output.absolute().parent.is_dir():
@@ -125,6 +128,7 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
         _pack(name, where)
 
 
+_MASTER: Final = re.compile(r"(spark|k8s)://.+|yarn|local(\[.+\])?")
 _READ_ONCE: Final = (".csv", ".tsv", ".ndjson", ".jsonl")
 """Formats that take longer to read than Parquet; what they hold is kept as that."""
 

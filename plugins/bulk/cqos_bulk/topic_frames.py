@@ -192,6 +192,7 @@ def verdicts_of(said: Frame, judge: Judge) -> dict[int, int]:
         for at, rule in enumerate(judge.rules)
         for answer in (_REPORTS, _UNDECIDED)
     ]
+    # Two constants, as Spark knows no largest of one column.
     ranked = said.with_columns(nw.max_horizontal(nw.lit(0), nw.lit(0), *ranks).alias("rank"))
     return {int(each["rank"]): int(each["pairs"]) for each in rows_of(ranked.group_by("rank").agg(*summed("pairs")))}
 
