@@ -147,11 +147,6 @@ class Workspace:
         inside = path.startswith(self.root.rstrip(os.sep) + os.sep)
         return os.path.relpath(path, self.root) if inside else path
 
-    def package_of(self, path: str) -> str | None:
-        """Return the package that a file belongs to."""
-        inside = [name for name, folder in self.packages.items() if path.startswith(folder.rstrip(os.sep) + os.sep)]
-        return max(inside, key=lambda name: len(self.packages[name]), default=None)
-
 
 def root_of(path: str) -> str:
     """Return the folder of the workspace that a file is in: ``src`` above its package, else its repository, else its package.
