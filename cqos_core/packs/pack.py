@@ -22,6 +22,7 @@ from cqos_core.packs.parts import (
     Convention,
     Derivation,
     Dialect,
+    Folding,
     Known,
     Preset,
     Timing,
@@ -61,6 +62,7 @@ class RulePack:
         complete: adds what follows from all participants, endpoints and brokers of the protocol together.
         sum_up: from all endpoints of the protocol (`cqos_core.resolving.resolved.Resolved`), by position of an endpoint the values of its derived
             policies that follow from the others, such as what all topics of a client bring together.
+        folding: which participants `complete` and `sum_up` cannot tell apart; None: a fleet has each of its systems checked whole.
         wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
@@ -93,6 +95,7 @@ class RulePack:
     meeting: Meeting = field(default_factory=Meeting)
     complete: Callable[[Sequence[Known], Sequence[Known], Mapping[str, Known]], Completion] = nothing_follows
     sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
+    folding: Folding | None = None
     wire: Wire | None = None
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()

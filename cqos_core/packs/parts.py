@@ -11,7 +11,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.language.expression import Condition, Operand
     from cqos_core.language.values import Value
@@ -96,6 +96,35 @@ class Completion:
     participants: Mapping[str, Settings] = field(default_factory=dict)
     endpoints: Mapping[int, Settings] = field(default_factory=dict)
     implied: tuple[Endpoint, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Folding:
+    """Which participants a pack cannot tell apart, so that each kind of them is completed once in a fleet of millions.
+
+    Beside what is listed here, `RulePack.complete` reads of a participant only its own settings and endpoints, and of these, which
+    have the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.
+
+    Attributes:
+        reads: from a written topic, all that the pack reads of it beside the topics that it matches.
+        reaches: whether a topic matches others than itself.
+        finder: from topics that do, a function that yields those that match a name.
+        topics: settings of participants that name topics.
+        shared: settings of participants that count by whether another participant has the same text.
+        texts: settings of participants, each with what gives one text for all that count alike.
+        own: policies of participants whose value is the participant's own name, or the default.
+        heard: the values, as of `RulePack.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
+            it hears from which publishers (profiles, with their number).
+    """
+
+    reads: Callable[[str], str]
+    reaches: Callable[[str], bool]
+    finder: Callable[[Collection[str]], Callable[[str], Iterable[str]]]
+    heard: Callable[[Sequence[tuple[Sequence[tuple[Mapping[Any, int], int]], Any]]], Mapping[str, Value]]
+    topics: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    texts: Mapping[str, Callable[[str], str]] = field(default_factory=dict)
+    own: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

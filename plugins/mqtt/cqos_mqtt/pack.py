@@ -10,6 +10,7 @@ from cqos_mqtt.broker_policies import IMPLEMENTATION
 from cqos_mqtt.costs import COSTS
 from cqos_mqtt.endpoint_policies import QOS
 from cqos_mqtt.evidence import PROOFS
+from cqos_mqtt.folding import FOLDING
 from cqos_mqtt.guarantee_terms import GETS_RETAINED, NEVER_EXPIRES
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
@@ -98,6 +99,7 @@ PACK: Final = RulePack(
     ),
     complete=sessions.complete,
     sum_up=queues.sum_up,
+    folding=FOLDING,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
     derivations=DERIVATIONS,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import bind
 from cqos_core.matching.judge import apart
@@ -186,6 +186,21 @@ class _Queues:
             )
             streams = self._streams[key] = _alike((each, 1) for each in found)
         return streams
+
+
+Heard: TypeAlias = "Sequence[tuple[Mapping[QosProfile, int], int]]"
+"""Publishers of a topic by profile, and how many topics have such publishers."""
+
+
+def heard(client: Sequence[tuple[Heard, QosProfile]]) -> Mapping[str, Value]:
+    """Return what `sum_up` says of all subscriptions of a client, from what each hears, without names of topics."""
+    streams: list[Alike] = []
+    for topics, profile in client:
+        found = [(each, number) for publishers, number in topics for each in _streams("", publishers, profile)]
+        streams += _alike(found if topics else ((each, 1) for each in _from_outside("", profile)))
+    every = (each for topics, profile in client for each in (profile, *(one for by, _ in topics for one in by)))
+    paced = any(_is_stated(each, BURST) for each in every) or any(_is_stated(each, TAKEN_EVERY) for _, each in client)
+    return {**_facts(streams, client[0][1]), PACED.name: int(paced)}
 
 
 def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosProfile) -> Iterator[Stream]:

@@ -18,6 +18,7 @@ from cqos_mqtt.filters import (
     wrong_with_filter,
     wrong_with_name,
 )
+from cqos_mqtt.folding import finder, reaches
 
 # MQTT 3.1.1 and 5.0, 4.7: what stands in the text of the standard, and what follows from it.
 MATCHING = [
@@ -169,3 +170,14 @@ def test_a_hundred_thousand_filters_and_as_many_names_take_seconds():
     assert sum(1 for _ in match(published, subscribed)) == 99_990 + 100_000
     # One by one it would take hours, so the bound may be generous to slow machines.
     assert time.process_time() - began < 30
+
+
+@given(st.sets(filters.filter(reaches), max_size=12), names)
+def test_a_fleet_finds_the_filters_that_match(held, name):
+    assert sorted(finder(held)(name)) == sorted(each for each in held if matches(each, name))
+
+
+@given(filters | names)
+def test_a_filter_that_reaches_no_other_topic_matches_its_own_name_only(written):
+    if not reaches(written):
+        assert all(matches(written, name) == (name == written) for name in ("a", "a/b", "/a", "$x", written))
