@@ -141,18 +141,17 @@ def _numbered(keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -
         for each in keys:
             found[each].append(row[each])
         found["p"].append(number)
-    return store.put(
-        "profiles", {each: ("text", found[each]) for each in _telling(found)} | {"p": ("number", found["p"])}
-    )
+    numbers = found.pop("p")
+    enough = telling(found, len(numbers))
+    return store.put("profiles", {each: ("text", found[each]) for each in enough} | {"p": ("number", numbers)})
 
 
 _MOST_COMPARED: Final = 50_000
 
 
-def _telling(found: Mapping[str, Sequence[Any]]) -> list[str]:
-    """Return columns of texts that are enough to tell all rows apart, as few as one after the other can be left out."""
-    left = [each for each in found if each != "p"]
-    number = len(found["p"])
+def telling(found: Mapping[str, Sequence[Any]], number: int) -> list[str]:
+    """Return columns of texts that are enough to tell ``number`` rows apart, as few as one after the other can be left out."""
+    left = [*found]
     for each in [*left] if 0 < number <= _MOST_COMPARED else ():
         fewer = [other for other in left if other != each]
         if len(set(zip(*(found[other] for other in fewer), strict=True))) == number:

@@ -17,6 +17,7 @@ from cqos_bulk.audit import STAGES, Audited, audit
 from cqos_bulk.crossing import crossing_topics
 from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
 from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
+from cqos_bulk.folded_audit import FOLDED_STAGES, audit_folded
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_name
 from cqos_bulk.topic_frames import FINDING
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
@@ -144,14 +145,23 @@ def _audited(
     """Check each protocol of a table in its own way; ``stated`` are the columns that the table has itself."""
     names = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
     keys = ["protocol", *[name for name in names if name != "protocol"]]
-    texts = store.keep("texts", source.group_by(*keys).agg(nw.len().alias("number")))
+    settings = [name for name in keys if name.startswith(DOT)]
+    store.keep("stated", source.group_by("protocol", "role").agg(*[nw.col(each).max() for each in settings]))
     packs, used = _protocols(store, wanted, where)
     _refuse_without_topic(source, wanted, store)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
     in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
-    stages = len(STAGES) * len(in_columns) + (len(in_columns) < len(packs) or crossing is not None)
+    folded = [name for name, pack in packs.items() if name not in in_columns and pack.folding is not None]
+    rest = [name for name in packs if name not in {*in_columns, *folded}]
+    stages = len(STAGES) * len(in_columns) + len(FOLDED_STAGES) * len(folded) + bool(rest or crossing is not None)
+    for name in [*folded, *rest] if "participant" not in stated else ():
+        raise CqosError(
+            f"{packs[name].title} needs a column `participant`: values follow from all endpoints of a client"
+        )
+    listed = source.filter(nw.col("protocol").is_in(in_columns)).group_by(*keys).agg(nw.len().alias("number"))
+    texts = store.keep("texts", listed) if in_columns else listed
     found = []
-    for name in in_columns:
+    for name in [*in_columns, *folded]:
         pack = packs[name]
         own = source if len(packs) == 1 else source.filter(nw.col("protocol") == name)
         if crossing is not None:
@@ -160,16 +170,17 @@ def _audited(
         known = [each for each in other if pack_knows(pack, each)]
         inner = TableStore(store.engine, store.folder / _edition(pack))
         inner.folder.mkdir(exist_ok=True)
-        profiles = FleetProfiles(pack, where, wanted.severity, wanted.options.get(name, {}))
         own = own.drop("protocol", *[each for each in other if each not in known])
+        options = wanted.options.get(name, {})
+        if name in folded:
+            found.append(
+                audit_folded(own, pack, where, options, wanted.severity, inner, lambda what: step(what, stages))
+            )
+            continue
+        profiles = FleetProfiles(pack, where, wanted.severity, options)
         of_pack = texts.filter(nw.col("protocol") == name)
         one_system = "system" not in stated
         found.append(audit(own, of_pack, profiles, inner, lambda what: step(what, stages), one_system=one_system))
-    rest = [name for name in packs if name not in in_columns]
-    if rest and "participant" not in stated:
-        raise CqosError(
-            f"{packs[rest[0]].title} needs a column `participant`: values follow from all endpoints of a client"
-        )
     if rest or crossing is not None:
         step("checking systems", stages)
         found += _as_wholes(source, crossing, packs, rest, wanted, where, store)
@@ -308,7 +319,7 @@ def _protocols(
     """Return by protocol the pack and the columns of settings that its rows use."""
     packs: dict[str, RulePack] = {}
     used: dict[str, set[str]] = {}
-    for row in store.rows("texts"):
+    for row in store.rows("stated"):
         if row["role"] not in _ROLES:
             raise CqosError(f"`{wanted.path}`: role `{row['role']}`, expected publisher or subscriber")
         name = row["protocol"]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_bulk.engines import DOT
 from cqos_core.matching.judge import ask, judge_endpoint
+from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.resolving.resolve import Resolver
 
@@ -55,6 +56,26 @@ def settings_of(pack: RulePack, row: Mapping[str, str], *, owned: bool) -> dict[
     return {name: text for name, text in stated.items() if (pack.find("endpoint", name) is None) is owned}
 
 
+def endpoint_of(pack: RulePack, row: Mapping[str, str], identifier: str, topic: str, participant: str) -> Endpoint:
+    """Return the endpoint of a row."""
+    return Endpoint(
+        id=identifier,
+        role=PUBLISHER if row["role"] == PUBLISHER else SUBSCRIBER,
+        topic=topic,
+        participant=participant,
+        settings={name: Setting(text) for name, text in settings_of(pack, row, owned=False).items()},
+        profiles=(ProfileRef(row["profile"]),) if row.get("profile") else (),
+        type=row.get("type") or None,
+        protocol=pack.id,
+    )
+
+
+def stated_twice(system: str, participant: str, setting: str, one: str, other: str) -> CqosError:
+    """Return the error that rows of one participant differ in a setting."""
+    where = f" of system `{system}`" if system else ""
+    return CqosError(f"participant `{participant}`{where} has {setting} `{one}` in one row and `{other}` in another")
+
+
 class FleetProfiles:
     """The distinct profiles of one protocol; the number of one is its position in ``known``."""
 
@@ -88,17 +109,7 @@ class FleetProfiles:
         for at, row in rows.items():
             owner = row["participant"]
             system.participants[owner] = Participant(owner, self.pack.id, {n: Setting(t) for n, t in owned.items()})
-            system.endpoints.append(
-                Endpoint(
-                    id=str(at),
-                    role=PUBLISHER if row["role"] == PUBLISHER else SUBSCRIBER,
-                    topic=row["topic"],
-                    participant=owner,
-                    settings={name: Setting(text) for name, text in settings_of(self.pack, row, owned=False).items()},
-                    profiles=(ProfileRef(row["profile"]),) if row.get("profile") else (),
-                    type=row.get("type") or None,
-                )
-            )
+            system.endpoints.append(endpoint_of(self.pack, row, str(at), row["topic"], owner))
         resolver = Resolver(system, self.where.find_pack, self.pack.id, {}, self.where.known_packs, completed=True)
         result = resolver.run()
         said: dict[str, list[Remark]] = {each.id: [] for each in result.endpoints}

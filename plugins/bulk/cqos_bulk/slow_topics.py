@@ -17,10 +17,11 @@ from cqos_core.model.codes import CODES
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_bulk.profiles import FleetProfiles
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.pairing import MatchedTopic, TopicKey
+    from cqos_core.matching.topic_shape import ShapeResult
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
 
@@ -89,21 +90,7 @@ class SlowTopics:
         return known
 
     def _of_shape(self, ends: Sequence[Resolved]) -> tuple[dict[str, int], list[dict[str, Any]]]:
-        topic = settled(ends)
-        publishers, subscribers = (
-            tuple(
-                members.alike._replace(size=sum(self._counts[each.id] for each in members.endpoints))
-                for members in listed
-            )
-            for listed in (topic.publishers, topic.subscribers)
-        )
-        outcomes = judge_shape(topic.shape._replace(publishers=publishers, subscribers=subscribers))
-        verdicts: dict[str, int] = {}
-        for row in outcomes.rows:
-            pairs = sum(publishers[at].size for at in row.publishers) * sum(
-                subscribers[at].size for at in positions(row.subscribers)
-            )
-            verdicts[row.verdict.value] = verdicts.get(row.verdict.value, 0) + pairs
+        topic, outcomes, verdicts = judged(ends, self._counts)
         # Findings about a single profile are reported for all topics alike.
         outlines = tuple(each for each in outcomes.outlines if each.spoken.bound.scope != "endpoint")
         result = TopicResult(ends, outcomes._replace(outlines=outlines))
@@ -121,18 +108,47 @@ class SlowTopics:
 
     def _row_of(self, finding: Finding) -> Iterator[dict[str, Any]]:
         """Yield a finding as a row, where it is severe enough."""
-        if finding.severity.value not in self.profiles.severities:
-            return
-        members: dict[str, list[str]] = {"publisher": [], "subscriber": []}
-        known = self.profiles.known
-        for side in finding.sides:
-            for member in side.members:
-                role = known[self._numbers[member]].resolved.role
-                members["publisher" if role == PUBLISHER else "subscriber"].append(member)
-        ends = {role: self._numbers[listed[0]] if listed else -1 for role, listed in members.items()}
-        counts = {f"{role}s": sum(self._counts[each] for each in listed) for role, listed in members.items()}
-        verdict = finding.verdict.value if finding.verdict else ""
-        stated = {"code": finding.code, "severity": finding.severity.value, "verdict": verdict}
-        usual = CODES.get(finding.code)
-        meant = finding.help if usual is not None and finding.help != usual.help else ""
-        yield {**stated, **ends, **counts, "pairs": finding.pairs, "help": meant}
+        if finding.severity.value in self.profiles.severities:
+            known, numbers = self.profiles.known, self._numbers
+            yield row_of(finding, self._counts, numbers, lambda member: known[numbers[member]].resolved.role)
+
+
+def judged(ends: Sequence[Resolved], counts: Mapping[str, int]) -> tuple[MatchedTopic, ShapeResult, dict[str, int]]:
+    """Judge the endpoints of a topic; each stands for as many as ``counts`` says. Return also the pairs by verdict."""
+    topic = settled(ends)
+    publishers, subscribers = (
+        tuple(members.alike._replace(size=sum(counts[each.id] for each in members.endpoints)) for members in listed)
+        for listed in (topic.publishers, topic.subscribers)
+    )
+    outcomes = judge_shape(topic.shape._replace(publishers=publishers, subscribers=subscribers))
+    verdicts: dict[str, int] = {}
+    for row in outcomes.rows:
+        pairs = sum(publishers[at].size for at in row.publishers) * sum(
+            subscribers[at].size for at in positions(row.subscribers)
+        )
+        verdicts[row.verdict.value] = verdicts.get(row.verdict.value, 0) + pairs
+    return topic, outcomes, verdicts
+
+
+def row_of(
+    finding: Finding, counts: Mapping[str, int], numbers: Mapping[str, int], role_of: Callable[[str], str]
+) -> dict[str, Any]:
+    """Return a finding as a row.
+
+    Args:
+        finding: about one topic.
+        counts: by id of a member, for how many endpoints it stands.
+        numbers: by id of a member, its profile.
+        role_of: returns the role of a member.
+    """
+    members: dict[str, list[str]] = {"publisher": [], "subscriber": []}
+    for side in finding.sides:
+        for member in side.members:
+            members["publisher" if role_of(member) == PUBLISHER else "subscriber"].append(member)
+    ends = {role: numbers[listed[0]] if listed else -1 for role, listed in members.items()}
+    sums = {f"{role}s": sum(counts[each] for each in listed) for role, listed in members.items()}
+    verdict = finding.verdict.value if finding.verdict else ""
+    stated = {"code": finding.code, "severity": finding.severity.value, "verdict": verdict}
+    usual = CODES.get(finding.code)
+    meant = finding.help if usual is not None and finding.help != usual.help else ""
+    return {**stated, **ends, **sums, "pairs": finding.pairs, "help": meant}

@@ -10,18 +10,19 @@ from hashlib import blake2b
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_bulk.profiles import SEVERITIES, settings_of
+from cqos_bulk.profiles import SEVERITIES, endpoint_of, settings_of, stated_twice
 from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding
+    from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
 
 _LEFT_OUT: Final = frozenset(("CQ404", "CQ406"))
@@ -180,17 +181,5 @@ def _add(system: System, row: Mapping[str, str], identifier: str, name: str, pac
     known = system.participants.setdefault(owner, Participant(owner, pack.id, {}))
     for key, text in owned.items():
         if (other := known.settings.setdefault(key, Setting(text)).text) != text:
-            where = f" of system `{name}`" if name else ""
-            raise CqosError(f"participant `{owner}`{where} has {key} `{other}` in one row and `{text}` in another")
-    system.endpoints.append(
-        Endpoint(
-            id=identifier,
-            role=PUBLISHER if row["role"] == PUBLISHER else SUBSCRIBER,
-            topic=row["topic"],
-            participant=owner,
-            settings={key: Setting(text) for key, text in settings_of(pack, row, owned=False).items()},
-            profiles=(ProfileRef(row["profile"]),) if row.get("profile") else (),
-            type=row.get("type") or None,
-            protocol=pack.id,
-        )
-    )
+            raise stated_twice(name, owner, key, other, text)
+    system.endpoints.append(endpoint_of(pack, row, identifier, row["topic"], owner))

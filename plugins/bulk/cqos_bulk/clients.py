@@ -1,0 +1,301 @@
+"""Participants of a fleet by what tells them apart: each kind is resolved once, as a system of its own, with all that follows from it.
+
+This needs what a pack says by `cqos_core.packs.Folding`. A participant is known by its topics, each with the texts of its endpoints and
+with what the pack reads of the name; topics that differ in nothing else are one. The rest of a system shows in other stages: who has
+the same id here, what a subscriber hears in `cqos_bulk.hearing`, and who meets whom in `cqos_bulk.meetings`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_bulk.engines import DOT
+from cqos_bulk.profiles import SEVERITIES, endpoint_of, setting_name, settings_of, stated_twice
+from cqos_bulk.writers import pattern_of
+from cqos_core.matching.judge import ask
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
+from cqos_core.resolving.profiles import conventional
+from cqos_core.resolving.resolve import Resolver
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_bulk.spool import Spool
+    from cqos_core.matching.pipeline import Context
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Folding
+    from cqos_core.resolving.resolved import Resolved
+
+NAME: Final = "participant"
+"""What each participant is named while it is resolved."""
+ENDS: Final = {
+    "system": "text",
+    "topic": "text",
+    "second": "number",
+    "p": "number",
+    "owner": "number",
+    "own": "number",
+    "far": "number",
+}
+"""The columns of endpoints: `own` is the owner where the topic has to know it, else -1; `far` is 1 where other topics are heard, too."""
+_SOME: Final = "…"
+"""What stands in values for a text that is not compared."""
+
+
+class KnownEnd(NamedTuple):
+    """Endpoints that differ in nothing but names.
+
+    Attributes:
+        resolved: one of them.
+        texts: what its row states, without texts that others do not share.
+        remarks: code and severity of findings about it alone.
+        own: its values name its participant.
+    """
+
+    resolved: Resolved
+    texts: Mapping[str, str]
+    remarks: tuple[tuple[str, str], ...]
+    own: bool
+
+
+class FoldedColumns(NamedTuple):
+    """The columns whose texts are not compared as they are; each with its name as a setting.
+
+    Attributes:
+        topics: they name topics.
+        shared: they count by whether another participant has the same.
+        texts: all that have one text for many.
+    """
+
+    topics: Mapping[str, str]
+    shared: Mapping[str, str]
+    texts: Mapping[str, str]
+
+    @property
+    def names(self) -> list[str]:
+        """All of them."""
+        return [*self.topics, *self.shared, *self.texts]
+
+
+def folded_columns(pack: RulePack, columns: Iterable[str]) -> FoldedColumns:
+    """Return which columns of a table are folded; they may have other names of policies."""
+    found = FoldedColumns({}, {}, {})
+    folding = pack.folding
+    assert folding is not None  # noqa: S101 - asked by the caller
+    for column in columns:
+        index = pack.find("participant", setting_name(column)) if column.startswith(DOT) else None
+        name = pack.policies[index].name if index is not None else ""
+        for kind, names in (
+            (found.topics, folding.topics),
+            (found.shared, folding.shared),
+            (found.texts, folding.texts),
+        ):
+            if name in names:
+                kind[column] = name  # type: ignore[index] # filled here only
+    return found
+
+
+_Answer = tuple[dict[int, tuple[int, ...]], tuple[tuple[int, int], ...], bool]
+"""By number of a kind of topic the ends there; implied ends, after the position of their topic; whether one hears other topics."""
+Alike = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+"""The other participants that have a shared text: the setting, and what each states beside."""
+
+
+class Clients:
+    """The kinds of participants of one protocol.
+
+    Attributes:
+        known: the ends that they have; a number of one is its position here.
+        nameless: by system, topic and number, endpoints whose topic is no name.
+    """
+
+    def __init__(
+        self,
+        pack: RulePack,
+        where: Context,
+        options: Mapping[str, Setting],
+        severity: str,
+        texts: Sequence[Mapping[str, str]],
+        columns: FoldedColumns,
+    ) -> None:
+        """Begin without any; ``texts`` are the distinct rows of all other columns."""
+        self.pack, self.where, self.options, self.texts, self.columns = pack, where, options, texts, columns
+        assert pack.folding is not None  # noqa: S101 - asked by the caller
+        self.folding: Folding = pack.folding
+        self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
+        self.known: list[KnownEnd] = []
+        self.nameless = Counter[tuple[str, str, int]]()
+        self._numbers: dict[tuple[object, ...], int] = {}
+        self._topics: dict[tuple[object, ...], int] = {}
+        self._kinds: dict[tuple[object, ...], _Answer] = {}
+        patterns = "|".join(pattern_of(each.pattern) for each in pack.conventions)
+        self._conventional = re.compile(rf"(?s)(?:{patterns})").fullmatch if patterns else None
+        indices = pack.vocabulary.indices
+        folded = (*self.folding.topics, *self.folding.shared, *self.folding.texts)
+        self._folded = [indices["participant", name] for name in folded]
+        self.own = [indices["participant", name] for name in self.folding.own]
+
+    def write(
+        self, batches: Iterable[Sequence[Sequence[Any]]], alike: Mapping[tuple[str, str], Alike], out: Spool
+    ) -> None:
+        """Write the endpoints of all participants, those that follow from settings among them.
+
+        Args:
+            batches: columns of rows in order of system and participant, then topic: these three, the number of the texts, and the
+                folded columns.
+            alike: by system and participant, what is known of others that have a shared text of it.
+            out: has the columns of `ENDS`.
+        """
+        owner = 0
+        current: tuple[str, str] | None = None
+        topics: dict[str, list[int]] = {}
+        stated: Sequence[str] = ()
+        for batch in batches:
+            for system, participant, topic, number, *folded in zip(*batch, strict=True):
+                if (system, participant) != current:
+                    if current is not None:
+                        self._add(out, owner, current, topics, stated, alike.get(current, ()))
+                        owner += 1
+                    current, topics, stated = (system, participant), {}, folded
+                elif folded != stated:
+                    stated = self._together(current, stated, folded)
+                topics.setdefault(topic, []).append(number)
+        if current is not None:
+            self._add(out, owner, current, topics, stated, alike.get(current, ()))
+
+    def _together(self, named: tuple[str, str], one: Sequence[str], other: Sequence[str]) -> list[str]:
+        for name, text, more in zip(self.columns.names, one, other, strict=True):
+            if text and more and text != more:
+                raise stated_twice(*named, setting_name(name), text, more)
+        return [text or more for text, more in zip(one, other, strict=True)]
+
+    def _add(
+        self,
+        out: Spool,
+        owner: int,
+        named: tuple[str, str],
+        topics: Mapping[str, Sequence[int]],
+        stated: Sequence[str],
+        alike: Alike,
+    ) -> None:
+        """Add the endpoints of one participant."""
+        columns, reads = self.columns, self._reads
+        count = len(columns.topics)
+        of_settings = [*stated[:count]]
+        numbers = [
+            reads(topic, tuple(texts), tuple([at for at, each in enumerate(of_settings) if each == topic]))
+            for topic, texts in topics.items()
+        ]
+        implied = tuple([text and reads(text, (), ()) for text in of_settings])
+        shared = tuple([text != "" for text in stated[count : count + len(columns.shared)]])
+        texts = tuple(
+            [
+                text and self.folding.texts[name](text)
+                for name, text in zip(columns.texts.values(), stated[count + len(columns.shared) :], strict=True)
+            ]
+        )
+        key = (tuple(sorted({*numbers})), implied, shared, texts, alike)
+        found = self._kinds.get(key)
+        if found is None:
+            found = self._kinds[key] = self._of_kind(named, topics, numbers, stated, texts, alike)
+        ends, more, hears_others = found
+        known, system = self.known, named[0]
+        rows = [(topic, p) for topic, number in zip(topics, numbers, strict=True) for p in ends[number]]
+        rows += [(of_settings[at], p) for at, p in more]
+        for topic, p in rows:
+            each = known[p]
+            if each.resolved.key is None:
+                self.nameless[system, topic, p] += 1
+                continue
+            second = each.resolved.role != PUBLISHER
+            own = owner if each.own or (second and hears_others) else -1
+            out.add(system, topic, int(second), p, owner, own, int(second and self.folding.reaches(topic)))
+
+    def _reads(self, topic: str, texts: tuple[int, ...], marks: tuple[int, ...]) -> int:
+        """Return the number of a kind of topic: what is read of its name, and the endpoints on it."""
+        said: tuple[object, ...] = ()
+        if self._conventional is not None and self._conventional(topic):
+            said = tuple(sorted(each.pattern for each in conventional(self.pack).matching(topic)))
+        return self._topics.setdefault((self.folding.reads(topic), said, texts, marks), len(self._topics))
+
+    def _of_kind(
+        self,
+        named: tuple[str, str],
+        topics: Mapping[str, Sequence[int]],
+        numbers: Sequence[int],
+        stated: Sequence[str],
+        texts: Sequence[str],
+        alike: Alike,
+    ) -> _Answer:
+        """Resolve a participant, with others that have its shared texts."""
+        pack, columns = self.pack, self.columns
+        system = System(protocol=pack.id, options={pack.id: dict(self.options)})
+        folded = [*stated[: len(columns.topics)], *("same" if text else "" for text in stated[len(columns.topics) :])]
+        folded[len(columns.topics) + len(columns.shared) :] = texts
+        own = {setting_name(name): Setting(text) for name, text in zip(columns.names, folded, strict=True) if text}
+        for number in dict.fromkeys(number for listed in topics.values() for number in listed):
+            for key, text in settings_of(pack, self.texts[number], owned=True).items():
+                if (other := own.setdefault(key, Setting(text)).text) != text:
+                    raise stated_twice(*named, key, other, text)
+        system.participants[NAME] = Participant(NAME, pack.id, own)
+        for at, (shared, beside) in enumerate(alike):
+            settings = {shared: own[shared], **{key: Setting(text) for key, text in beside}}
+            system.participants[f"{NAME}{at}"] = Participant(f"{NAME}{at}", pack.id, settings)
+        first: dict[int, tuple[str, Sequence[int]]] = {}
+        for (topic, listed), number in zip(topics.items(), numbers, strict=True):
+            first.setdefault(number, (topic, listed))
+        placed: dict[str, tuple[int, int]] = {}
+        for number, (topic, listed) in first.items():
+            for each in listed:
+                placed[str(len(placed))] = number, each
+                system.endpoints.append(endpoint_of(pack, self.texts[each], str(len(placed) - 1), topic, NAME))
+        return self._resolved(system, placed, stated)
+
+    def _resolved(self, system: System, placed: Mapping[str, tuple[int, int]], stated: Sequence[str]) -> _Answer:
+        where = self.where
+        resolver = Resolver(system, where.find_pack, self.pack.id, {}, where.known_packs)
+        result = resolver.run()
+        said: dict[str, list[tuple[str, str]]] = {}
+        for finding in result.findings:
+            for member in {member for side in finding.sides for member in side.members}:
+                said.setdefault(member, []).append((finding.code, finding.severity.value))
+        of_system = {finding.code: (finding.code, finding.severity.value) for finding in result.findings}
+        ends: dict[int, list[int]] = {number: [] for number, _ in placed.values()}
+        more: list[tuple[int, int]] = []
+        hears_others = False
+        for each in result.endpoints:
+            if each.endpoint.participant != NAME:
+                continue
+            own = [*said.get(each.id, ()), *said.get(NAME, ())]
+            codes = {code for code, _ in own}
+            own += [of_system[code] for code in each.profile.unread if code in of_system and code not in codes]
+            text = self.texts[placed[each.id][1]] if each.id in placed else {"version": ""}
+            p = self._number(each, text, own)
+            hears_others |= each.role == SUBSCRIBER and each.key is not None and self.folding.reaches(each.key)
+            if each.id in placed:
+                ends[placed[each.id][0]].append(p)
+            else:
+                more.append(([*stated].index(each.endpoint.topic or ""), p))
+        return {number: tuple(listed) for number, listed in ends.items()}, tuple(more), hears_others
+
+    def _number(self, each: Resolved, text: Mapping[str, str], said: Sequence[tuple[str, str]]) -> int:
+        values = each.profile.values
+        folded = {index: _SOME for index in self._folded if isinstance(values[index], str) and values[index]}
+        profile = each.profile.with_values(folded) if folded else each.profile
+        beyond = (said for bound in self.pack.beyond_topics if (said := ask(bound, values, values)) is not None)
+        found = [*said, *((one.bound.rule.code, str(one.bound.severity)) for one in beyond if not one.unknown)]
+        remarks = tuple(sorted({each for each in found if each[1] in self.severities}))
+        own = any(values[index] == NAME for index in self.own)
+        return self.number(KnownEnd(replace(each, profile=profile), text, remarks, own))
+
+    def number(self, end: KnownEnd) -> int:
+        """Return the number of an end."""
+        each = end.resolved
+        key = (each.role, id(each.profile), end.texts["version"], end.remarks, each.external, each.key is None)
+        number = self._numbers.setdefault(key, len(self.known))
+        if number == len(self.known):
+            self.known.append(end)
+        return number

@@ -1,0 +1,161 @@
+"""What subscribers hear: which topics match which others, by the index of the pack, and what follows for all subscribers of a participant.
+
+The index is made of the distinct topics that match others, such as filters. The distinct published topics stream by, so memory follows
+from the index, and from the distinct sets of topics that match one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.language.policy import ENDPOINT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from cqos_bulk.clients import Clients
+    from cqos_bulk.spool import Spool
+
+    Batches = Iterable[Sequence[Sequence[Any]]]
+
+HEARD: Final = {"system": "text", "topic": "text", "publishers": "number", "met": "number"}
+"""The columns of published topics: numbers of their publishers, and of the other topics that match them."""
+NEAR: Final = {"system": "text", "topic": "text", "p": "number", "owner": "number", "own": "number"}
+"""The columns of endpoints that meet others on their own topic only."""
+_Amount = tuple[tuple[int, int], ...]
+
+
+class Numbers:
+    """Numbers of values, in the order in which they came."""
+
+    def __init__(self) -> None:
+        """Begin with the empty tuple, as 0."""
+        self.values: list[Any] = [()]
+        self._numbers: dict[Any, int] = {(): 0}
+
+    def of(self, value: Any) -> int:
+        """Return the number of a value."""
+        number = self._numbers.setdefault(value, len(self.values))
+        if number == len(self.values):
+            self.values.append(value)
+        return number
+
+
+class Hearing:
+    """Which topics match others, and who publishes there.
+
+    Attributes:
+        far: numbers of the topics that match others, by system and name.
+        met: sets of such topics that match one topic.
+    """
+
+    def __init__(self, clients: Clients, far: Iterable[tuple[str, str]]) -> None:
+        """Index the topics that match others, by system and name."""
+        self.clients = clients
+        self.far = {each: number for number, each in enumerate(far)}
+        self.met = Numbers()
+        self._publishers = Numbers()
+        self._amounts = Numbers()
+        self._heard: list[int] = []
+        self._answers: dict[_Amount, dict[int, int]] = {}
+
+    def write_topics(self, batches: Batches, out: Spool) -> None:
+        """Write the published topics.
+
+        Args:
+            batches: columns of publishers in order of system and topic: these, the number of the end, and how many they are.
+            out: has the columns of `HEARD`.
+        """
+        by_system: dict[str, list[str]] = {}
+        for system, topic in self.far:
+            by_system.setdefault(system, []).append(topic)
+        pairs = Counter[tuple[int, int]]()
+        finding: Callable[[str], Iterable[str]] | None = None
+        before = None
+        for (system, topic), ends in by_topic(batches):
+            if system != before:
+                before, filters = system, by_system.get(system)
+                finding = self.clients.folding.finder(filters) if filters else None
+            found = tuple(sorted([self.far[system, each] for each in finding(topic)])) if finding is not None else ()
+            publishers, met = self._publishers.of(tuple(ends)), self.met.of(found)
+            pairs[publishers, met] += 1
+            out.add(system, topic, publishers, met)
+        heard: list[Counter[int]] = [Counter() for _ in self.far]
+        for (publishers, met), number in pairs.items():
+            for each in self.met.values[met]:
+                heard[each][publishers] += number
+        self._heard = [self._amounts.of(tuple(sorted(each.items()))) for each in heard]
+
+    def write_subscribers(self, batches: Batches, out: Spool, far: Callable[[int, int, int], None]) -> None:
+        """Write subscribers with the values that follow from what all those of their participant hear.
+
+        Args:
+            batches: columns in order of the owner: system, topic, number of the end, owner, own, far, and the publishers of the topic.
+            out: has the columns of `NEAR`.
+            far: takes the number of the topic, end and owner of the others.
+        """
+        for rows in _by_owner(batches):
+            heard = [
+                (self._heard[self.far[row[0], row[1]]] if row[5] else self._amounts.of(((row[6], 1),) * (row[6] > 0)))
+                for row in rows
+            ]
+            key = tuple(sorted([(each, row[2]) for each, row in zip(heard, rows, strict=True)]))
+            ends = self._answers.get(key)
+            if ends is None:
+                ends = self._answers[key] = self._answer(key)
+            for system, topic, p, owner, own, is_far, _ in rows:
+                if is_far:
+                    far(self.far[system, topic], ends[p], owner)
+                else:
+                    out.add(system, topic, ends[p], owner, own)
+
+    def _answer(self, key: _Amount) -> dict[int, int]:
+        """Return the ends with what follows from all of them."""
+        clients, known = self.clients, self.clients.known
+        asked = [
+            ([(self._profiles(by), number) for by, number in self._amounts.values[heard]], known[p].resolved.profile)
+            for heard, p in key
+        ]
+        indices = clients.pack.vocabulary.indices
+        facts = {indices[ENDPOINT, name]: value for name, value in clients.folding.heard(asked).items()}
+        found = {}
+        for p in dict.fromkeys(p for _, p in key):
+            resolved = known[p].resolved
+            with_facts = replace(resolved, profile=resolved.profile.with_values(facts))
+            found[p] = clients.number(known[p]._replace(resolved=with_facts))
+        return found
+
+    def _profiles(self, publishers: int) -> Mapping[Any, int]:
+        found = Counter[Any]()
+        for p, number in self._publishers.values[publishers]:
+            found[self.clients.known[p].resolved.profile] += number
+        return found
+
+
+def by_topic(batches: Batches) -> Iterator[tuple[tuple[str, str], list[tuple[Any, ...]]]]:
+    """Yield system and topic with their rows, without these two columns; rows come in their order."""
+    current: tuple[str, str] | None = None
+    found: list[tuple[Any, ...]] = []
+    for systems, topics, *others in batches:
+        for system, topic, row in zip(systems, topics, zip(*others, strict=True), strict=True):
+            if (system, topic) != current:
+                if current is not None:
+                    yield current, found
+                current, found = (system, topic), []
+            found.append(row)
+    if current is not None:
+        yield current, found
+
+
+def _by_owner(batches: Batches) -> Iterator[list[tuple[Any, ...]]]:
+    found: list[tuple[Any, ...]] = []
+    for batch in batches:
+        for row in zip(*batch, strict=True):
+            if found and row[3] != found[0][3]:
+                yield found
+                found = []
+            found.append(row)
+    if found:
+        yield found

@@ -1,0 +1,310 @@
+"""Topics with all that meet there, others' subscribers among them: each distinct topic is judged once, as a check does.
+
+Beside profiles, a check reads of a topic which endpoints have one participant. That counts where values name the participant, or where
+several subscribers of it are there. Only such owners are looked at one by one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_bulk.clients import NAME
+from cqos_bulk.far_ends import among
+from cqos_bulk.hearing import by_topic
+from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED
+from cqos_bulk.slow_topics import judged, row_of
+from cqos_bulk.topic_frames import FINDING
+from cqos_core.checking.topic import TopicResult
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.system import PUBLISHER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_bulk.clients import Clients
+    from cqos_bulk.far_ends import FarEnds, Visitors
+    from cqos_bulk.hearing import Hearing
+    from cqos_bulk.spool import Spool
+    from cqos_core.resolving.resolved import Resolved
+
+ALONE: Final = {
+    "system": "text",
+    "topic": "text",
+    "p": "number",
+    "publishers": "number",
+    "subscribers": "number",
+    "first": "number",
+    "last": "number",
+}
+"""The columns of endpoints without partners; `first` and `last` are the least and the largest number of their owners."""
+NAMED: Final = {"system": "text", "topic": "text", "sides": "number"}
+_REMEMBERED: Final = 50_000
+
+
+class End(NamedTuple):
+    """Endpoints of one topic that are alike.
+
+    Attributes:
+        p: the number of the end.
+        visiting: they hear the topic beside their own.
+        overlapping: another subscriber of their participant is there, too.
+        owner: a number where others of their participant are there, and count; else -1.
+    """
+
+    p: int
+    visiting: bool = False
+    overlapping: bool = False
+    owner: int = -1
+
+
+_Shape = tuple[tuple[End, int], ...]
+
+
+class Outcome(NamedTuple):
+    """What a check says of a topic.
+
+    Attributes:
+        verdicts: pairs by verdict.
+        rows: its findings, without topic and system.
+        met: positions of the visitors that form a pair.
+        sides: see `cqos_bulk.similar_names`; 0: publishers have subscribers, and form no pair.
+    """
+
+    verdicts: Mapping[str, int]
+    rows: Sequence[Mapping[str, Any]]
+    met: Sequence[int]
+    sides: int
+
+
+@dataclass(slots=True)
+class Written:
+    """The tables that the topics fill: `cqos_bulk.topic_frames.FINDING`, `ALONE` and `NAMED`."""
+
+    found: Spool
+    alone: Spool
+    names: Spool
+
+
+@dataclass(slots=True)
+class Meetings:
+    """Judges the topics of a fleet.
+
+    Attributes:
+        totals: numbers of endpoints and topics, and of pairs by verdict.
+    """
+
+    clients: Clients
+    hearing: Hearing
+    far: FarEnds
+    out: Written
+    totals: Counter[str] = field(default_factory=Counter)
+    _outcomes: dict[_Shape, Outcome] = field(default_factory=dict)
+    _topics: dict[tuple[Any, ...], Outcome] = field(default_factory=dict)
+
+    def judge(self, batches: Iterable[Sequence[Sequence[Any]]]) -> None:
+        """Judge topics.
+
+        Args:
+            batches: columns in order of system and topic: these, end, own, number, the set of far topics that match, and the first and
+                last owner.
+        """
+        for (system, topic), rows in by_topic(batches):
+            met = rows[0][3]
+            if all(own < 0 for _, own, *_ in rows):
+                shape = (*[(p, number) for p, _, number, *_ in rows], met)
+                known = self._topics.get(shape)
+                if known is None:
+                    if len(self._topics) >= _REMEMBERED:
+                        self._topics.clear()
+                    known = self._topics[shape] = self._plainly([(row[0], row[2]) for row in rows], met)
+                outcome = known
+            else:
+                outcome = self._with_owners(rows, met)
+            self.totals["endpoints"] += sum([row[2] for row in rows])
+            self._write(system, topic, outcome)
+            if outcome.sides in {OFFERED, REQUESTED}:
+                for p, _, number, _, first, last in rows:
+                    self._write_alone(system, topic, p, number, first, last)
+
+    def judge_far(self) -> None:
+        """Judge the topics of visitors at home, where none of them has a partner; after all others."""
+        for (system, topic), number in self.hearing.far.items():
+            here = self.far.slice(number)
+            groups = self.far.groups(number)
+            outcome = self._outcome({End(p): count for p, count in groups.items()})[0]
+            left = ~self.far.met[here]
+            alone = Counter(self.far.p[here][left].tolist())
+            self.totals["endpoints"] += sum(groups.values())
+            self._write(
+                system,
+                topic,
+                outcome._replace(sides=REQUESTED if alone else BUSY),
+                is_topic=bool(alone),
+                named=bool(alone),
+            )
+            owners = self.far.owner[here][left]
+            for p, count in sorted(alone.items()):
+                self._write_alone(system, topic, p, count, int(owners.min()), int(owners.max()))
+
+    def write(self, system: str, topic: str, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Write findings of a topic."""
+        for row in rows:
+            whole = {**row, "system": system, "topic": topic, "protocol": ""}
+            self.out.found.add(*[whole[each] for each in FINDING])
+
+    def _write(self, system: str, topic: str, outcome: Outcome, *, is_topic: bool = True, named: bool = True) -> None:
+        self.totals["topics"] += is_topic
+        for verdict, pairs in outcome.verdicts.items():
+            self.totals[verdict] += pairs
+        self.write(system, topic, outcome.rows)
+        if outcome.sides and named:
+            self.out.names.add(system, topic, outcome.sides)
+
+    def _write_alone(self, system: str, topic: str, p: int, number: int, first: int, last: int) -> None:
+        offers = self.clients.known[p].resolved.role == PUBLISHER
+        self.out.alone.add(system, topic, p, number * offers, number * (not offers), first, last)
+
+    def _plainly(self, ends: Sequence[tuple[int, int]], met: int) -> Outcome:
+        """Judge a topic on which no owner counts but among its visitors."""
+        visitors = self._visitors(met).groups
+        groups = Counter[End]()
+        for p, number in ends:
+            groups[End(p)] += number
+        for (_, p, overlapping), number in visitors.items():
+            groups[End(p, True, overlapping)] += number
+        outcome, order = self._outcome(groups)
+        self._note(outcome, order, visitors, met, frozenset())
+        return outcome
+
+    def _visitors(self, met: int) -> Visitors:
+        """Return the subscribers of a set of far topics."""
+        return self.far.visitors(met, self.hearing.met.values[met])
+
+    def _with_owners(self, rows: Sequence[tuple[Any, ...]], met: int) -> Outcome:
+        """Judge a topic on which it counts whose its endpoints are."""
+        known, topics = self.clients.known, self.hearing.met.values[met]
+        visitors, overlapping = self._visitors(met)
+        visitors = Counter(visitors)
+        groups = Counter[End]()
+        owned: dict[int, list[tuple[int, int]]] = {}
+        for p, own, number, *_ in rows:
+            if own < 0:
+                groups[End(p)] += number
+            else:
+                owned.setdefault(own, []).append((p, number))
+        taken: list[tuple[int, int, End]] = []
+        parts: list[tuple[tuple[End, int], ...]] = []
+        for owner, ends in owned.items():
+            elsewhere = [*self.far.of(owner, topics)] if visitors else []
+            offers = [known[p].resolved.role == PUBLISHER for p, _ in ends]
+            several = bool(elsewhere) and not all(offers)
+            names = any(known[p].own for p, _ in ends) and any(offers) and (bool(elsewhere) or not all(offers))
+            found = Counter[End]()
+            for (p, number), publishes in zip(ends, offers, strict=True):
+                found[End(p, False, several and not publishes, 0 if names and known[p].own else -1)] += number
+            for far, at in elsewhere if several or names else ():
+                p = int(self.far.p[at])
+                before = owner in overlapping
+                visitors[far, p, before] -= 1
+                end = End(p, True, before or several, 0 if names and known[p].own else -1)
+                found[end] += 1
+                taken.append((at, len(parts), end))
+            parts.append(tuple(sorted(found.items())))
+        order = sorted(range(len(parts)), key=parts.__getitem__)
+        numbers = {at: number for number, at in enumerate(order)}
+        for at, part in enumerate(parts):
+            for end, number in part:
+                groups[end._replace(owner=numbers[at]) if end.owner >= 0 else end] += number
+        for (_, p, several), number in (+visitors).items():
+            groups[End(p, True, several)] += number
+        outcome, listed = self._outcome(groups)
+        self._note(outcome, listed, +visitors, met, frozenset(owned))
+        for at, part, end in taken:
+            whole = end._replace(owner=numbers[part]) if end.owner >= 0 else end
+            if listed.index(whole) in outcome.met:
+                self.far.met[at] = True
+        return outcome
+
+    def _note(
+        self,
+        outcome: Outcome,
+        listed: Sequence[End],
+        visitors: Mapping[tuple[int, int, bool], int],
+        met: int,
+        without: frozenset[int],
+    ) -> None:
+        """Note which visitors have a partner, but for those of some owners."""
+        partners = {listed[at] for at in outcome.met}
+        overlapping = self._visitors(met).overlapping
+        for far, p, several in visitors:
+            if End(p, True, several) in partners:
+                if several:
+                    self.far.meet(far, p, among(overlapping - without, wanted=True))
+                elif overlapping or without:
+                    self.far.meet(far, p, among(overlapping | without, wanted=False))
+                else:
+                    self.far.meet(far, p, None)
+
+    def _outcome(self, groups: Mapping[End, int]) -> tuple[Outcome, Sequence[End]]:
+        """Judge groups of endpoints; return also their order."""
+        listed = sorted(groups)
+        shape = tuple([(end, groups[end]) for end in listed])
+        outcome = self._outcomes.get(shape)
+        if outcome is None:
+            if len(self._outcomes) >= _REMEMBERED:
+                self._outcomes.clear()
+            outcome = self._outcomes[shape] = self._judged(shape)
+        return outcome, listed
+
+    def _judged(self, shape: _Shape) -> Outcome:
+        known = self.clients.known
+        ends = [self._end(str(at), end) for at, (end, _) in enumerate(shape)]
+        counts = {str(at): number for at, (_, number) in enumerate(shape)}
+        numbers = {str(at): end.p for at, (end, _) in enumerate(shape)}
+        topic, outcomes, verdicts = judged(ends, counts)
+        result = TopicResult(ends, outcomes)
+        result.topic = topic
+        severities = self.clients.severities
+        rows = [
+            row_of(made.finding, counts, numbers, lambda member: known[numbers[member]].resolved.role)
+            for made in result.made
+            if made.finding.severity.value in severities
+        ]
+        for end, number in shape:
+            rows += [] if end.visiting else remarks_of(self.clients, end.p, number)
+        paired = {int(each) for group in result.groups for each in group.subscribers}
+        both = bool(topic.publishers) + 2 * bool(topic.subscribers)
+        sides = {1: OFFERED, 2: REQUESTED, 3: BUSY if result.groups else 0}[both]
+        return Outcome(verdicts, rows, sorted(paired), sides)
+
+    def _end(self, identifier: str, end: End) -> Resolved:
+        resolved, pack = self.clients.known[end.p].resolved, self.clients.pack
+        changes: dict[int, Any] = {}
+        if end.overlapping:
+            changes[pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]] = 1
+        if self.clients.known[end.p].own:
+            # Other publishers and subscribers are of participants that are different in pairs.
+            name = f"{end.owner}" if end.owner >= 0 else resolved.role
+            values = resolved.profile.values
+            changes |= {index: f"{NAME} {name}" for index in self.clients.own if values[index] == NAME}
+        return replace(
+            resolved,
+            id=identifier,
+            key="topic",
+            shown="topic",
+            endpoint=replace(resolved.endpoint, participant=identifier),
+            profile=resolved.profile.with_values(changes) if changes else resolved.profile,
+            visiting=end.visiting,
+        )
+
+
+def remarks_of(clients: Clients, p: int, number: int) -> list[dict[str, Any]]:
+    """Return the findings about single endpoints, as rows without topic and system."""
+    known = clients.known[p]
+    offers = known.resolved.role == PUBLISHER
+    ends = {"publisher": p if offers else -1, "subscriber": -1 if offers else p}
+    counts = {"publishers": number * offers, "subscribers": number * (not offers)}
+    said = {"verdict": "", "pairs": 0, "help": "", **ends, **counts}
+    return [{**said, "code": code, "severity": severity} for code, severity in known.remarks]
