@@ -135,7 +135,6 @@ class Spark:
 
     def __init__(self, url: str) -> None:
         """Connect to ``spark://host:port``, or to ``local[2]``."""
-        from pyspark.errors import PySparkException
         from pyspark.sql import SparkSession
 
         builder = SparkSession.builder.master(url).appName("cqos audit")
@@ -143,13 +142,12 @@ class Spark:
             builder = builder.config(f"spark.{name}", value)
         try:
             self.session = builder.getOrCreate()
-        except PySparkException as error:
+        except _spark_errors() as error:
             raise CqosError(f"`--spark {url}`: {_reason(error)}") from None
 
     def source(self, path: str, table: str) -> nw.LazyFrame[Any]:  # noqa: ARG002 - the path is the name of a table
         """Open a file, or a table that the cluster knows by name."""
         import narwhals as nw
-        from pyspark.errors import PySparkException
 
         suffix = Path(path).suffix.lower()
         reader = self.session.read.option("mode", "FAILFAST")
@@ -162,7 +160,7 @@ class Spark:
                 found = reader.json(path, primitivesAsString=True)
             else:
                 found = self.session.table(path)
-        except PySparkException as error:
+        except _spark_errors() as error:
             raise CqosError(f"`{path}` cannot be read: {_reason(error)}") from None
         return nw.from_native(found.toDF(*[name.replace(".", DOT) for name in found.columns]))
 
@@ -174,11 +172,9 @@ class Spark:
 
     def write(self, frame: nw.LazyFrame[Any], path: Path) -> None:
         """Write a table as Parquet, a folder of files."""
-        from pyspark.errors import PySparkException
-
         try:
             frame.to_native().write.mode("overwrite").parquet(str(path))
-        except PySparkException as error:
+        except _spark_errors() as error:
             raise CqosError(f"the cluster cannot go on: {_reason(error)}") from None
 
     def close(self) -> None:
@@ -289,6 +285,14 @@ def _separator(path: str) -> str:
 _FIRST_LINE: Final = 1_000_000
 _SHOWN: Final = 200
 """Characters of a line of an error."""
+
+
+def _spark_errors() -> tuple[type[Exception], ...]:
+    """Return what Spark raises, in Python and in Java."""
+    from py4j.protocol import Py4JError  # type: ignore[import-untyped]
+    from pyspark.errors import PySparkException
+
+    return PySparkException, Py4JError
 
 
 def _reason(error: Exception) -> str:
