@@ -100,7 +100,8 @@ def _add(each: Judged, system: System, nodes: dict[str, _Node], modules: set[str
             notes[f"`{last}` is no name of a node, so it is called `{name}`"] = None
         nodes[address] = _Node(identifier(address, modules), name, space)
     node = nodes[address]
-    type_name = endpoint.type or ""
+    # The parts of services and actions have types of their own.
+    type_name = (endpoint if each.endpoint.kind == "message" else each.endpoint).type or ""
     stand_in = _STAND_INS[each.endpoint.kind]
     if _TYPE.fullmatch(type_name) is None:
         notes[f"`{each.id}`, {kind_of(each)}, states no type of ROS 2: {stand_in} stands in its place"] = None

@@ -85,7 +85,7 @@ def shape(system):
                 each.endpoint.role,
                 each.endpoint.kind,
                 part.key,
-                "" if each.endpoint.kind.startswith("action") else (each.endpoint.type or "").partition("_Re")[0],
+                each.endpoint.type,
                 said,
             )
         )
