@@ -67,6 +67,7 @@ class Models:
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
         self._written: dict[tuple[bytes, ...], Kind | None] = {}
+        self._texts: dict[bytes, bytes] = {}
         self._forms: dict[bytes, list[tuple[re.Pattern[bytes], Kind]]] = {}
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
@@ -78,7 +79,7 @@ class Models:
         for form, kind in forms:
             match = form.fullmatch(attributes)
             if match is not None:
-                return Model(kind, match.groups())
+                return Model(kind, self._known(match.groups()))
         parts = self._quantity.split(attributes)  # what is before a quantity, the attribute up to it, the quantity, …
         quantities = parts[2::3]
         del parts[2::3]
@@ -93,7 +94,12 @@ class Models:
         if len(forms) < _MOST_FORMS:
             text = (re.escape(part) + (b"(%b)" % _NUMBER if number % 2 else b"") for number, part in enumerate(parts))
             forms.append((re.compile(b"".join(text)), found))
-        return Model(found, tuple(quantities))
+        return Model(found, self._known(quantities))
+
+    def _known(self, quantities: Sequence[bytes]) -> tuple[bytes, ...]:
+        """Return quantities, equal ones of the document as one object."""
+        known = self._texts.setdefault
+        return tuple([known(each, each) for each in quantities])
 
     def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
         """Return the kind of events with attributes; ``parts`` are what stands around quantities in them."""
