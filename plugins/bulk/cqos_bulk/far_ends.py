@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_left
 from collections import Counter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 _REMEMBERED: Final = 100_000
 
@@ -24,34 +26,34 @@ class Visitors(NamedTuple):
     overlapping: frozenset[int]
 
 
-class FarEnds:
-    """The subscribers of far topics, as arrays in order of topic and owner."""
+FAR: Final = {"far": "number", "owner": "number", "p": "number"}
+"""The columns of the subscribers of far topics: number of the topic, owner, and end."""
 
-    def __init__(self) -> None:
-        """Begin without any."""
-        self._added = tuple(array("q") for _ in range(3))
+
+class FarEnds:
+    """The subscribers of far topics, as arrays in order of topic and owner.
+
+    Attributes:
+        p, owner: of each of them.
+        met: whether each has a partner.
+    """
+
+    def __init__(self, number: int, batches: Iterable[Sequence[Sequence[int]]]) -> None:
+        """Take the subscribers of ``number`` topics: columns of `FAR`, in their order."""
+        self.owner, self.p, far = array("q"), array("q"), array("q")
+        for topics, owners, ends in batches:
+            far.extend(topics)
+            self.owner.extend(owners)
+            self.p.extend(ends)
+        self.met = bytearray(len(far))
+        self._starts = array("q", [bisect_left(far, each) for each in range(number + 1)])
+        self._open = array("q", [last - first for first, last in pairwise(self._starts)])
+        self._groups: dict[int, Counter[int]] = {}
         self._visitors: dict[int, Visitors] = {}
 
-    def add(self, far: int, p: int, owner: int) -> None:
-        """Add one."""
-        for column, value in zip(self._added, (far, p, owner), strict=True):
-            column.append(value)
-
-    def settle(self, number: int) -> None:
-        """Put those of ``number`` far topics in order, when all are added."""
-        import numpy as np
-
-        far, p, owner = (np.frombuffer(each, dtype=np.int64) if each else np.empty(0, np.int64) for each in self._added)
-        order = np.lexsort((p, owner, far))
-        self.p, self.owner = p[order], owner[order]
-        self._starts = np.searchsorted(far[order], np.arange(number + 1))
-        self.met = np.zeros(len(order), dtype=bool)
-        self._open = np.diff(self._starts)
-        self._groups: dict[int, Counter[int]] = {}
-
-    def slice(self, far: int) -> slice:
+    def positions(self, far: int) -> range:
         """Return where the subscribers of a far topic are."""
-        return slice(int(self._starts[far]), int(self._starts[far + 1]))
+        return range(self._starts[far], self._starts[far + 1])
 
     def groups(self, far: int) -> Counter[int]:
         """Return how many subscribers of a far topic there are by end."""
@@ -59,7 +61,7 @@ class FarEnds:
         if found is None:
             if len(self._groups) >= _REMEMBERED:
                 self._groups.clear()
-            found = self._groups[far] = Counter(self.p[self.slice(far)].tolist())
+            found = self._groups[far] = Counter(self.p[self._starts[far] : self._starts[far + 1]])
         return found
 
     def visitors(self, number: int, topics: Sequence[int]) -> Visitors:
@@ -74,15 +76,15 @@ class FarEnds:
     def _together(self, topics: Sequence[int]) -> Visitors:
         groups = Counter({(far, p, False): count for far in topics for p, count in self.groups(far).items()})
         # Who is among several is among those of a smaller topic.
-        small = sorted(topics, key=lambda far: self._starts[far + 1] - self._starts[far])[:-1]
-        candidates = dict.fromkeys(owner for far in small for owner in self.owner[self.slice(far)].tolist())
+        small = sorted(topics, key=lambda far: len(self.positions(far)))[:-1]
+        candidates = dict.fromkeys(self.owner[at] for far in small for at in self.positions(far))
         overlapping = set()
         for owner in candidates:
             rows = [*self.of(owner, topics)]
             if len({far for far, _ in rows}) > 1:
                 overlapping.add(owner)
                 for far, at in rows:
-                    p = int(self.p[at])
+                    p = self.p[at]
                     groups[far, p, False] -= 1
                     groups[far, p, True] += 1
         return Visitors(+groups, frozenset(overlapping))
@@ -90,32 +92,19 @@ class FarEnds:
     def of(self, owner: int, topics: Sequence[int]) -> Iterator[tuple[int, int]]:
         """Yield the subscribers of one owner: far topic and position."""
         for far in topics:
-            here = self.slice(far)
-            own = self.owner[here]
-            first, last = (int(own.searchsorted(owner, side)) for side in ("left", "right"))
-            for at in range(here.start + first, here.start + last):
+            here = self.positions(far)
+            for at in range(bisect_left(self.owner, owner, here.start, here.stop), here.stop):
+                if self.owner[at] != owner:
+                    break
                 yield far, at
 
-    def meet(self, far: int, p: int, only: Any) -> None:
-        """Note that subscribers of a far topic and an end have a partner.
+    def meet(self, far: int, p: int, only: Callable[[int], bool]) -> None:
+        """Note that subscribers of a far topic and an end have a partner: those whose owner is wanted."""
+        for at in self.positions(far) if self._open[far] else ():
+            if self.p[at] == p and not self.met[at] and only(self.owner[at]):
+                self.meet_one(far, at)
 
-        Args:
-            far: the topic.
-            p: the end.
-            only: from the owners, as an array, which of them; None: all.
-        """
-        if self._open[far]:
-            here = self.slice(far)
-            found = self.p[here] == p
-            if only is not None:
-                found &= only(self.owner[here])
-            self.met[here] |= found
-            self._open[far] = int((~self.met[here]).sum())
-
-
-def among(owners: Collection[int], *, wanted: bool) -> Any:
-    """Return what says which owners of an array are among some, or are not."""
-    import numpy as np
-
-    listed = np.fromiter(owners, dtype=np.int64, count=len(owners))
-    return lambda array: np.isin(array, listed, invert=not wanted)
+    def meet_one(self, far: int, at: int) -> None:
+        """Note that the subscriber at a position has a partner."""
+        self._open[far] -= not self.met[at]
+        self.met[at] = True

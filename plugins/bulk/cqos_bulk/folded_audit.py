@@ -15,7 +15,7 @@ import narwhals as nw
 from cqos_bulk.audit import Audited, telling
 from cqos_bulk.clients import ENDS, Alike, Clients, folded_columns
 from cqos_bulk.engines import DOT
-from cqos_bulk.far_ends import FarEnds
+from cqos_bulk.far_ends import FAR, FarEnds
 from cqos_bulk.hearing import HEARD, NEAR, Hearing
 from cqos_bulk.lonely import write_lonely
 from cqos_bulk.meetings import ALONE, NAMED, Meetings, Written, remarks_of
@@ -132,11 +132,10 @@ def _with_what_they_hear(hearing: Hearing, ends: Frame, heard: Frame, store: Tab
     subscribers = ends.filter(nw.col("second") == 1).join(heard.drop("met"), on=_TOPIC, how="left")
     listed = subscribers.select(*_TOPIC, "p", "owner", "own", "far", nw.col("publishers").fill_null(0))
     store.keep("subscribers", listed.sort("owner", "topic", "p"))
-    far = FarEnds()
-    with spooled(store, "near", NEAR) as out:
-        hearing.write_subscribers(store.batches("subscribers"), out, far.add)
-    far.settle(len(hearing.far))
-    return far, _kept(store, "near")
+    with spooled(store, "near", NEAR) as near, spooled(store, "far_ends", FAR) as far:
+        hearing.write_subscribers(store.batches("subscribers"), near, far)
+    store.keep("far_in_order", _kept(store, "far_ends").sort("far", "owner", "p"))
+    return FarEnds(len(hearing.far), store.batches("far_in_order")), _kept(store, "near")
 
 
 def _meetings(ends: Frame, near: Frame, heard: Frame, store: TableStore) -> str:

@@ -88,13 +88,13 @@ class Hearing:
                 heard[each][publishers] += number
         self._heard = [self._amounts.of(tuple(sorted(each.items()))) for each in heard]
 
-    def write_subscribers(self, batches: Batches, out: Spool, far: Callable[[int, int, int], None]) -> None:
+    def write_subscribers(self, batches: Batches, out: Spool, far: Spool) -> None:
         """Write subscribers with the values that follow from what all those of their participant hear.
 
         Args:
             batches: columns in order of the owner: system, topic, number of the end, owner, own, far, and the publishers of the topic.
             out: has the columns of `NEAR`.
-            far: takes the number of the topic, end and owner of the others.
+            far: has the columns of `cqos_bulk.far_ends.FAR`, for all others.
         """
         for rows in _by_owner(batches):
             heard = [
@@ -107,7 +107,7 @@ class Hearing:
                 ends = self._answers[key] = self._answer(key)
             for system, topic, p, owner, own, is_far, _ in rows:
                 if is_far:
-                    far(self.far[system, topic], ends[p], owner)
+                    far.add(self.far[system, topic], owner, ends[p])
                 else:
                     out.add(system, topic, ends[p], owner, own)
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.clients import NAME
-from cqos_bulk.far_ends import among
 from cqos_bulk.hearing import by_topic
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED
 from cqos_bulk.slow_topics import judged, row_of
@@ -131,22 +130,14 @@ class Meetings:
     def judge_far(self) -> None:
         """Judge the topics of visitors at home, where none of them has a partner; after all others."""
         for (system, topic), number in self.hearing.far.items():
-            here = self.far.slice(number)
             groups = self.far.groups(number)
             outcome = self._outcome({End(p): count for p, count in groups.items()})[0]
-            left = ~self.far.met[here]
-            alone = Counter(self.far.p[here][left].tolist())
+            left = [at for at in self.far.positions(number) if not self.far.met[at]]
+            owners = [self.far.owner[at] for at in left]
             self.totals["endpoints"] += sum(groups.values())
-            self._write(
-                system,
-                topic,
-                outcome._replace(sides=REQUESTED if alone else BUSY),
-                is_topic=bool(alone),
-                named=bool(alone),
-            )
-            owners = self.far.owner[here][left]
-            for p, count in sorted(alone.items()):
-                self._write_alone(system, topic, p, count, int(owners.min()), int(owners.max()))
+            self._write(system, topic, outcome._replace(sides=REQUESTED), alone=bool(left))
+            for p, count in sorted(Counter(self.far.p[at] for at in left).items()):
+                self._write_alone(system, topic, p, count, min(owners), max(owners))
 
     def write(self, system: str, topic: str, rows: Iterable[Mapping[str, Any]]) -> None:
         """Write findings of a topic."""
@@ -154,12 +145,12 @@ class Meetings:
             whole = {**row, "system": system, "topic": topic, "protocol": ""}
             self.out.found.add(*[whole[each] for each in FINDING])
 
-    def _write(self, system: str, topic: str, outcome: Outcome, *, is_topic: bool = True, named: bool = True) -> None:
-        self.totals["topics"] += is_topic
+    def _write(self, system: str, topic: str, outcome: Outcome, *, alone: bool = True) -> None:
+        self.totals["topics"] += alone
         for verdict, pairs in outcome.verdicts.items():
             self.totals[verdict] += pairs
         self.write(system, topic, outcome.rows)
-        if outcome.sides and named:
+        if outcome.sides and alone:
             self.out.names.add(system, topic, outcome.sides)
 
     def _write_alone(self, system: str, topic: str, p: int, number: int, first: int, last: int) -> None:
@@ -194,7 +185,7 @@ class Meetings:
                 groups[End(p)] += number
             else:
                 owned.setdefault(own, []).append((p, number))
-        taken: list[tuple[int, int, End]] = []
+        taken: list[tuple[int, int, int, End]] = []
         parts: list[tuple[tuple[End, int], ...]] = []
         for owner, ends in owned.items():
             elsewhere = [*self.far.of(owner, topics)] if visitors else []
@@ -205,12 +196,12 @@ class Meetings:
             for (p, number), publishes in zip(ends, offers, strict=True):
                 found[End(p, False, several and not publishes, 0 if names and known[p].own else -1)] += number
             for far, at in elsewhere if several or names else ():
-                p = int(self.far.p[at])
+                p = self.far.p[at]
                 before = owner in overlapping
                 visitors[far, p, before] -= 1
                 end = End(p, True, before or several, 0 if names and known[p].own else -1)
                 found[end] += 1
-                taken.append((at, len(parts), end))
+                taken.append((far, at, len(parts), end))
             parts.append(tuple(sorted(found.items())))
         order = sorted(range(len(parts)), key=parts.__getitem__)
         numbers = {at: number for number, at in enumerate(order)}
@@ -221,10 +212,10 @@ class Meetings:
             groups[End(p, True, several)] += number
         outcome, listed = self._outcome(groups)
         self._note(outcome, listed, +visitors, met, frozenset(owned))
-        for at, part, end in taken:
+        for far, at, part, end in taken:
             whole = end._replace(owner=numbers[part]) if end.owner >= 0 else end
             if listed.index(whole) in outcome.met:
-                self.far.met[at] = True
+                self.far.meet_one(far, at)
         return outcome
 
     def _note(
@@ -240,12 +231,8 @@ class Meetings:
         overlapping = self._visitors(met).overlapping
         for far, p, several in visitors:
             if End(p, True, several) in partners:
-                if several:
-                    self.far.meet(far, p, among(overlapping - without, wanted=True))
-                elif overlapping or without:
-                    self.far.meet(far, p, among(overlapping | without, wanted=False))
-                else:
-                    self.far.meet(far, p, None)
+                wanted = overlapping - without if several else overlapping | without
+                self.far.meet(far, p, lambda owner, some=wanted, among=several: (owner in some) is among)  # type: ignore[misc]
 
     def _outcome(self, groups: Mapping[End, int]) -> tuple[Outcome, Sequence[End]]:
         """Judge groups of endpoints; return also their order."""
