@@ -150,15 +150,23 @@ def _joined(system: System, joined: Sequence[_Process], heirs: dict[int, Partici
                 else [each]
             )
         ],
-        notes=[*system.notes, *(note for process in joined for note in _notes(process, runners))],
+        notes=[
+            *(each for each in system.notes if not _says_less(each, joined)),
+            *(note for process in joined for note in _notes(process, runners)),
+        ],
     )
+
+
+def _says_less(note: ImportNote, joined: Sequence[_Process]) -> bool:
+    """Whether a note names only those participants of a process that its own file shows."""
+    return note.code == "CQ048" and any(each.stated is not None and each.stated.place == note.place for each in joined)
 
 
 def _notes(process: _Process, participants: dict[str, Participant]) -> Iterator[ImportNote]:
     system = process.system
     place = None if process.stated is None else process.stated.place
     runners = [participants[name] for name in process.runners]
-    if len(runners) > 1 >= len(process.node.participants):
+    if len(runners) > 1:
         yield ImportNote("CQ048", "note", shared_by(runners), place)
     other = next((each.protocol for each in runners if each.protocol != system.protocol), system.protocol)
     if other != system.protocol:

@@ -51,6 +51,26 @@ def test_random_models_with_calls_say_the_same_with_each_pool_in_a_file():
     assert called > 20
 
 
+def test_random_models_in_files_of_several_pools_have_the_same_findings():
+    for seed in range(100, 130):
+        random = Random(seed)  # noqa: S311
+        pools = wild_model(random)
+        parts: tuple[dict[str, str], dict[str, str]] = ({}, {})
+        for name, text in pools.items():
+            random.choice(parts)[name] = text
+        (verdict, pairs, found), one = content(files(*filter(None, parts))), content(files(pools))
+        # Which of several events a message names depends on the order of files, and so do numbers of copies.
+        assert (verdict, pairs, [each[:2] for each in found]) == (*one[:2], [each[:2] for each in one[2]]), seed
+
+
+def test_all_callers_of_a_process_are_named_once():
+    callers = {"A": CALLER, "D": "o: start\n l: call calls=PC\n o -> l", "-PC": CALLED}
+    report = files(callers, {"F": "v: start\n m: call calls=PC\n v -> m"}, {"B": "c: start x"})
+    assert [each.message for each in report.findings if each.code == "CQ048"] == [
+        "3 participants share this process, its events count for each of them: `A`, `D`, `F`"
+    ]
+
+
 def test_the_order_of_files_does_not_matter():
     parts = [{"A domain=5": CALLER}, {"-PC": CALLED}, {"B domain=5": "c: start x"}]
     for each in permutations(parts):
