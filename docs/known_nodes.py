@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 HEAD = """# Node files that come with C-QoS
 
-People wrote these files from the sources of the stated versions, entry by entry; none is the output of `cqos learn`. Use this list to audit
-them: `by` says how the facts came about, `endpoints` how many there are, `with a line` for how many the file states the line of the source (`at:`)
-beside the file, `by distribution` how many entries hold for one distribution only, and `left open` how many things it states as not known.
+People wrote these files from the sources of the stated versions, entry by entry; none is the output of `cqos learn`. Use this list to audit them.
+`by` says how the facts came about. `with a line` counts endpoints whose `at:` names the line of the source, not only its file. `by distribution`
+counts entries that hold for one distribution only, and `left open` what the file states as not known.
 [Node files](node-files.md) explains the form.
 
 | package | source | versions | by | nodes and fragments | endpoints | with a line | by distribution | left open |

@@ -1,7 +1,7 @@
 """Node files of other tools as facts of the same form: NoDL, and node designs of the Autoware System Designer.
 
-Sources: ros-tooling/nodl 0.3.1 (nodl_schema); autowarefoundation/autoware_system_designer, node.json of format 0.3.0 and building/runtime/ports.py
-(the name in the code of an input is ``~/input/NAME``, that of an output ``~/output/NAME``, save where ``remap_target`` states one).
+NoDL: ros-tooling/nodl 0.3.1, nodl_schema. Designs: autowarefoundation/autoware_system_designer, node.json of format 0.3.0. By its
+building/runtime/ports.py the code calls an input ``~/input/NAME`` and an output ``~/output/NAME``, save where ``remap_target`` states a name.
 """
 
 from __future__ import annotations

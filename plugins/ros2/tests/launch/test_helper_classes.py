@@ -1,4 +1,4 @@
-"""Classes of launch files: followed where they pass arguments on, else not known, and then nothing is said for sure."""
+"""Classes of launch files: followed where they pass arguments on, else not known, and then no finding depends on them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cqos_ros2.launch.findings import findings
 from cqos_ros2.launch.workspace import find_packages
 
 HEAD = """
-from elsewhere import Flag as OtherFlag
+from elsewhere import Flag as OtherFlag  # This is a module that is not there.
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition

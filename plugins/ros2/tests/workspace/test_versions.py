@@ -69,9 +69,9 @@ def test_facts_of_the_same_version_are_those_that_a_person_confirmed(joined, dis
 
 
 def test_facts_of_another_version_stand_where_no_source_is_read(joined):
-    told = files("4.0.0")
-    del told["joy/src/joy.cpp"]
-    found = ends(joined(told))
+    bare = files("4.0.0")
+    del bare["joy/src/joy.cpp"]
+    found = ends(joined(bare))
     assert set(found) == {("publisher", "/joy", ""), FEEDBACK}
     assert all(found.values())
 
