@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
-from cqos_ros2.learn.creating import Given, apply, library_of, parameter
+from cqos_ros2.learn.creating import Given, apply, library_of, parameter, topic
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
-from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, lineage
+from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression, Function
+    from cqos_ros2.learn.table import Row
 
+_COMPREHENSIONS: Final = ("#each", "#pairs")
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
@@ -105,6 +107,8 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
             value.function, value.this, given.arguments, given.keywords, walk, value=value, written=given.call.arguments
         )
     this = walk.frame.this
+    if name in _COMPREHENSIONS:
+        return _comprehended(*given.arguments, walk, name)
     if name == "super":
         from cqos_ros2.learn.objects import base
 
@@ -118,13 +122,44 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     made = maker(name, given.arguments, given.keywords, walk)
     if made is not None:
         return made
-    cls = walk.program.find_class(name, walk.frame.function.place.source)
+    cls = walk.program.find_class(name, walk.frame.function.place.source, walk.frame.function.name)
     if cls is not None and walk.table.node_class(name) is None and not _has_row(cls.name, walk):
         from cqos_ros2.learn.objects import construct
 
         return construct(cls, given, walk)
-    functions = arity(near(name, walk), given)
-    if len(functions) == 1 and not functions[0].owner:
+    found = _function(name, given, walk)
+    return _of_library(name, given, walk) if found is MISSING else found
+
+
+def _comprehended(made: Code, over: Any, walk: Walk, kind: str) -> Any:
+    """Return the list or dictionary that a comprehension makes; of elements that are not known, not known."""
+    count = len(made.function.parameters)
+    over = [*over] if isinstance(over, dict) else over
+    known = isinstance(over, list) and len(over) <= MOST_ELEMENTS
+    if not known:
+        walk.conditions.append(Condition(perhaps=f"it is made in a loop in line {made.function.place.line}"))
+    found = []
+    for each in over if known else [Unknown("an element of a list that is not known")]:
+        parts = each if count > 1 and isinstance(each, list) and len(each) == count else [each]
+        parts = parts if len(parts) == count else [Unknown("it is unpacked")] * count
+        found.append(invoke(made.function, made.this, parts, {}, walk, value=made))
+    if not known:
+        walk.conditions.pop()
+        return Unknown("a list of elements that are not known")
+    plain = all(isinstance(each, list) and isinstance(each[0], (str, int)) for each in found)
+    return found if kind == "#each" else dict(found) if plain else Unknown("a dictionary")
+
+
+def _function(name: str, given: Given, walk: Walk) -> Any:
+    """Return the result of a function of the program, or of a method that is called by the name of its class; the mark for none where it is none."""
+    known, this = near(name, walk), walk.frame.this
+    if walk.program.language == "python" and this is not None and given.arguments[:1] == [this]:  # `Base.start(self)`
+        rest = Given(given.call, given.arguments[1:], given.keywords, ())
+        methods = arity([each for each in known if each.owner and not each.static], rest)
+        if len(methods) == 1:
+            return invoke(methods[0], this, rest.arguments, rest.keywords, walk)
+    functions = arity(known, given)
+    if len(functions) == 1 and (functions[0].static or not functions[0].owner):
         return invoke(
             functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
         )
@@ -133,11 +168,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     ):
         values = [invoke(each, None, given.arguments, given.keywords, walk) for each in functions]
         return values[0] if all(same(each, values[0]) for each in values) else _several(values, functions[0])
-    if len(functions) == 1 and functions[0].static:
-        return invoke(
-            functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
-        )
-    return _of_library(name, given, walk)
+    return MISSING
 
 
 def _has_row(name: str, walk: Walk) -> bool:
@@ -156,6 +187,8 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
         return plain_node(known[0], given, walk)
     found: Any = MISSING
     rows = walk.table.rows("calls", name, (), method=False)
+    if len(rows) > 1 and walk.program.language == "cpp" and "::" not in name:
+        rows = []  # which library it is of is not known
     for row in rows:
         found = apply(row, given, None, walk)
     if rows:
@@ -224,6 +257,9 @@ def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     classes = library_of(receiver, walk) if isinstance(receiver, Instance) else []
     is_node = isinstance(receiver, Instance) and receiver.node is not None
     rows = [] if isinstance(receiver, (Qos, str, Template)) else walk.table.rows("calls", name, classes, method=True)
+    if not rows and classes and not is_node and isinstance(receiver, Instance) and receiver.cls is not None:
+        classes = []  # made from a class that nothing knows: methods of nodes have names of their own
+        rows = [row for row in walk.table.rows("calls", name, (), method=True) if _reads(row, given)]
     rows = [
         row
         for row in rows
@@ -233,7 +269,13 @@ def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
         or not receiver.library
         or any(fits(on, each) for on in row.on for each in classes)
     ]
-    if rows and not is_node and isinstance(receiver, Instance) and receiver.cls is not None and not classes:
+    if (
+        rows
+        and not is_node
+        and isinstance(receiver, Instance)
+        and receiver.cls is not None
+        and not library_of(receiver, walk)
+    ):
         rows = []
     found: Any = MISSING
     for row in rows[:1] if not is_node and len(rows) > 1 else rows:
@@ -250,6 +292,12 @@ def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     ):
         return parameter(row, given, receiver, walk)
     return MISSING
+
+
+def _reads(row: Row, given: Given) -> bool:
+    """Whether a call gives what a row says that it takes: a topic that is a text."""
+    position = row.position("topic")
+    return position is None or isinstance(topic(given.at(position)), (str, Template, Either))
 
 
 def _unsure(walk: Walk) -> None:

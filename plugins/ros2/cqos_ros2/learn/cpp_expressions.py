@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 DEEPEST: Final = 120
 """How deep syntax may be nested; deeper parts are not followed."""
+_MOST_MACROS: Final = 4
 _MAKERS: Final = frozenset(("make_shared", "make_unique", "allocate_shared"))
 _CASTS: Final = frozenset(
     (
@@ -76,11 +77,19 @@ class CppFile:
     Attributes:
         path: as shown.
         body: reads the statements of a block; the reader of statements provides it.
+        macros: one word each that macros of the file stand for.
     """
 
     path: str
     body: Callable[[Node, CppFile], tuple[Statement, ...]]
     depth: int = 0
+    macros: dict[str, str] = field(default_factory=dict)
+
+    def plain(self, text: str) -> str:
+        """Return what a word stands for where it is a macro of the file; else the word itself."""
+        for _ in range(_MOST_MACROS):
+            text = self.macros.get(text, text)
+        return text
 
     def place(self, node: Node) -> Place:
         """Return where a part of the file stands."""
@@ -126,7 +135,9 @@ def plain_name(node: Node) -> str:
     """Return a name without the template arguments of its last part."""
     if node.type in {"template_function", "template_method", "template_type"}:
         return text_of(node.child_by_field_name("name"))
-    if node.type in {"qualified_identifier", "dependent_name"}:
+    if node.type == "dependent_name" and node.named_children:  # `a.template get<T>()`
+        return plain_name(node.named_children[-1])
+    if node.type == "qualified_identifier":
         inner = node.child_by_field_name("name")
         scope = node.child_by_field_name("scope")
         return f"{text_of(scope)}::{plain_name(inner)}" if inner is not None and scope is not None else text_of(node)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from cqos_ros2.learn.cpp_branches import TRANSPARENT, taken
 from cqos_ros2.learn.cpp_expressions import (
     CppFile,
     arguments_of,
@@ -23,6 +24,7 @@ from cqos_ros2.learn.program import (
     Do,
     Function,
     If,
+    Items,
     Leave,
     Literal,
     Loop,
@@ -31,9 +33,9 @@ from cqos_ros2.learn.program import (
     Operation,
     Return,
     fits,
-    inside,
     last_part,
 )
+from cqos_ros2.learn.searching import inside
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -45,23 +47,10 @@ if TYPE_CHECKING:
 
 _REGISTERS: Final = "RCLCPP_COMPONENTS_REGISTER_NODE"
 _EXPORTS: Final = frozenset(("PLUGINLIB_EXPORT_CLASS", "PLUGINLIB_DECLARE_CLASS"))
-_TRANSPARENT: Final = frozenset(
-    (
-        "translation_unit",
-        "declaration_list",
-        "linkage_specification",
-        "preproc_if",
-        "preproc_ifdef",
-        "preproc_else",
-        "preproc_elif",
-        "ERROR",
-        "field_declaration_list",
-        "template_declaration",
-        "export_declaration",
-    )
-)
 _ALIASES: Final = {"alias_declaration": "name", "type_definition": "declarator"}
 _BLOCKS: Final = frozenset(("compound_statement", "labeled_statement", "ERROR"))
+_OF_EACH: Final = re.compile(r"(?:const )?(?:std::)?vector<\s*([A-Z_a-z:]*[A-Z]\w*)\s*>")
+"""A list of structures: those have names of their own, with a capital letter."""
 _ARGUMENTS: Final = re.compile(r"<.*>")
 _PLAIN_NAMES: Final = frozenset(("type_identifier", "identifier"))
 _VALUE_TYPES: Final = frozenset(("argument_list", "initializer_list"))
@@ -79,23 +68,13 @@ def parser() -> Parser:
     return tree_sitter.Parser(tree_sitter.Language(tree_sitter_cpp.language()))
 
 
-def parts_of(node: Node) -> Iterator[Node]:
-    """Yield a part of a file and what it holds outside of functions and classes."""
-    waiting = [node]
-    while waiting:
-        each = waiting.pop()
-        yield each
-        if each.type in _TRANSPARENT or each.type == "namespace_definition":
-            waiting += reversed(each.named_children)
-
-
 def read_definitions(root: Node, file: CppFile, program: Program) -> None:
     """Add what a file defines to a program."""
     waiting: list[tuple[Node, str, tuple[str, ...]]] = [(root, "", ())]
     while waiting:
         node, scope, templates = waiting.pop()
-        for each in node.named_children:
-            if each.type in _TRANSPARENT:
+        for each in taken(node, file):
+            if each.type in TRANSPARENT:
                 waiting.append((each, scope, _type_parameters(each)))
             elif each.type == "namespace_definition":
                 name = text_of(each.child_by_field_name("name"))
@@ -161,7 +140,7 @@ def _class(node: Node, scope: str, templates: tuple[str, ...], file: CppFile, pr
     name = _inside(scope, plain_name(name_node))
     clause = next((each for each in node.named_children if each.type == "base_class_clause"), None)
     bases = (
-        tuple(text_of(each) for each in clause.named_children if each.type != "access_specifier")
+        tuple(file.plain(text_of(each)) for each in clause.named_children if each.type != "access_specifier")
         if clause is not None
         else ()
     )
@@ -170,8 +149,8 @@ def _class(node: Node, scope: str, templates: tuple[str, ...], file: CppFile, pr
     waiting = [(body, ())]
     while waiting:
         part, inner_templates = waiting.pop()
-        for each in part.named_children:
-            if each.type in _TRANSPARENT:
+        for each in taken(part, file):
+            if each.type in TRANSPARENT:
                 waiting.append((each, _type_parameters(each)))  # type: ignore[arg-type]
             elif each.type == "field_declaration":
                 _fields(each, made, file, program)
@@ -192,12 +171,14 @@ def _fields(node: Node, made: Class, file: CppFile, program: Program) -> None:
                 made.declared.add(declared_name(child))
             continue
         name = declared_name(child)
-        made.fields[name] = text_of(type_node)
+        made.fields[name] = text_of(type_node) + {"pointer_declarator": "*", "reference_declarator": "&"}.get(
+            child.type, ""
+        )
         if any(each.type == "type_qualifier" for each in node.named_children):
             made.fixed.add(name)
         value = node.child_by_field_name("default_value")
         if value is not None:
-            made.initial[name] = _initial(made.fields[name], value, file)
+            made.initial[name] = _initial(made.fields[name].rstrip("*&"), value, file)
 
 
 def _declaration(node: Node, scope: str, file: CppFile, program: Program) -> None:
@@ -231,6 +212,14 @@ def _initial(type_text: str, value: Node, file: CppFile) -> Expression:
     """Return what a declaration with a value makes: of a class, an object; else the value."""
     if value.type not in _VALUE_TYPES:
         return expression(value, file)
+    of = _OF_EACH.fullmatch(type_text)
+    if of is not None and value.type == "initializer_list":
+        place = file.place(value)
+        items = tuple(
+            Call(Name(of[1]), each.items, (), ("{",), place) if isinstance(each, Items) else each
+            for each in arguments_of(value, file)
+        )
+        return Call(Name(type_text), items, (), ("{",), place)
     designated = any(each.type == "initializer_pair" for each in value.named_children)
     arguments = (expression(value, file),) if designated else arguments_of(value, file)
     if type_text == "auto" and len(arguments) == 1:
@@ -278,7 +267,7 @@ def _body(node: Node, file: CppFile) -> tuple[Statement, ...]:
 
 def _initializer(node: Node, file: CppFile) -> tuple[str, tuple[Expression, ...], Place]:
     parts = node.named_children
-    name = text_of(parts[0]) if parts else ""
+    name = file.plain(text_of(parts[0])) if parts else ""
     return name, arguments_of(parts[-1], file) if len(parts) > 1 else (), file.place(node)
 
 
@@ -404,6 +393,8 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
     statements = () if body is None else block(body, file)
     if node.type == "for_range_loop":
         declarator = node.child_by_field_name("declarator")
+        if declarator is not None and declarator.type == "reference_declarator":
+            declarator = declarator.named_children[0]
         names = (
             tuple(text_of(each) for each in declarator.named_children)
             if declarator is not None and declarator.type == "structured_binding_declarator"

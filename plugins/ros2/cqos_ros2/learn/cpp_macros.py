@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
+from cqos_ros2.learn.cpp_branches import parts_of
 from cqos_ros2.learn.cpp_expressions import text_of
-from cqos_ros2.learn.cpp_files import declared_in, parts_of
+from cqos_ros2.learn.cpp_files import declared_in
 from cqos_ros2.learn.program import Function, Literal, Return, Variable
 
 if TYPE_CHECKING:
@@ -17,17 +18,20 @@ if TYPE_CHECKING:
 
 _LONGEST_MACRO: Final = 300
 _DIRECTIVE: Final = re.compile(rb"\s*#\s*(if|ifdef|ifndef|else|elif|endif)\b")
+_WORD: Final = re.compile(r"[\w:]+")
 _TEXTS: Final = re.compile(rb"//.*|\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)'|/\*.*?\*/")
 
 
 def read_macros(root: Node, file: CppFile, parse: Parser, program: Program) -> None:
     """Take the macros of a file that stand for a text or a number, and those that are like a function with one expression."""
-    for node in parts_of(root):
+    for node in parts_of(root, file):
         if node.type == "preproc_function_def":
             _function_macro(node, file, parse, program)
         elif node.type == "preproc_def":
             value = text_of(node.child_by_field_name("value"))
             name = text_of(node.child_by_field_name("name"))
+            if _WORD.fullmatch(value):
+                file.macros[name] = value
             if value.startswith('"') and value.endswith('"') and value.count('"') == 2:  # noqa: PLR2004 - its two quotes
                 found: Expression = Literal(value[1:-1])
             elif value.isdigit():

@@ -113,8 +113,9 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         return made  # a later call says what it makes
     if node is None:
         walk.homeless.append(place)
-        return made
-    made.members["#node"] = node
+        node = walk.stray()
+    else:
+        made.members["#node"] = node
     if "uses" in row.values:
         node.uses.setdefault(row.text("uses"), place)
         if "unread" in row.values:
@@ -352,6 +353,7 @@ def library_of(instance: Instance, walk: Walk) -> list[str]:
         found += [
             without_arguments(base)
             for base in cls.bases
-            if walk.program.find_class(base) is None or walk.table.node_class(without_arguments(base))
+            if walk.program.find_class(base, cls.place.source, cls.name) is None
+            or walk.table.node_class(without_arguments(base))
         ]
     return found

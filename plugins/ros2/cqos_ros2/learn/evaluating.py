@@ -30,6 +30,7 @@ from cqos_ros2.learn.program import (
 from cqos_ros2.learn.qualities import policy_of
 from cqos_ros2.learn.setters import set_elsewhere
 from cqos_ros2.learn.values import (
+    NO_POSITION,
     PLAIN,
     Code,
     Condition,
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Class, Expression
 
 _MISSING: Final = object()
+_PAIR: Final = ("first", "second")
 
 
 def evaluate(expression: Expression, walk: Walk) -> Any:
@@ -162,9 +164,12 @@ def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
     if len(stated) == 1:
         return evaluate(stated[0], walk)
     written = cls.fields[name]
+    own = None if written.endswith(("*", "&")) else walk.program.find_class(written, cls.place.source, cls.name)
+    if own is not None and walk.program.language == "cpp" and inner_type(written) == written:
+        return evaluate(Call(Name(written), (), (), (), cls.place), walk)
     plain = without_arguments(written)
     plain = without_arguments(walk.program.aliases.get(last_part(plain), plain))
-    if inner_type(written) != written or not walk.table.is_class(plain):
+    if written.endswith(("*", "&")) or inner_type(written) != written or not walk.table.is_class(plain):
         return None
     return evaluate(Call(Name(written), (), (), (), cls.place), walk)
 
@@ -183,7 +188,8 @@ def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
 def _constant(text: str, walk: Walk) -> Any:
     """Return the value of a constant of the program, else the name itself."""
     program, last = walk.program, last_part(text)
-    cls = program.find_class(text.rpartition("::")[0] or text.rpartition(".")[0]) if last != text else None
+    of, here = text.rpartition("::")[0] or text.rpartition(".")[0], walk.frame.function
+    cls = program.find_class(of, here.place.source, here.name) if last != text else None
     if cls is not None and last in cls.initial:
         return _initial(cls, last, Instance(cls), walk)
     module = walk.frame.function.name
@@ -199,6 +205,8 @@ def _constant(text: str, walk: Walk) -> Any:
     if not stated:
         from cqos_ros2.learn.qualities import preset
 
+        if last == "npos":
+            return NO_POSITION
         return preset(text, walk) or _function(text, walk) or Word(text)
     here = walk.frame.function.place.source
     own = [each for each in stated if each[0] == here] or stated
@@ -248,7 +256,16 @@ def _mentions(expression: Expression, name: str) -> bool:
 
 
 def _attribute(expression: Attribute, walk: Walk) -> Any:
-    of = evaluate(expression.of, walk)
+    found = each_case(evaluate(expression.of, walk), lambda of: _member_of(of, expression, walk))
+    this, of = walk.frame.this, expression.of
+    root = of.text if isinstance(of, Name) else of.name if isinstance(of, Attribute) and of.of == Name(THIS) else ""
+    if root and this is not None and not walk.starting and isinstance(found, PLAIN) and is_missing(local(root, walk)):
+        elsewhere = set_elsewhere(this, f"{root}.{expression.name}", walk)
+        return Unknown(elsewhere) if elsewhere else found
+    return found
+
+
+def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
     if isinstance(of, Instance):
         found = member(of, expression.name, walk) if of.cls is not None else of.members.get(expression.name, _MISSING)
         if found is not _MISSING:
@@ -263,6 +280,8 @@ def _attribute(expression: Attribute, walk: Walk) -> Any:
             if walk.program.language == "python"
             else Word(f"{of.name}.{expression.name}")
         )
+    if isinstance(of, list) and len(of) == len(_PAIR) and expression.name in _PAIR:
+        return of[_PAIR.index(expression.name)]
     if isinstance(of, Qos):
         return policy_of(of, expression.name)
     if walk.table.is_same(expression.name):

@@ -13,18 +13,9 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.frames import Condition, Frame, TooMuchError, Walk
 from cqos_ros2.learn.functions import method_of
 from cqos_ros2.learn.objects import construct
-from cqos_ros2.learn.program import (
-    Attribute,
-    Call,
-    Function,
-    Name,
-    Reference,
-    call_name,
-    calls_in,
-    fits,
-    last_part,
-)
-from cqos_ros2.learn.unreached import PLUGIN, argument, not_reached
+from cqos_ros2.learn.program import Attribute, Call, Function, Name, Reference, call_name, fits, last_part
+from cqos_ros2.learn.searching import calls_in
+from cqos_ros2.learn.unreached import HOMELESS, PLUGIN, argument, not_reached
 from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
@@ -73,6 +64,16 @@ class Exploration:
     executed: set[int] = field(default_factory=set)
     at_run_time: set[str] = field(default_factory=set)
 
+    def keep(self, name: str, record: NodeRecord) -> None:
+        """Add a fragment; what stands in one file under one name is one fragment."""
+        fragments = self.result.fragments
+        known = fragments.setdefault(name, record) if record.made else record
+        if known is not record and known.place.source == record.place.source:
+            known.made += record.made
+            known.parameters = {**record.parameters, **known.parameters}
+        elif known is not record:
+            fragments[f"{name} in {posixpath.basename(record.place.source)}"] = record
+
     def walk(self, key: str, start: Callable[[Walk], None]) -> Walk:
         """Walk one program or component from its start, then its life cycle, then its callbacks."""
         walk = Walk(self.program, self.table, at_run_time=self.at_run_time)
@@ -89,8 +90,10 @@ class Exploration:
                 self.result.gaps.append((f"the program {key}", cause, Place(self.package.folder)))
         self.made_at |= walk.made_at
         self.executed |= walk.executed
+        for name, record in walk.strays.items():
+            self.keep(name, record)
         for place in walk.homeless:
-            self.result.gaps.append((f"what line {place.line} creates", "its node is not known", place))
+            self.result.gaps.append((f"what line {place.line} creates", HOMELESS, place))
         return walk
 
 
@@ -156,7 +159,7 @@ def _components(found: Exploration) -> None:
     for plugin in by_class:
         registered.setdefault(plugin, Place(found.package.folder))
     for written, place in registered.items():
-        cls = found.program.find_class(written)
+        cls = found.program.find_class(written, place.source)
         if cls is None:
             found.result.gaps.append((f"the component {written}", "its class is not in what was read", place))
             continue
@@ -175,9 +178,7 @@ def _components(found: Exploration) -> None:
 
 
 def _object(cls: Class, walk: Walk) -> None:
-    constructors = [
-        each for each in walk.program.functions.get(last_part(cls.name), []) if fits(cls.name, each.owner or "?")
-    ]
+    constructors = walk.program.methods(cls, last_part(cls.name))
     counts = sorted(len(each.parameters) for each in constructors)
     count = 1 if not counts or 1 in counts else counts[0]
     made = Call(Name(cls.name), (), (), (), cls.place)
@@ -187,7 +188,7 @@ def _object(cls: Class, walk: Walk) -> None:
 def _plugins(found: Exploration) -> None:
     """Walk the classes that pluginlib loads: each is a fragment, whose names begin with that of the plugin."""
     for written, place in found.program.plugins.items():
-        cls = found.program.find_class(written)
+        cls = found.program.find_class(written, place.source)
         if cls is None:
             found.result.gaps.append((f"the plugin {written}", "its class is not in what was read", place))
             continue

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.values import Instance
+from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Place
     from cqos_ros2.learn.program import Class, Function, Program
     from cqos_ros2.learn.table import Table
-    from cqos_ros2.learn.values import Code, NodeRecord, Tests
+    from cqos_ros2.learn.values import Code, Tests
 
 MOST_STEPS: Final = 60_000
 """How many expressions and statements are walked for one program or component."""
@@ -82,6 +82,7 @@ class Walk:
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
         constants: objects that stand at the top of files.
+        strays: what functions make of which the node is not known, by class or function.
         aliases: names that are followed right now.
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
@@ -106,6 +107,7 @@ class Walk:
     steps: int = 0
     modules: dict[str, dict[str, Any]] = field(default_factory=dict)
     constants: dict[int, Any] = field(default_factory=dict)
+    strays: dict[str, NodeRecord] = field(default_factory=dict)
 
     def step(self) -> None:
         """Count one step.
@@ -121,6 +123,14 @@ class Walk:
     def frame(self) -> Frame:
         """The innermost call."""
         return self.frames[-1]
+
+    def stray(self) -> NodeRecord:
+        """Return what takes the endpoints of the function that the walk is in, whose node is not known."""
+        named = next(
+            (each.function for each in reversed(self.frames) if each.function.name != "lambda"), self.frame.function
+        )
+        name = (named.owner or named.name).strip(":")
+        return self.strays.setdefault(name, NodeRecord(name, "", "", named.place))
 
     def tests(self) -> Tests:
         """Return the values of parameters with which the walk comes here."""
@@ -173,12 +183,20 @@ class Walk:
 
 def lineage(cls: Class | None, walk: Walk) -> Iterator[Class]:
     """Yield a class and those that it is made from, in the program."""
-    waiting = [cls]
+    waiting = [] if cls is None else [cls]
     seen: set[int] = set()
     while waiting:
         each = waiting.pop(0)
-        if each is None or id(each) in seen or len(seen) > _MOST_BASES:
+        if id(each) in seen or len(seen) > _MOST_BASES:
             continue
         seen.add(id(each))
         yield each
-        waiting += [walk.program.find_class(base) for base in each.bases]
+        waiting += bases_of(each, walk)
+
+
+def bases_of(cls: Class, walk: Walk) -> Iterator[Class]:
+    """Yield the classes that a class is made from, in the program."""
+    for base in cls.bases:
+        found = walk.program.find_class(base, cls.place.source, cls.name)
+        if found is not None:
+            yield found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate
 from cqos_ros2.learn.frames import lineage
-from cqos_ros2.learn.program import Attribute, Name, fits
+from cqos_ros2.learn.program import Attribute, Name
 from cqos_ros2.learn.values import Code, Qos, Template
 
 if TYPE_CHECKING:
@@ -52,14 +52,9 @@ def beside(functions: list[Function], place: Place) -> list[Function]:
 def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
     """Return the methods of a class by name: its own, else those of a class that it is made from."""
     for each in lineage(cls, walk):
-        found = [
-            function
-            for function in walk.program.functions.get(name, [])
-            if (function.owner and function.owner == each.name)
-            or (function.owner and walk.program.language == "cpp" and fits(each.name, function.owner))
-        ]
+        found = walk.program.methods(each, name)
         if found:
-            return beside(found, each.place)
+            return found
     return []
 
 

@@ -5,26 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.calling import call
 from cqos_ros2.learn.connecting import state
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
-from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, lineage
-from cqos_ros2.learn.functions import arity, beside, bind, hand_back, split_types
-from cqos_ros2.learn.program import Call, Name, fits, last_part, without_arguments
+from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
+from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
+from cqos_ros2.learn.program import Call, Literal, Name, last_part, without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord
 from cqos_ros2.learn.walking import run
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Class, Function
+    from cqos_ros2.learn.program import Class, Expression, Function
 
 
 def construct(cls: Class, given: Given, walk: Walk) -> Any:
     """Make an object of a class of the program, with its base classes."""
-    instance = Instance(
-        cls, library=_library_base(cls, walk), types=dict(zip(cls.templates, given.types, strict=False))
-    )
+    instance = Instance(cls, library=library_base(cls, walk), types=dict(zip(cls.templates, given.types, strict=False)))
     walk.instances.append(instance)
     if walk.table.node_class(instance.library) is not None:
         known = walk.table.node_class(instance.library)
@@ -42,17 +39,14 @@ def construct(cls: Class, given: Given, walk: Walk) -> Any:
 
 def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None:
     last = "__init__" if walk.program.language == "python" else last_part(cls.name)
-    own = [
-        each
-        for each in walk.program.functions.get(last, [])
-        if each.owner == cls.name or (walk.program.language == "cpp" and each.owner and fits(cls.name, each.owner))
-    ]
-    own = beside(own, cls.place)
+    own = walk.program.methods(cls, last)
     found = arity(own, given)
     if walk.program.language == "python" and not found:
-        base = next((each for name in cls.bases if (each := walk.program.find_class(name)) is not None), None)
+        base = next(bases_of(cls, walk), None)
         if base is not None:
             _construct(base, instance, given, walk)
+        elif instance.node is None:
+            _fill(instance, given, walk)
         else:
             _library_node(instance, given, walk)
         return
@@ -61,6 +55,9 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
     if len(found) > 1:
         delegating = [each for each in found if any(last_part(name) == last for name, _, _ in each.initializers)]
         found = [each for each in found if each not in delegating] if len(found) - len(delegating) == 1 else found[:0]
+    if not own and walk.program.language == "cpp" and last not in cls.declared:
+        _fill(instance, given, walk)
+        return
     if not found:
         node = instance.node or walk.current
         if node is not None and (instance.node is not None or own):
@@ -86,6 +83,22 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
     hand_back(function, frame, given.call.arguments, walk)
 
 
+def _fill(instance: Instance, given: Given, walk: Walk) -> None:
+    """Give the members of an object without a constructor what it is made with: by their order and names, or of another one."""
+    classes = [*lineage(instance.cls, walk)]
+    names = [name for each in reversed(classes) for name in each.fields]
+    values = list(given.arguments)
+    if len(values) == 1 and isinstance(values[0], Instance) and values[0].cls is instance.cls:
+        instance.members.update(values[0].members)
+    elif len(values) == 1 and isinstance(values[0], dict) and walk.program.language == "cpp":
+        instance.members.update(values[0])
+    elif values and (len(values) > len(names) or any(isinstance(each, Unknown) and not each.cause for each in values)):
+        instance.members.update({name: Unknown("what it is made with is not followed") for name in names})
+    else:
+        instance.members.update(zip(names, values, strict=False))
+        instance.members.update(given.keywords)
+
+
 def _initializers(cls: Class, instance: Instance, function: Function, given: Given, walk: Walk) -> None:
     """Walk what stands before the body of a constructor in C++: base classes and members."""
     based: set[str] = set()
@@ -98,13 +111,15 @@ def _initializers(cls: Class, instance: Instance, function: Function, given: Giv
             return
         if base is not None:
             based.add(base)
-            _base_class(base, instance, made, walk)
+            _base_class(cls, base, instance, made, walk)
         elif name in cls.fields:
-            typed = Call(Name(cls.fields[name]), arguments, (), ("{",), place)
-            instance.members[name] = call(typed, walk)
+            typed: Expression = Call(Name(cls.fields[name]), arguments, (), ("{",), place)
+            if cls.fields[name].endswith(("*", "&")):
+                typed = arguments[0] if arguments else Literal(None)
+            instance.members[name] = evaluate(typed, walk)
     if walk.program.language == "cpp":
         for base in cls.bases:
-            inner = walk.program.find_class(base) if base not in based else None
+            inner = walk.program.find_class(base, cls.place.source, cls.name) if base not in based else None
             if inner is not None:
                 _construct(inner, instance, Given(Call(Name(base), (), (), (), given.call.place), [], {}, ()), walk)
 
@@ -113,10 +128,10 @@ def _construct_again(cls: Class, instance: Instance, made: Call, walk: Walk) -> 
     _construct(cls, instance, Given(made, [evaluate(each, walk) for each in made.arguments], {}, ()), walk)
 
 
-def _base_class(base: str, instance: Instance, made: Call, walk: Walk) -> None:
+def _base_class(cls: Class, base: str, instance: Instance, made: Call, walk: Walk) -> None:
     arguments = [evaluate(each, walk) for each in made.arguments]
     given = Given(made, arguments, {}, ())
-    inner = walk.program.find_class(base)
+    inner = walk.program.find_class(base, cls.place.source, cls.name)
     if inner is not None and walk.table.node_class(without_arguments(base)) is None:
         instance.types.update(zip(inner.templates, split_types(base), strict=False) if "<" in base else ())
         _construct(inner, instance, given, walk)
@@ -132,7 +147,7 @@ def base(given: Given, walk: Walk) -> Any:
         return Unknown("there is no base class")
     if not isinstance(given.call.function, Name):
         return None
-    base = next((each for name in cls.bases if (each := walk.program.find_class(name)) is not None), None)
+    base = next(bases_of(cls, walk), None)
     if base is not None and not any(walk.table.node_class(name) for name in cls.bases):
         _construct(base, this, given, walk)
     else:
@@ -173,11 +188,12 @@ def plain_node(library: str, given: Given, walk: Walk) -> Instance:
     return instance
 
 
-def _library_base(cls: Class, walk: Walk) -> str:
+def library_base(cls: Class, walk: Walk) -> str:
     """Return the library class of nodes that a class is made from; empty where it is made from none."""
     for each in lineage(cls, walk):
         for base in each.bases:
             known = walk.table.node_class(without_arguments(base))
-            if known is not None and (walk.program.find_class(base) is None or without_arguments(base) == known[0]):
+            inner = walk.program.find_class(base, each.place.source, each.name) if known is not None else None
+            if known is not None and (inner is None or without_arguments(base) == known[0]):
                 return known[0]
     return ""

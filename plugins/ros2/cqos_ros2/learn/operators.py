@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import operator
+import re
 from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import JOIN
 from cqos_ros2.learn.values import Code, Condition, Either, Instance, Qos, Template, Test, Word, flipped, joined
 
+_PLACES: Final = re.compile("%[sd]")
 _BINARY: Final = 2
 _ARITHMETIC: Final = {"*": operator.mul, "+": operator.add, "-": operator.sub}
 _ORDER: Final = {"<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge}
@@ -18,6 +20,8 @@ def operation(sign: str, values: list[Any]) -> Any:
     """Return the value of an operator with its operands."""
     if sign == JOIN or (sign == "+" and all(isinstance(each, (str, Template, Either)) for each in values)):
         return joined(values)
+    if sign == "%" and isinstance(values[0], str):
+        return _formatted(values[0], values[1] if isinstance(values[1], list) else [values[1]])
     if sign in {"==", "!="}:
         return _equal(values, negated=sign == "!=")
     if sign == "not":
@@ -37,6 +41,14 @@ def operation(sign: str, values: list[Any]) -> Any:
     return unknown or Unknown(f"`{sign}` is not followed")
 
 
+def _formatted(text: str, values: list[Any]) -> Any:
+    """Return a text of Python with values in place of `%s` and `%d`."""
+    parts = _PLACES.split(text)
+    if "%" in "".join(parts) or len(parts) != len(values) + 1:
+        return Unknown("a formatted text")
+    return joined([parts[0], *(each for pair in zip(values, parts[1:], strict=True) for each in pair)])
+
+
 def _equal(values: list[Any], *, negated: bool) -> Any:
     one, other = values
     if isinstance(other, Template):
@@ -44,6 +56,9 @@ def _equal(values: list[Any], *, negated: bool) -> Any:
     if isinstance(one, Template) and one.parameter and isinstance(other, (str, int, bool)):
         text = str(other).lower() if isinstance(other, bool) else str(other)
         return Condition((Test(one.parameter, (text,), negated),))
+    if isinstance(one, Word) and isinstance(other, Word) and "::" in one.name:
+        (scope, _, _), (others, _, _) = one.name.rpartition("::"), other.name.rpartition("::")
+        return (one == other) is not negated if scope == others else Unknown("two values are compared")
     if other is None and isinstance(one, (Instance, Code, str, list, Qos)):
         return negated
     if (one is None or isinstance(one, (str, int))) and (other is None or isinstance(other, (str, int))):

@@ -31,6 +31,7 @@ _EXPORTS: Final = re.compile(
     rb"\b(?![A-Z_]*TRANSIENT_LOCAL\b)[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+(?:[A-Za-z_~]|::))"
 )
 """Macros before names of classes and functions, which no parser of C++ understands."""
+_INCLUDES: Final = re.compile(rb"^\s*#\s*include\s*[<\"]([^>\"\n]+)[>\"]", re.MULTILINE)
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
 
 
@@ -225,6 +226,7 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
         if isinstance(data, Unknown):
             program.gaps.append((data.cause, Place(path)))
             continue
+        program.includes[path] = [each.decode("utf-8", "replace") for each in _INCLUDES.findall(data)]
         root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
         lines = divided(data) if root.has_error else []
         if lines:

@@ -9,7 +9,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.program import Attribute, Name, inner_type, last_part
-from cqos_ros2.learn.values import MISSING, Code, Condition, Instance, Template, Test, Word, joined
+from cqos_ros2.learn.values import MISSING, NO_POSITION, Code, Condition, Instance, Template, Test, Word, joined
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,10 +37,13 @@ _NUMBERS: Final = frozenset(
 )
 _TEXTS: Final = frozenset(("string", "std::string"))
 _LISTS: Final = frozenset(("vector", "array", "list", "set", "initializer_list"))
+_MAPS: Final = frozenset(("map", "unordered_map"))
 _POINTERS: Final = frozenset(("shared_ptr", "unique_ptr", "weak_ptr", "optional"))
 _READING: Final = frozenset(
     (
         *("find", "size", "length", "count", "begin", "end", "compare", "substr", "split", "strip", "lstrip", "rstrip"),
+        *("value_to_string", "get_type", "get_type_name", "type_name", "starts_with", "ends_with", "contains", "c_str"),
+        *("find_first_of", "find_last_of", "find_first_not_of", "find_last_not_of", "get_name", "cbegin", "cend"),
         *("startswith", "lower", "upper", "replace", "keys", "values", "items", "join", "get", "back", "front", "data"),
     )
 )
@@ -102,12 +105,23 @@ def _of_cpp(name: str, given: Given) -> Any:
     if last in _LISTS:
         whole = arguments[0] if len(arguments) == 1 and isinstance(arguments[0], list) else list(arguments)
         return whole if given.call.types == ("{",) or not arguments else Unknown("a list that is not known")
+    if last in _MAPS:
+        pairs = arguments[0] if len(arguments) == 1 and _paired(arguments[0]) else list(arguments)
+        return dict(pairs) if _paired(pairs) else Unknown("a map that is not known")
     if name in _NUMBERS:
         return arguments[0] if len(arguments) == 1 else Unknown("it has no value before it is used")
     written = given.call.function.text if isinstance(given.call.function, Name) else name
     if last in _POINTERS or inner_type(written) != written:
         return arguments[0] if arguments else None
     return MISSING
+
+
+def _paired(value: Any) -> bool:
+    """Whether a value lists pairs of a plain key and a value."""
+    return isinstance(value, list) and all(
+        isinstance(each, list) and len(each) == 2 and isinstance(each[0], (str, int))  # noqa: PLR2004 - a pair
+        for each in value
+    )
 
 
 def note_callbacks(given: Given, walk: Walk) -> None:
@@ -121,15 +135,12 @@ def note_callbacks(given: Given, walk: Walk) -> None:
 def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
     """Return the result of a method of a text, list or dictionary; the mark for none where it is not followed."""
     name = function.name
-    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
-        new = [*receiver, *given.arguments]
-        assign(function.of, new if len(new) <= _LONGEST_LIST else Unknown("a long list"), walk)
+    changes = _changed(receiver, name, given.arguments)
+    if changes is not MISSING:
+        assign(function.of, changes, walk)
         return None
     if name == "format" and isinstance(receiver, str):
         return braces(receiver, given.arguments, given.keywords)
-    if name == "str" and isinstance(receiver, (str, Template)):  # `stream.str("")`
-        assign(function.of, given.arguments[0], walk)
-        return None
     if name == "empty" and isinstance(receiver, (str, list)):
         return not receiver
     if name == "empty" and isinstance(receiver, Template):
@@ -142,6 +153,35 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
         assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
     elif isinstance(receiver, str) and walk.program.language == "python":
         return _of_text(receiver, name, given)
+    elif isinstance(receiver, str):
+        return _of_cpp_text(receiver, name, given.arguments)
+    return MISSING
+
+
+def _changed(receiver: Any, name: str, arguments: Sequence[Any]) -> Any:
+    """Return what a text or list is after a method that changes it; the mark for none where it does not."""
+    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
+        new = [*receiver, *arguments]
+        return new if len(new) <= _LONGEST_LIST else Unknown("a long list")
+    if name == "append" and isinstance(receiver, (str, Template)) and len(arguments) == 1:
+        return joined([receiver, *arguments])
+    if name == "str" and isinstance(receiver, (str, Template)) and arguments:  # `stream.str("")`
+        return arguments[0]
+    return MISSING
+
+
+def _of_cpp_text(text: str, name: str, arguments: Sequence[Any]) -> Any:
+    """Return the result of a method of a text in C++; the mark for none where it is not followed."""
+    kinds = [type(each) for each in arguments]
+    if name == "substr" and kinds in ([int], [int, int]) and arguments[0] <= len(text):
+        return text[arguments[0] :][: arguments[1] if len(arguments) > 1 else None]
+    if name in {"find", "rfind"} and kinds == [str]:
+        at = getattr(text, name)(arguments[0])
+        return at if at >= 0 else NO_POSITION
+    if (name, kinds) == ("rfind", [str, int]) and arguments[1] == 0:
+        return 0 if text.startswith(arguments[0]) else NO_POSITION
+    if name in {"starts_with", "ends_with"} and kinds == [str]:
+        return getattr(text, name.replace("_", ""))(arguments[0])
     return MISSING
 
 

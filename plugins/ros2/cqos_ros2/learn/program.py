@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
     from cqos_core.model.system import Place
 
@@ -305,6 +305,7 @@ class Program:
         scripts: what a Python file does when it is run, by path.
         gaps: files that could not be read, and why.
         parameter_sets: what generate_parameter_library makes, by namespace.
+        includes: what each file of C++ includes, as written.
     """
 
     language: str
@@ -318,7 +319,10 @@ class Program:
     scripts: dict[str, Function] = field(default_factory=dict)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
     parameter_sets: dict[str, Any] = field(default_factory=dict)
-    _known: dict[tuple[str, str], Class | None] = field(default_factory=dict)
+    includes: dict[str, list[str]] = field(default_factory=dict)
+    _known: dict[tuple[str, str, str], Class | None] = field(default_factory=dict)
+    _reached: dict[str, set[str]] = field(default_factory=dict)
+    _paths: dict[str, list[str]] = field(default_factory=dict)
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
 
@@ -327,22 +331,59 @@ class Program:
         _extend(self.classes, other.classes)
         _extend(self.functions, other.functions)
         _extend(self.constants, other.constants)
+        _extend(self.includes, other.includes)
         self.aliases.update({name: found for name, found in other.aliases.items() if name not in self.aliases})
 
-    def find_class(self, name: str, near: str = "") -> Class | None:
+    def find_class(self, name: str, near: str = "", scope: str = "") -> Class | None:
         """Return the one class that a name means; None where none or several fit.
 
         Args:
             name: as written.
-            near: the file in which it stands: programs of a package may have classes of one name.
+            near: the file in which it stands: what it includes decides between classes of one name.
+            scope: the qualified name of the function or class in which it stands.
         """
-        if (name, near) not in self._known:
+        key = name, near, scope
+        if key not in self._known:
             plain = without_arguments(name)
             plain = self.aliases.get(plain, plain)
             found = [each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)]
-            own = [each for each in found if each.place.source == near]
-            self._known[name, near] = _only(found if len(found) == 1 else own)
-        return self._known[name, near]
+            if len(found) > 1 and near:
+                seen = self.reached(near)
+                found = [each for each in found if each.place.source in seen] or found
+            self._known[key] = found[0] if len(found) == 1 else _nearest(found, plain.strip(":"), near, scope)
+        return self._known[key]
+
+    def methods(self, cls: Class, name: str) -> list[Function]:
+        """Return the methods of a class by name: where classes have one name, those of files that see this one."""
+        found = [
+            each
+            for each in self.functions.get(name, [])
+            if each.owner and (each.owner == cls.name or (self.language == "cpp" and fits(cls.name, each.owner)))
+        ]
+        found = [each for each in found if each.owner == cls.name] or found
+        source = cls.place.source
+        return [each for each in found if source in self.reached(each.place.source)] or found
+
+    def reached(self, path: str) -> set[str]:
+        """Return a file with all that it includes."""
+        if path not in self._reached:
+            if not self._paths:
+                for each in self.includes:
+                    self._paths.setdefault(each.rpartition("/")[2], []).append(each)
+            found, waiting = {path}, [path]
+            while waiting:
+                here = waiting.pop()
+                for written in self.includes.get(here, ()):
+                    waiting += [each for each in self._included(written, here) if each not in found]
+                    found.update(waiting)
+            self._reached[path] = found
+        return self._reached[path]
+
+    def _included(self, written: str, here: str) -> list[str]:
+        plain = written.rpartition("../")[2]
+        fitting = [each for each in self._paths.get(plain.rpartition("/")[2], ()) if each.endswith(f"/{plain}")]
+        own = f"{here.rpartition('/')[0]}/{plain}"
+        return [own] if own in fitting else fitting
 
     def owned(self, cls: str) -> list[Function]:
         """Return the methods of a class by its qualified name."""
@@ -354,6 +395,8 @@ class Program:
 
     def assigned(self, name: str) -> bool:
         """Whether a function of C++ assigns a plain name without declaring it: a global that changes, perhaps."""
+        from cqos_ros2.learn.searching import assignments
+
         if name not in self._assigned:
             functions = (each for found in self.functions.values() for each in found) if self.language == "cpp" else ()
             self._assigned[name] = any(
@@ -375,8 +418,17 @@ def _extend(mine: dict[str, list[_Found]], theirs: dict[str, list[_Found]]) -> N
         mine.setdefault(name, []).extend(found)
 
 
-def _only(found: list[Class]) -> Class | None:
-    return found[0] if len(found) == 1 else None
+def _nearest(found: list[Class], plain: str, near: str, scope: str) -> Class | None:
+    """Return the class that a name means in a scope, as C++ looks it up: the innermost first; else the one of its file."""
+    parts = scope.replace("::", ".").split(".") if scope else []
+    for length in range(len(parts), -1, -1):
+        full = ".".join([*parts[:length], plain.replace("::", ".")])
+        exact = [each for each in found if each.name.replace("::", ".") == full]
+        if exact:
+            found = exact
+            break
+    own = [each for each in found if each.place.source == near]
+    return found[0] if len(found) == 1 else own[0] if len(own) == 1 else None
 
 
 def last_part(name: str) -> str:
@@ -415,77 +467,7 @@ def inner_type(name: str) -> str:
     return plain
 
 
-def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
-    """Yield statements, with those of their branches and loops."""
-    for each in statements:
-        yield each
-        if isinstance(each, If):
-            yield from inside((*each.then, *each.otherwise))
-        elif isinstance(each, Loop):
-            yield from inside(each.body)
-
-
 def call_name(call: Call) -> str:
     """Return the name of what is called, as written; empty where it has none."""
     function = call.function
     return function.text if isinstance(function, Name) else function.name if isinstance(function, Attribute) else ""
-
-
-def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
-    """Yield every call in statements."""
-    waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
-    pending: list[Statement] = [*statements]
-    while pending:
-        each = pending.pop()
-        if isinstance(each, Assign):
-            waiting.append(each.value)
-        elif isinstance(each, Do):
-            waiting.append(each.expression)
-        elif isinstance(each, If):
-            waiting.append(each.condition)
-            pending += [*each.then, *each.otherwise]
-        elif isinstance(each, Loop):
-            pending += each.body
-        elif isinstance(each, Return) and each.value is not None:
-            waiting.append(each.value)
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, Call):
-            yield part
-            waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
-        elif isinstance(part, Closure):
-            yield from calls_in(part.function.body)
-        else:
-            waiting += _parts(part)
-
-
-def _parts(expression: Expression) -> list[Any]:
-    found: list[Any] = []
-    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
-        value = getattr(expression, name, None)
-        if isinstance(value, tuple):
-            found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
-        elif value is not None:
-            found.append(value)
-    return found
-
-
-def assignments(function: Function) -> Iterator[Assign]:
-    """Yield the assignments in a function and its lambdas that are no declarations."""
-    waiting: list[Statement] = [*function.body]
-    while waiting:
-        for each in inside([waiting.pop()]):
-            if isinstance(each, Assign):
-                if not each.declares:
-                    yield each
-                waiting += _closures(each.value)
-            elif isinstance(each, Do):
-                waiting += _closures(each.expression)
-
-
-def _closures(expression: Expression) -> Iterable[Statement]:
-    if isinstance(expression, Closure):
-        return expression.function.body
-    if isinstance(expression, Call):
-        return [each for part in expression.arguments for each in _closures(part)]
-    return ()

@@ -34,6 +34,7 @@ from cqos_ros2.learn.program import (
     Return,
     Statement,
     Variable,
+    call_name,
     last_part,
 )
 
@@ -120,6 +121,9 @@ def _class(node: ast.ClassDef, scope: str, file: PythonFile, program: Program) -
     made = Class(name, bases, file.place(node))
     program.classes.setdefault(node.name, []).append(made)
     run: list[Statement] = []
+    for one in node.body:
+        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name):
+            made.fields[one.target.id] = ""
     _definitions(node.body, name, name, file, program, run)
     for each in run:
         if isinstance(each, Assign) and isinstance(each.target, Name):
@@ -284,8 +288,8 @@ def _call(node: ast.Call, file: PythonFile) -> Expression:
         NotFollowed("*") if isinstance(each, ast.Starred) else _expression(each, file) for each in node.args
     )
     keywords = tuple((each.arg or "**", _expression(each.value, file)) for each in node.keywords)
-    if isinstance(function, Attribute) and function.name == "__init__":
-        inner = function.of
+    if last_part(call_name(Call(function, (), (), (), place))) == "__init__":
+        inner = function.of if isinstance(function, Attribute) else None
         if isinstance(inner, Call) and inner.function == Name("super"):
             return Call(Name("super"), arguments, keywords, (), place)
         if arguments[:1] == (Name(THIS),):
@@ -363,6 +367,21 @@ def _lambda(node: ast.Lambda, file: PythonFile) -> Expression:
     return Closure(Function("lambda", _parameters(node.args, file), body, place))
 
 
+def _comprehension(node: Any, file: PythonFile) -> Expression:
+    """Return what makes a list or dictionary of another one: a call of a lambda with each of its elements."""
+    first = node.generators[0]
+    parts = (node.key, node.value) if isinstance(node, ast.DictComp) else (node.elt,)
+    made = tuple(_expression(each, file) for each in parts)
+    targets = [each.id for each in ast.walk(first.target) if isinstance(each, ast.Name)]
+    if len(node.generators) > 1 or first.ifs:
+        made = (NotFollowed("a comprehension with conditions", made),)
+    place = file.place(node)
+    body = (Return(made[0] if len(made) == 1 else Items(made), place),)
+    each_one = Closure(Function("lambda", tuple(Variable(each) for each in targets), body, place))
+    kind = "#pairs" if len(made) > 1 else "#each"
+    return Call(Name(kind), (each_one, _expression(first.iter, file)), (), (), place)
+
+
 _READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] = {
     ast.Name: _name,
     ast.Attribute: _attribute,
@@ -380,4 +399,8 @@ _READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] =
     ast.Dict: _pairs,
     ast.Subscript: _element,
     ast.Lambda: _lambda,
+    ast.ListComp: _comprehension,
+    ast.SetComp: _comprehension,
+    ast.GeneratorExp: _comprehension,
+    ast.DictComp: _comprehension,
 }

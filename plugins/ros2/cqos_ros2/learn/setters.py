@@ -17,11 +17,10 @@ from cqos_ros2.learn.program import (
     Name,
     NotFollowed,
     Operation,
-    assignments,
     call_name,
-    calls_in,
     last_part,
 )
+from cqos_ros2.learn.searching import assignments, calls_in
 from cqos_ros2.learn.values import PLAIN, Code, Instance
 
 _COUNTS: Final = "++"
@@ -70,6 +69,9 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
         target = each.target
         own = isinstance(target, Attribute) and target.of == Name(THIS)
         name = target.text if isinstance(target, Name) else target.name if own else ""  # type: ignore[union-attr]
+        if isinstance(target, Attribute) and isinstance(target.of, (Name, Attribute)) and not own:
+            root = target.of.text if isinstance(target.of, Name) else target.of.name
+            yield f"{root}.{target.name}"
         if name:
             yield name
             value = each.value

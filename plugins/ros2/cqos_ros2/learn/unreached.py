@@ -9,18 +9,9 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.frames import Condition, Walk, lineage
-from cqos_ros2.learn.objects import construct
-from cqos_ros2.learn.program import (
-    Attribute,
-    Call,
-    Name,
-    call_name,
-    calls_in,
-    fits,
-    inner_type,
-    last_part,
-    without_arguments,
-)
+from cqos_ros2.learn.objects import construct, library_base
+from cqos_ros2.learn.program import Attribute, Call, Name, call_name, fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.searching import calls_in
 from cqos_ros2.learn.values import Instance, NodeRecord, Template
 
 if TYPE_CHECKING:
@@ -32,6 +23,7 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.table import Row, Table
 
 _MOST_CLASSES: Final = 300
+HOMELESS: Final = "its node is not known"
 PLUGIN: Final = "${plugin}"
 """How node files write the name of a plugin."""
 
@@ -39,21 +31,21 @@ PLUGIN: Final = "${plugin}"
 def not_reached(found: Exploration) -> None:
     """Note the creating calls that no walk came to, with the nodes that may make them; learn what their classes would make."""
     calls = list(missed(found))
-    classes: dict[str, list[Function]] = {}
+    parts: dict[int, tuple[Class | None, list[Function]]] = {}
     for function, place in calls:
         _blame(found, function, place)
-        if function.owner:
-            classes.setdefault(function.owner, []).append(function)
-    for name, functions in [*classes.items()][:_MOST_CLASSES]:
-        cls = found.program.find_class(name)
-        if cls is not None and cls.name.strip(":") not in found.result.fragments:
-            _alone(found, cls, functions)
+        cls = found.program.find_class(function.owner, function.place.source) if function.owner else None
+        if cls is not None or not function.owner:
+            parts.setdefault(id(cls or function), (cls, []))[1].append(function)
+    names = [_alone(found, cls, functions) for cls, functions in [*parts.values()][:_MOST_CLASSES]]
     alone = [
         *found.result.fragments.values(),
-        *(each for name in classes for each in found.result.nodes.get(name.strip(":"), ())),
+        *(each for name in names for each in found.result.nodes.get(name, ())),
     ]
     stated = {(each.place.source, each.place.line) for record in alone for each in record.made}
-    found.result.gaps = [each for each in found.result.gaps if (each[2].source, each[2].line) not in stated]
+    found.result.gaps = [
+        each for each in found.result.gaps if each[1] == HOMELESS or (each[2].source, each[2].line) not in stated
+    ]
 
 
 def missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
@@ -108,17 +100,19 @@ def _called(call: Call) -> str:
 # A class by itself
 
 
-def _alone(found: Exploration, cls: Class, functions: list[Function]) -> None:
-    """Walk a class that no followed code makes: it is a fragment, and what its methods make may never be made."""
-    record = NodeRecord(cls.name, "", "", cls.place)
+def _alone(found: Exploration, cls: Class | None, functions: list[Function]) -> str:
+    """Walk a class, or a function of none, that no followed code calls: it is a fragment, and what it makes may never be made."""
+    name, place = (cls.name, cls.place) if cls is not None else (functions[0].name, functions[0].place)
+    name = name.strip(":")
+    record = NodeRecord(name, "", "", place)
 
     def start(walk: Walk) -> None:
         walk.current = record
-        instance = _made(cls, record, functions, walk)
+        instance = _made(cls, record, functions, walk) if cls is not None else None
         walk.starting = False
-        if not isinstance(instance, Instance):
+        if cls is not None and not isinstance(instance, Instance):
             return
-        walk.current = instance.node or record
+        walk.current = (instance.node if instance is not None else None) or record
         for function in functions:
             if id(function) not in walk.executed:
                 walk.conditions.append(Condition(perhaps=f"C-QoS found nothing that calls `{function.last}`"))
@@ -127,16 +121,16 @@ def _alone(found: Exploration, cls: Class, functions: list[Function]) -> None:
                 walk.conditions.pop()
 
     before = frozenset(found.made_at)
-    walk = found.walk(cls.name, start)
+    walk = found.walk(name, start)
     for each in (record, *walk.nodes):
         each.made = [made for made in each.made if (made.place.source, made.place.line or 0) not in before]
         each.gaps = {key: place for key, place in each.gaps.items() if place.source in found.package.own}
-    own = next((each for each in walk.nodes if each.cls == cls.name and each.made), record)
-    if own.made:
-        found.result.fragments[cls.name.strip(":")] = own
+    own = next((each for each in walk.nodes if cls is not None and each.cls == cls.name and each.made), record)
+    found.keep(name, own)
     inner = [each for each in walk.nodes if each is not own and each.made]
     if inner:
-        found.result.nodes.setdefault(cls.name.strip(":"), inner)
+        found.result.nodes.setdefault(name, inner)
+    return name
 
 
 def made_alone(name: str, walk: Walk) -> Instance | None:
@@ -149,7 +143,7 @@ def made_alone(name: str, walk: Walk) -> Instance | None:
 def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk) -> Any:
     """Return an object of a class, made with what is not known, and with the node where it takes one."""
     last = "__init__" if walk.program.language == "python" else last_part(cls.name)
-    own = [each for each in walk.program.functions.get(last, []) if fits(cls.name, each.owner or "?")]
+    own = walk.program.methods(cls, last)
     chosen = next((each for each in functions if each in own), own[0] if own else None)
     given = [argument(each.name, each.type, record, walk) for each in chosen.parameters] if chosen is not None else []
     made = Call(Name(cls.name), (), (), (), cls.place)
@@ -160,9 +154,18 @@ def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk)
 
 def argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
     """Return what a class is given that nothing followed makes: its node where the type is one, else what is not known."""
-    known = walk.table.node_class(without_arguments(inner_type(without_arguments(type_name))))
-    if known is not None:
-        return Instance(None, library=known[0], node=record)
+    plain = without_arguments(inner_type(type_name if "<" in type_name else without_arguments(type_name)))
+    known = walk.table.node_class(plain)
+    cls = walk.program.find_class(plain) if known is None else None
+    library = known[0] if known is not None else library_base(cls, walk) if cls is not None else ""
+    if library:
+        given = Unknown("what it is given")
+        names = [
+            name for each in lineage(cls, walk) for name in (*each.fields, *each.initial) if name not in each.fixed
+        ]
+        made = Instance(cls, library=library, members=dict.fromkeys(names, given), node=record)
+        walk.instances.append(made)
+        return made
     if "string" in type_name and "name" in name and record.name == PLUGIN:
         return Template(PLUGIN)
     return Unknown("what it is given")

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Class, Function
 
 _MOST_CASES: Final = 32
+NO_POSITION: Final = 2**64 - 1
+"""What C++ calls `npos`."""
 MISSING: Final = object()
 """A parameter without a default."""
 

@@ -23,8 +23,8 @@ from cqos_ros2.learn.program import (
     Operation,
     Return,
     Statement,
-    inside,
 )
+from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
 from cqos_ros2.learn.values import Template, Word, flipped
 
@@ -140,7 +140,7 @@ def _loop(statement: Loop, walk: Walk) -> None:
     over = None if statement.over is None else evaluate(statement.over, walk)
     names = walk.frame.names
     if isinstance(over, dict):
-        over = [*over]
+        over = [*over] if walk.program.language == "python" else [list(each) for each in over.items()]
     if isinstance(over, list) and len(over) <= MOST_ELEMENTS and _is_short(statement, len(over)):
         for each in over:
             _bind(statement.targets, each, walk)

@@ -1,0 +1,83 @@
+"""Searches statements of programs: what stands in them, which calls, which assignments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cqos_ros2.learn.program import Assign, Call, Closure, Do, If, Loop, Return
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_ros2.learn.program import Expression, Function, Statement
+
+
+def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
+    """Yield statements, with those of their branches and loops."""
+    for each in statements:
+        yield each
+        if isinstance(each, If):
+            yield from inside((*each.then, *each.otherwise))
+        elif isinstance(each, Loop):
+            yield from inside(each.body)
+
+
+def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
+    """Yield every call in statements."""
+    waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
+    pending: list[Statement] = [*statements]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, Assign):
+            waiting.append(each.value)
+        elif isinstance(each, Do):
+            waiting.append(each.expression)
+        elif isinstance(each, If):
+            waiting.append(each.condition)
+            pending += [*each.then, *each.otherwise]
+        elif isinstance(each, Loop):
+            pending += each.body
+            waiting += [] if each.over is None else [each.over]
+        elif isinstance(each, Return) and each.value is not None:
+            waiting.append(each.value)
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Call):
+            yield part
+            waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
+        elif isinstance(part, Closure):
+            yield from calls_in(part.function.body)
+        else:
+            waiting += _parts(part)
+
+
+def _parts(expression: Expression) -> list[Any]:
+    found: list[Any] = []
+    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
+        value = getattr(expression, name, None)
+        if isinstance(value, tuple):
+            found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
+        elif value is not None:
+            found.append(value)
+    return found
+
+
+def assignments(function: Function) -> Iterator[Assign]:
+    """Yield the assignments in a function and its lambdas that are no declarations."""
+    waiting: list[Statement] = [*function.body]
+    while waiting:
+        for each in inside([waiting.pop()]):
+            if isinstance(each, Assign):
+                if not each.declares:
+                    yield each
+                waiting += _closures(each.value)
+            elif isinstance(each, Do):
+                waiting += _closures(each.expression)
+
+
+def _closures(expression: Expression) -> Iterable[Statement]:
+    if isinstance(expression, Closure):
+        return expression.function.body
+    if isinstance(expression, Call):
+        return [each for part in expression.arguments for each in _closures(part)]
+    return ()
