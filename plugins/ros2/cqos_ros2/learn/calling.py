@@ -14,7 +14,7 @@ from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
 from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
-from cqos_ros2.learn.setters import forget_all, kept_for_later
+from cqos_ros2.learn.setters import forget_all, forget_members, kept_for_later
 from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
 
 if TYPE_CHECKING:
@@ -83,12 +83,13 @@ def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, 
     for index, (written, value) in enumerate(zip(expression.arguments, arguments, strict=True)):
         if known and not any(each.by_reference for one in known for each in one.parameters[index : index + 1]):
             continue
-        if (
-            isinstance(written, (Name, Attribute))
-            and isinstance(value, _CHANGING)
-            and not (isinstance(written, Name) and written.text.isupper())
-        ):
-            assign(written, Unknown(f"`{name[:60]}` may change it", expression.place), walk)
+        if not isinstance(written, (Name, Attribute)) or (isinstance(written, Name) and written.text.isupper()):
+            continue
+        cause = f"`{name[:60]}` may change it"
+        if isinstance(value, _CHANGING):
+            assign(written, Unknown(cause, expression.place), walk)
+        elif isinstance(value, Instance) and value.cls is not None and value.node is None:
+            forget_members(value, cause, walk)
 
 
 def _change(written: Expression, by: Call, walk: Walk) -> None:
@@ -108,7 +109,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
         )
     this = walk.frame.this
     if name in _COMPREHENSIONS:
-        return _comprehended(*given.arguments, walk, name)
+        return _comprehended(name, given.arguments[0], given.arguments[1], walk)
     if name == "super":
         from cqos_ros2.learn.objects import base
 
@@ -123,7 +124,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     if made is not None:
         return made
     cls = walk.program.find_class(name, walk.frame.function.place.source, walk.frame.function.name)
-    if cls is not None and walk.table.node_class(name) is None and not _has_row(cls.name, walk):
+    if cls is not None and not {name, cls.name} & walk.table.nodes.keys() and not _has_row(cls.name, walk):
         from cqos_ros2.learn.objects import construct
 
         return construct(cls, given, walk)
@@ -131,7 +132,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     return _of_library(name, given, walk) if found is MISSING else found
 
 
-def _comprehended(made: Code, over: Any, walk: Walk, kind: str) -> Any:
+def _comprehended(kind: str, made: Code, over: Any, walk: Walk) -> Any:
     """Return the list or dictionary that a comprehension makes; of elements that are not known, not known."""
     count = len(made.function.parameters)
     over = [*over] if isinstance(over, dict) else over

@@ -80,6 +80,7 @@ def read_definitions(root: Node, file: CppFile, program: Program) -> None:
                 name = text_of(each.child_by_field_name("name"))
                 body = each.child_by_field_name("body")
                 if body is not None:
+                    program.namespaces.add(_inside(scope, name))
                     waiting.append((body, _inside(scope, name), ()))
             else:
                 _define(each, scope, templates, file, program)
@@ -114,7 +115,10 @@ def _define(node: Node, scope: str, templates: tuple[str, ...], file: CppFile, p
             program.constants.setdefault(last_part(name), []).append((_inside(scope, name), value, file.path))
     elif node.type in _ALIASES:
         name = text_of(node.child_by_field_name(_ALIASES[node.type]))
-        program.aliases[name] = text_of(node.child_by_field_name("type"))
+        written = text_of(node.child_by_field_name("type"))
+        program.scoped.setdefault(name, []).append((_inside(scope, name), written))
+        if program.aliases.setdefault(name, written) != written:
+            program.aliases[name] = name  # it stands for several things
     elif node.type == "using_declaration" and not text_of(node).startswith("using namespace"):
         program.aliases.setdefault(last_part(text_of(node.named_children[-1])), text_of(node.named_children[-1]))
     elif (
@@ -194,7 +198,12 @@ def _declaration(node: Node, scope: str, file: CppFile, program: Program) -> Non
 
 
 def complete(program: Program) -> None:
-    """Give functions the default arguments of their declarations."""
+    """Give functions the default arguments of their declarations; a namespace is no class that owns them."""
+    classes = {each.name for found in program.classes.values() for each in found}
+    for found in program.functions.values():
+        for function in found:
+            if function.owner in program.namespaces and function.owner not in classes:
+                function.owner = ""
     for last, declared in program.declared.items():
         functions = program.functions.get(last, [])
         for number, function in enumerate(functions):

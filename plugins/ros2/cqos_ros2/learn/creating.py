@@ -23,6 +23,7 @@ from cqos_ros2.learn.values import (
     Template,
     Test,
     Word,
+    each_case,
     joined,
 )
 
@@ -39,6 +40,8 @@ REST_BY_NAME: Final = "**"
 _RAW: Final = "raw"
 """The transport of a message as it is."""
 _DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
+OWN_WORDS: Final = ("node", "namespace", "above", "plugin")
+"""What `${…}` means in node files beside parameters."""
 _SIMPLE: Final = (str, int, float, bool, list)
 
 
@@ -107,6 +110,10 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     place = given.call.place
     walk.made_at.add((place.source, place.line or 0))
     node = node_for(row, given, receiver, walk)
+    if any(each in walk.frame.abstract for each in given.types):
+        return Instance(
+            None, library=row.call
+        )  # a wrapper by itself: it is no endpoint before something states its type
     types = {str(number): walk.frame.types.get(each, each) for number, each in enumerate(given.types)}
     made = Instance(None, library=row.call, types=types)
     if "makes" in row.values and "topic_is" not in row.values and not given.arguments and not given.keywords:
@@ -116,10 +123,7 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         node = walk.stray()
     else:
         made.members["#node"] = node
-    if "uses" in row.values:
-        node.uses.setdefault(row.text("uses"), place)
-        if "unread" in row.values:
-            node.gaps[row.text("uses"), row.text("unread")] = place
+    _use(row, given, node)
     if "makes" not in row.values:
         return made
     name = row.values.get("topic_is", MISSING)
@@ -137,6 +141,17 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     for beside, type_name in row.values.get("beside", {}).items():
         record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place))
     return made
+
+
+def _use(row: Row, given: Given, node: NodeRecord) -> None:
+    """Note the fragment that a row says that a call uses, with what is not known of it."""
+    if "uses" not in row.values:
+        return
+    node.uses.setdefault(row.text("uses"), given.call.place)
+    if "unread" in row.values:
+        node.gaps[row.text("uses"), row.text("unread")] = given.call.place
+    if given.at(row.position("qos")) is not MISSING:
+        node.gaps[row.text("uses"), "the call states a quality of service of its own"] = given.call.place
 
 
 def _transported(
@@ -196,8 +211,10 @@ def record(node: NodeRecord, walk: Walk, made: Made) -> None:
 
 def topic(value: Any) -> Any:
     """Return the name of a topic, or why it is not known."""
-    if isinstance(value, (str, Template, Unknown, Either)):
+    if isinstance(value, (str, Template, Unknown)):
         return value
+    if isinstance(value, Either):
+        return each_case(value, topic)
     if isinstance(value, Resolved):
         return topic(value.name)
     if value is MISSING:
@@ -276,7 +293,7 @@ def type_name(written: str, walk: Walk) -> Any:
         found = _TYPE.fullmatch(plain)
         if found is not None:
             return f"{found[1]}/{found[2]}/{found[3]}"
-        alias = walk.program.aliases.get(plain) or walk.program.aliases.get(plain.rpartition("::")[2])
+        alias = walk.program.alias(plain)
         if alias is None:
             break
         text = alias
@@ -295,8 +312,10 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     name = row.values.get("name_is", name) if name is MISSING else name
     if isinstance(name, Template):
         name = name.text
-    if not isinstance(name, str) or not name or node is None:
-        value: Any = Unknown("the name of a parameter is not known")
+    if name in OWN_WORDS:
+        value: Any = Unknown(f"the parameter `{name}` has the name of a variable of node files")
+    elif not isinstance(name, str) or not name or node is None:
+        value = Unknown("the name of a parameter is not known")
     else:
         default = given.at(row.position("default"))
         default = row.values.get("default_is", default) if default is MISSING else default

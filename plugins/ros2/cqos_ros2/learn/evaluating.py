@@ -188,8 +188,8 @@ def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
 def _constant(text: str, walk: Walk) -> Any:
     """Return the value of a constant of the program, else the name itself."""
     program, last = walk.program, last_part(text)
-    of, here = text.rpartition("::")[0] or text.rpartition(".")[0], walk.frame.function
-    cls = program.find_class(of, here.place.source, here.name) if last != text else None
+    of, around = text.rpartition("::")[0] or text.rpartition(".")[0], walk.frame.function
+    cls = program.find_class(of, around.place.source, around.name) if last != text else None
     if cls is not None and last in cls.initial:
         return _initial(cls, last, Instance(cls), walk)
     module = walk.frame.function.name

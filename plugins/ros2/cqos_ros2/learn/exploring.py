@@ -213,9 +213,12 @@ def _plugins(found: Exploration) -> None:
                             walk,
                         )
 
-        found.walk(written, start)
+        walk = found.walk(written, start)
         if record.made or record.gaps:
             found.result.fragments[cls.name.strip(":")] = record
+        inner = [each for each in walk.nodes if each.made]
+        if inner:  # nodes of its own
+            found.result.nodes.setdefault(cls.name.strip(":"), inner)
 
 
 # Python

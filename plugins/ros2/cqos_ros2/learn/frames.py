@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.program import without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
@@ -52,6 +53,12 @@ class Frame:
     returned: list[Any] = field(default_factory=list)
     conditions: int = 0
 
+    @property
+    def abstract(self) -> set[str]:
+        """The type parameters that stand for nothing that is known."""
+        own = self.this.cls.templates if self.this is not None and self.this.cls is not None else ()
+        return {each for each in (*self.function.templates, *own) if self.types.get(each, each) == each}
+
 
 @dataclass(slots=True)
 class Condition:
@@ -82,7 +89,7 @@ class Walk:
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
         constants: objects that stand at the top of files.
-        strays: what functions make of which the node is not known, by class or function.
+        strays: what functions make for a node that is not known, by class or function.
         aliases: names that are followed right now.
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
@@ -198,5 +205,5 @@ def bases_of(cls: Class, walk: Walk) -> Iterator[Class]:
     """Yield the classes that a class is made from, in the program."""
     for base in cls.bases:
         found = walk.program.find_class(base, cls.place.source, cls.name)
-        if found is not None:
+        if found is not None and (found.name == base or without_arguments(base) not in walk.table.nodes):
             yield found

@@ -132,7 +132,7 @@ def _base_class(cls: Class, base: str, instance: Instance, made: Call, walk: Wal
     arguments = [evaluate(each, walk) for each in made.arguments]
     given = Given(made, arguments, {}, ())
     inner = walk.program.find_class(base, cls.place.source, cls.name)
-    if inner is not None and walk.table.node_class(without_arguments(base)) is None:
+    if inner is not None and not {without_arguments(base), inner.name} & walk.table.nodes.keys():
         instance.types.update(zip(inner.templates, split_types(base), strict=False) if "<" in base else ())
         _construct(inner, instance, given, walk)
     else:
@@ -194,6 +194,6 @@ def library_base(cls: Class, walk: Walk) -> str:
         for base in each.bases:
             known = walk.table.node_class(without_arguments(base))
             inner = walk.program.find_class(base, each.place.source, each.name) if known is not None else None
-            if known is not None and (inner is None or without_arguments(base) == known[0]):
+            if known is not None and (inner is None or {without_arguments(base), inner.name} & walk.table.nodes.keys()):
                 return known[0]
     return ""

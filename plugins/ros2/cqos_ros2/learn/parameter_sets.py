@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import yaml
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.creating import declare
+from cqos_ros2.learn.creating import OWN_WORDS, declare
 from cqos_ros2.learn.program import last_part
 from cqos_ros2.learn.values import MISSING, Instance, NodeRecord, Template
 
@@ -81,7 +81,15 @@ def _object(tree: dict[Any, Any], prefix: str, node: NodeRecord | None, left: li
     for key, each in tree.items():
         left[0] -= 1
         name, inner = str(key), isinstance(each, dict)
-        if left[0] < 0 or depth > _DEEPEST or name.startswith("__map_") or not inner or node is None:
+        named = f"{prefix}{name}"
+        if (
+            left[0] < 0
+            or depth > _DEEPEST
+            or name.startswith("__map_")
+            or not inner
+            or node is None
+            or named in OWN_WORDS
+        ):
             made.members[name] = Unknown("a parameter that is not followed")
         elif isinstance(each.get("type"), str):
             declare(node, f"{prefix}{name}", each.get("default_value", MISSING))

@@ -9,6 +9,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.program import Attribute, Name, inner_type, last_part
+from cqos_ros2.learn.setters import is_class
 from cqos_ros2.learn.values import MISSING, NO_POSITION, Code, Condition, Instance, Template, Test, Word, joined
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ def library_value(name: str, given: Given, walk: Walk) -> Any:
         return Word(name)
     if walk.table.is_same(name) and len(arguments) >= 1:
         return str(arguments[0]) if type(arguments[0]) is int and last in _WRITES else arguments[0]
-    if not last[:1].isupper():
-        return MISSING
+    if not last[:1].isupper() or (walk.program.language == "cpp" and not is_class(last)):
+        return MISSING  # a function that is not known, or a macro
     note_callbacks(given, walk)
     made = Instance(None, library=name)
     node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)

@@ -306,6 +306,8 @@ class Program:
         gaps: files that could not be read, and why.
         parameter_sets: what generate_parameter_library makes, by namespace.
         includes: what each file of C++ includes, as written.
+        namespaces: those of C++, by their whole names.
+        scoped: aliases with their whole names, by the last part.
     """
 
     language: str
@@ -320,6 +322,8 @@ class Program:
     gaps: list[tuple[str, Place]] = field(default_factory=list)
     parameter_sets: dict[str, Any] = field(default_factory=dict)
     includes: dict[str, list[str]] = field(default_factory=dict)
+    namespaces: set[str] = field(default_factory=set)
+    scoped: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
     _known: dict[tuple[str, str, str], Class | None] = field(default_factory=dict)
     _reached: dict[str, set[str]] = field(default_factory=dict)
     _paths: dict[str, list[str]] = field(default_factory=dict)
@@ -332,6 +336,7 @@ class Program:
         _extend(self.functions, other.functions)
         _extend(self.constants, other.constants)
         _extend(self.includes, other.includes)
+        _extend(self.scoped, other.scoped)
         self.aliases.update({name: found for name, found in other.aliases.items() if name not in self.aliases})
 
     def find_class(self, name: str, near: str = "", scope: str = "") -> Class | None:
@@ -352,6 +357,13 @@ class Program:
                 found = [each for each in found if each.place.source in seen] or found
             self._known[key] = found[0] if len(found) == 1 else _nearest(found, plain.strip(":"), near, scope)
         return self._known[key]
+
+    def alias(self, name: str) -> str | None:
+        """Return what a name stands for; None where it is no alias, or one of several that may be meant."""
+        meant = {text for full, text in self.scoped.get(last_part(name), ()) if fits(full, name)}
+        if "::" in name and meant:
+            return meant.pop() if len(meant) == 1 else None
+        return self.aliases.get(name) or self.aliases.get(last_part(name))
 
     def methods(self, cls: Class, name: str) -> list[Function]:
         """Return the methods of a class by name: where classes have one name, those of files that see this one."""

@@ -91,8 +91,14 @@ def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
             if not isinstance(given, Name) or given.text.isupper():
                 continue
             changed = any(variable.by_reference for one in known for variable in one.parameters[index : index + 1])
-            if index in into or changed or not (known or walk.table.is_harmless(name) or last_part(name)[:1].isupper()):
+            if index in into or changed or not (known or walk.table.is_harmless(name) or is_class(name)):
                 yield given.text
+
+
+def is_class(name: str) -> bool:
+    """Whether a name that nothing defines is written like that of a class: macros may change what they are given."""
+    last = last_part(name)
+    return last[:1].isupper() and not (last.isupper() and "_" in last)
 
 
 def kept_for_later(values: Iterable[Any], call: Call, walk: Walk) -> None:
@@ -123,7 +129,12 @@ def forget_all(instance: Instance, name: str, walk: Walk) -> None:
 
     if not any(name in cls.declared for cls in lineage(instance.cls, walk)) or method_of(instance.cls, name, walk):
         return
-    unknown = Unknown(f"the definition of `{name[:60]}` was not read")
+    forget_members(instance, f"the definition of `{name[:60]}` was not read", walk)
+
+
+def forget_members(instance: Instance, cause: str, walk: Walk) -> None:
+    """Take the values of an object as not known: something may have changed them that was not followed."""
+    unknown = Unknown(cause)
     for cls in lineage(instance.cls, walk):
         for each in cls.initial:
             if each not in cls.fixed:

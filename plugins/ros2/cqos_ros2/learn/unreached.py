@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Place
     from cqos_ros2.learn.exploring import Exploration
-    from cqos_ros2.learn.program import Class, Function
+    from cqos_ros2.learn.program import Class, Function, Program
     from cqos_ros2.learn.table import Row, Table
 
 _MOST_CLASSES: Final = 300
@@ -71,7 +71,7 @@ def missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
                 place = each.place
                 if (
                     (place.source, place.line or 0) not in found.made_at
-                    and not _forwards(each, function)
+                    and not _forwards(each, function, found.program)
                     and any(_may_be(each, row, fields, found.table) for row in found.table.calls.get(_called(each), ()))
                 ):
                     yield function, place
@@ -85,12 +85,20 @@ def _may_be(call: Call, row: Row, fields: dict[str, str], table: Table) -> bool:
     given = len(call.arguments) + len(call.keywords)
     if "makes" not in row.values or (position is not None and given <= (position.index or 0)):
         return False
+    if isinstance(call.function, Name) and not _is_named(call.function.text, row):
+        return False
     if not row.on or (not row.protocol and any(each == "node" or each in table.nodes for each in row.on)):
         return True
     on = call.function.of if isinstance(call.function, Attribute) else None
     name = on.name if isinstance(on, Attribute) else on.text if isinstance(on, Name) else ""
     stated = without_arguments(inner_type(fields.get(name, "")))
     return any(fits(each, stated) for each in row.on) if stated else False
+
+
+def _is_named(written: str, row: Row) -> bool:
+    """Whether a name with its namespace or module may be that of a row: another library has functions of the same name."""
+    scope = written.removesuffix(last_part(written)).strip(":.")
+    return fits(row.call, written) if not row.on else not scope or any(fits(each, scope) for each in row.on)
 
 
 def _called(call: Call) -> str:
@@ -174,9 +182,10 @@ def argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
 # Whose they are
 
 
-def _forwards(call: Call, function: Function) -> bool:
-    """Whether a call only hands on the type parameter of its function: a wrapper."""
-    return any(each in function.templates for each in call.types)
+def _forwards(call: Call, function: Function, program: Program) -> bool:
+    """Whether a call only hands on the type parameter of its function or class: a wrapper."""
+    cls = program.find_class(function.owner, function.place.source) if function.owner and call.types else None
+    return any(each in (*function.templates, *(cls.templates if cls is not None else ())) for each in call.types)
 
 
 def _blame(found: Exploration, function: Function, place: Place) -> None:

@@ -1,0 +1,140 @@
+"""Classes of one name, bases that only a macro names, structures, and what no program calls: each seen in public code, rebuilt in our own words."""
+
+from __future__ import annotations
+
+import pytest
+
+PUB = "create_publisher<std_msgs::msg::String>"
+CMAKE = "project(bot)\nadd_executable(one src/one.cpp)\nadd_executable(two src/two.cpp)\n"
+
+
+def published(part):
+    return {name: each.get("qos") for name, each in part.get("publishes", {}).items() if "unknown" not in each}
+
+
+@pytest.fixture
+def node(cpp):
+    """Return the function that learns which topics the constructor of a class `Driver` publishes."""
+    return lambda *parts: published(cpp(*parts))
+
+
+def test_what_a_file_includes_decides_between_classes_of_one_name(learned, parser):
+    files = {"CMakeLists.txt": CMAKE}
+    for name in ("one", "two"):
+        files[f"src/{name}/Node.hpp"] = (
+            f'class Node : public rclcpp::Node {{ public: Node(); std::string t_ = "{name}"; }};'
+        )
+        files[f"src/{name}/Node.cpp"] = (
+            f'#include "Node.hpp"\nNode::Node() : rclcpp::Node("{name}") {{ {PUB}(t_, 1); }}'
+        )
+        files[f"src/{name}.cpp"] = (
+            f'#include "{name}/Node.hpp"\nint main() {{ rclcpp::spin(std::make_shared<Node>()); }}'
+        )
+    found = learned(files).document["nodes"]
+    assert {name: published(found[name]) for name in ("one", "two")} == {
+        "one": {"one": {"depth": 1}},
+        "two": {"two": {"depth": 1}},
+    }
+
+
+def test_the_nearest_namespace_decides_between_classes_of_one_name(node):
+    before = f'namespace a {{ struct Part {{ Part(rclcpp::Node * n) {{ n->{PUB}("a", 1); }} }}; }}\nstruct Part {{ Part(rclcpp::Node * n) {{ n->{PUB}("b", 1); }} }};\nnamespace a {{ void make(rclcpp::Node * n) {{ Part p(n); }} }}'
+    assert set(node("a::make(this);", "", before)) == {"a"}
+
+
+@pytest.mark.parametrize(("chosen", "names"), [("ONE", {"a"}), ("TWO", set())])
+def test_a_base_class_that_a_macro_names(learned, parser, chosen, names):
+    source = (
+        f"#define ONE 1\n#define TWO 2\n#define CHOSEN {chosen}\n#if CHOSEN == ONE\n#define BASE rclcpp::Node\n#elif CHOSEN == TWO\n#define BASE other::Thing\n#endif\n"
+        f'class Driver : public BASE {{ public: Driver() : BASE("driver") {{\n#if CHOSEN == ONE\n{PUB}("a", 1);\n#endif\n}} }};\n'
+        "int main() { rclcpp::spin(std::make_shared<Driver>()); }"
+    )
+    found = learned({"CMakeLists.txt": "add_executable(driver src/driver.cpp)", "src/driver.cpp": source}).document
+    assert set(published(found.get("nodes", {}).get("driver", {}))) == names
+
+
+def test_a_branch_for_ros_1_is_not_read(learned, parser):
+    source = (
+        '#ifdef ROS_FOUND\n#include <ros/ros.h>\nclass Out { public: Out(ros::NodeHandle & n) {} };\n#elif ROS2_FOUND\n#include "rclcpp/rclcpp.hpp"\n'
+        f'class Out {{ public: Out(rclcpp::Node * n) {{ n->{PUB}("points", 2); }} }};\n#endif\n'
+    )
+    found = learned({"CMakeLists.txt": "", "src/out.hpp": source}).document
+    assert published(found["fragments"]["Out"]) == {"points": {"depth": 2}}
+
+
+def test_what_no_program_calls_is_a_fragment_that_may_not_be_made(learned, parser):
+    source = f'void helper(const std::shared_ptr<rclcpp::Node> & node) {{ node->{PUB}("a", 1); }}'
+    found = learned({"CMakeLists.txt": "", "src/helper.cpp": source}).document["fragments"]["helper"]
+    assert published(found) == {"a": {"depth": 1}}
+    assert "nothing that calls" in found["publishes"]["a"]["perhaps"]
+
+
+def test_a_class_with_a_base_that_nothing_knows_takes_the_methods_of_nodes(learned, parser):
+    source = f'class Part : public elsewhere::CascadeNode {{ public: void start() {{ p_ = {PUB}("a", rclcpp::QoS(7).reliable()); }} }};'
+    found = learned({"CMakeLists.txt": "", "src/part.cpp": source}).document["fragments"]["Part"]
+    assert published(found) == {"a": {"depth": 7, "reliability": "reliable"}}
+
+
+def test_a_wrapper_by_itself_is_no_endpoint(learned, parser):
+    source = "template <class T> class Out { public: Out(rclcpp::Node * n, std::string t) { n->create_publisher<T>(t, 1); } };"
+    assert "fragments" not in learned({"CMakeLists.txt": "", "src/out.hpp": source}).document
+
+
+def test_a_pointer_to_a_node_is_no_second_node(learned, parser):
+    source = (
+        f'struct Part {{ Part(rclcpp::Node * n) : n_(n) {{ n_->{PUB}("a", 1); }} rclcpp::Node * n_; }};\n'
+        'class Driver : public rclcpp::Node { public: Driver() : Node("driver") { Part p(this); } };\nint main() { rclcpp::spin(std::make_shared<Driver>()); }'
+    )
+    found = learned({"CMakeLists.txt": "add_executable(driver src/driver.cpp)", "src/driver.cpp": source}).document
+    assert list(found["nodes"]) == ["driver"]
+
+
+@pytest.mark.parametrize(
+    ("body", "members", "before", "names"),
+    [
+        pytest.param(f"{PUB}(c_.topic, c_.depth);", "Config c_;", 'struct Config { std::string topic = "x"; int depth = 7; };', {"x": {"depth": 7}}, id="a structure with defaults"),
+        pytest.param(f"READ(file, c_.topic); c_.load(); {PUB}(c_.topic, 1);", "Config c_;", 'struct Config { std::string topic = "x"; void load() { READ_INTO(file, topic); } };', {}, id="a macro may change what it is given"),
+        pytest.param(f"read_all(c_); {PUB}(c_.topic, 1);", "Config c_;", 'struct Config { std::string topic = "x"; };', {}, id="a function that is not known may change a structure"),
+        pytest.param(f"auto later = [this]() {{ {PUB}(c_.topic, 1); }}; timer_ = create_wall_timer(1s, later);", 'Config c_; void set() { c_.topic = "y"; }', 'struct Config { std::string topic = "x"; };', {}, id="a method that nothing calls sets a field"),
+        pytest.param(f"for (const auto & each : kAll) {{ {PUB}(each.name, each.depth); }}", "", 'struct One { std::string name; int depth; };\nconst std::vector<One> kAll = {{"a", 1}, {"b", 2}};', {"a": {"depth": 1}, "b": {"depth": 2}}, id="a list of structures"),
+        pytest.param(f'std::map<std::string, std::string> m{{{{"a", "x"}}}}; for (const auto & [k, v] : m) {{ {PUB}(k + "/" + v, 1); }}', "", "", {"a/x": {"depth": 1}}, id="a map"),
+        pytest.param(f"{PUB}(topic_of(Kind::B), 1);", "", 'enum class Kind { A, B };\nstd::string topic_of(Kind k) { switch (k) { case Kind::A: return "a"; case Kind::B: return "b"; } return ""; }', {"b": {"depth": 1}}, id="a choice by an enumeration"),
+        pytest.param(f'{PUB}(plain("/a/b"), 1);', "", 'std::string plain(const std::string & n) { if (n.find("/") == 0) { return n.substr(1); } return n; }', {"a/b": {"depth": 1}}, id="parts of a text"),
+        pytest.param(f'declare_parameter("namespace", "x"); {PUB}(get_parameter("namespace").as_string() + "/a", 1);', "", "", {}, id="a parameter with the name of a variable of node files"),
+    ],
+)  # fmt: skip
+def test_structures_and_texts(node, body, members, before, names):
+    assert node(body, members, before) == names
+
+
+def test_a_broadcaster_with_a_quality_of_service_of_its_own(cpp):
+    found = cpp("b_ = std::make_unique<tf2_ros::TransformBroadcaster>(*this, rclcpp::QoS(3));")
+    assert [each["cause"] for each in found["unread"]] == ["the call states a quality of service of its own"]
+
+
+@pytest.mark.parametrize(
+    ("body", "before", "names"),
+    [
+        pytest.param("c = Config('b', depth=2)\nself.create_publisher(String, c.topic, c.depth)", "from dataclasses import dataclass\n@dataclass\nclass Config:\n    topic: str = 'a'\n    depth: int = 1\n", {"b": {"depth": 2}}, id="a dataclass that is given values"),
+        pytest.param("self.all = [self.create_publisher(String, f'r{i}', 1) for i in range(2)]", "", {"r0": {"depth": 1}, "r1": {"depth": 1}}, id="a comprehension"),
+        pytest.param("i = 'a'\nself.all = [self.create_publisher(String, i, 1) for i in names()]", "", {}, id="a name of a comprehension hides another one"),
+        pytest.param("self.create_publisher(String, '/%s/x' % 'r', 1)", "", {"/r/x": {"depth": 1}}, id="a text with places"),
+        pytest.param("Base.start(self, 'a')", "class Base:\n    def start(self, name):\n        self.create_publisher(String, name, 1)\n", {"a": {"depth": 1}}, id="a method of a base class by its name"),
+    ],
+)  # fmt: skip
+def test_python(python, body, before, names):
+    assert published(python(body, before=before)) == names
+
+
+def test_an_alias_of_one_name_in_two_classes(cpp):
+    before = "struct A { using Message = std_msgs::msg::String; };\nstruct B { using Message = std_msgs::msg::Bool; };"
+    found = cpp(
+        'create_publisher<A::Message>("a", 1); create_publisher<B::Message>("b", 1); create_publisher<Message>("c", 1);',
+        "",
+        before,
+    )
+    assert [each.get("type") for each in found["publishes"].values()] == [
+        "std_msgs/msg/String",
+        "std_msgs/msg/Bool",
+        None,
+    ]
