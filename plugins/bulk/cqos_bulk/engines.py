@@ -27,6 +27,7 @@ _SPARK: Final = {
     "ui.showConsoleProgress": "false",
     "log.level": "ERROR",
     "sql.ansi.enabled": "true",
+    "sql.csv.parser.columnPruning.enabled": "false",
 }
 
 
