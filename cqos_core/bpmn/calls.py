@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.lost import laid_under
-from cqos_core.bpmn.participants import shared_by
+from cqos_core.bpmn.participants import inherit, shared_by
 from cqos_core.bpmn.reading import MOST_COPIES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import ImportNote
@@ -80,7 +80,7 @@ def run_by_callers(systems: Sequence[System]) -> list[System]:
     for process in joined:
         for _, each in process.runners.values():
             if process.stated is not None:
-                heirs[id(each)].inherit(process.stated)
+                inherit(heirs[id(each)], process.stated)
     for system in systems:
         for each in system.participants.values():
             if id(each) in heirs:

@@ -190,10 +190,18 @@ def _inherit(reading: DiagramReading, process: Element, pools: list[Participant]
     """Give the pools of a process what is stated on the process; what is stated on the pool wins."""
     stated = _stated(reading, process, identity(process) or "")
     for pool in pools:
-        pool.inherit(stated)
+        inherit(pool, stated)
     if len(pools) > 1:
         reading.note("CQ048", shared_by(pools), reading.document.place(process))
     return stated
+
+
+def inherit(pool: Participant, process: Participant) -> None:
+    """Give a pool what is stated on a process that it runs; what is stated on the pool wins."""
+    pool.protocol = pool.protocol or process.protocol
+    pool.settings = process.settings | pool.settings
+    pool.external = pool.external or process.external
+    pool.lost = tuple(dict.fromkeys((*process.lost, *pool.lost)))
 
 
 def shared_by(pools: Sequence[Participant]) -> str:

@@ -234,16 +234,14 @@ class Endpoint:
         overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
         needs: what the application requires, in the words of DESIGN 8.
         type: data type name as written, or None when unstated.
-        kind: ``message``, or what a pack derives topics from: ``service_server``, ``service_client``,
-            ``action_server``, ``action_client``.
+        kind: ``message``, or what a pack derives topics from: ``service_server``, ``action_client``, …
         dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …
         observed: reported by a running system or a recording rather than stated by people.
         external: a missing partner is no finding.
         topic_is_guess: the topic's name is a guess (an event name, say), worth saying when nothing meets it.
         starts_after: ids of endpoints or participants that are up before this one.
         template: the id before ``instances:`` were multiplied out; findings stay grouped by it.
-        alternative: any one of the endpoints of this template may be the one that there is, so that one without a partner is
-            no finding while another has one.
+        alternative: one endpoint of its template is there, so one without a partner is no finding while another has one.
         protocol: overrides the participant's.
         label: a person's name for the endpoint (the BPMN event's name), for messages.
         room: where its file has room for further settings.
@@ -343,13 +341,6 @@ class Participant:
     room: Room | None = None
     groups: dict[str, Place] = field(default_factory=dict)
     lost: tuple[tuple[str, Setting], ...] = field(default=(), compare=False)
-
-    def inherit(self, process: Participant) -> None:
-        """Take what is stated on a process that it runs; what it states itself wins."""
-        self.protocol = self.protocol or process.protocol
-        self.settings = process.settings | self.settings
-        self.external = self.external or process.external
-        self.lost = tuple(dict.fromkeys((*process.lost, *self.lost)))
 
 
 @dataclass(slots=True)
@@ -469,8 +460,7 @@ class System:
         severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
         sources: the files read, in order, with their bytes, from which formatters cut excerpts.
         flows: the control flow of each file that draws any; made when it is first read.
-        processes: what is stated on the processes of `flows` that no pool shows, by name, as a participant. Participants that
-            call such a process run it, also those of other files.
+        processes: the processes of `flows` that no pool shows, by name, as participants: those that call them, in any file, run them.
         partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
         hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
     """
