@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.model.lazy_endpoint import Names, StatedTexts
+from cqos_core.model.lazy_endpoint import SettingNames, StatedTexts
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place, Setting
 
@@ -58,7 +58,9 @@ class TextMap(MappingNode, StatedTexts):
     __slots__ = ("_source", "_start", "file", "names", "texts")
     file: str
 
-    def __init__(self, source: str, line: int, line_start: int, start: int, names: Names, texts: list[str]) -> None:
+    def __init__(
+        self, source: str, line: int, line_start: int, start: int, names: SettingNames, texts: list[str]
+    ) -> None:
         """Take the map that begins at ``start`` of a source."""
         self.line, self.column, self.end, self.repeated = line, start - line_start + 1, line, None
         self._source, self._start, self.names, self.texts = source, start, names, tuple(texts)
@@ -95,7 +97,7 @@ class _Plain:
     def __init__(self, text: str) -> None:
         self.text = text
         self._texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
-        self._names: dict[tuple[str, ...], Names] = {}
+        self._names: dict[tuple[str, ...], SettingNames] = {}
         self._top = MappingNode(None, None)
         self._indent = -1
         self._above: list[tuple[int, MappingNode]] = []
@@ -190,7 +192,7 @@ class _Plain:
         if names is None:
             if len({*keys}) < len(keys):
                 raise _NotPlainError
-            names = self._names[keys] = Names(tuple([known(key, key) for key in keys]))
+            names = self._names[keys] = SettingNames(tuple([known(key, key) for key in keys]))
         return TextMap(self.text, line, line_start, start, names, [known(text, text) for text in found])
 
     def _map(self, start: int, end: int, line_start: int, line: int) -> MappingNode:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Pattern, Said, Settings
 
 
-class Written(Protocol):
+class WrittenSettings(Protocol):
     """What a file states for one endpoint."""
 
     @property
@@ -26,7 +26,7 @@ class Written(Protocol):
         """Return the settings of an endpoint."""
 
 
-class Names:
+class SettingNames:
     """The names under which several endpoints state a text each, in this order; a `Pattern`.
 
     Attributes:
@@ -52,11 +52,11 @@ class StatedTexts:
     """
 
     __slots__ = ()
-    names: Names
+    names: SettingNames
     texts: tuple[str, ...]
 
     @property
-    def pattern(self) -> tuple[Names, tuple[str, ...]]:
+    def pattern(self) -> tuple[SettingNames, tuple[str, ...]]:
         """What `Endpoint.pattern` returns of one that states them."""
         return self.names, self.texts
 
@@ -70,7 +70,7 @@ class LazyEndpoint(Endpoint):
     """An `Endpoint` whose settings are made of what is written when one reads them; else as any other."""
 
     __slots__ = ("_made", "written")
-    written: Written
+    written: WrittenSettings
     _made: Settings | None
 
     @property
@@ -81,7 +81,7 @@ class LazyEndpoint(Endpoint):
         return self._made
 
     @settings.setter
-    def settings(self, stated: Settings | Written) -> None:
+    def settings(self, stated: Settings | WrittenSettings) -> None:
         """Take settings, or what they are made of when one reads them."""
         if isinstance(stated, dict):
             self._made = stated
