@@ -285,7 +285,7 @@ class Clients:
         values = each.profile.values
         folded = {index: _SOME for index in self._folded if isinstance(values[index], str) and values[index]}
         profile = each.profile.with_values(folded) if folded else each.profile
-        beyond = (said for bound in self.pack.beyond_topics if (said := ask(bound, values, values)) is not None)
+        beyond = (one for bound in self.pack.beyond_topics if (one := ask(bound, values, values)) is not None)
         found = [*said, *((one.bound.rule.code, str(one.bound.severity)) for one in beyond if not one.unknown)]
         remarks = tuple(sorted({each for each in found if each[1] in self.severities}))
         own = any(values[index] == NAME for index in self.own)

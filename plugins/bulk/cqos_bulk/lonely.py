@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_bulk.engines import TableStore
     from cqos_bulk.hearing import Hearing
     from cqos_bulk.spool import Spool
-    from cqos_core.checking.partners import TopicKey
+    from cqos_core.matching.pairing import TopicKey
     from cqos_core.resolving.resolved import Resolved
 
     Frame = nw.LazyFrame[Any]
@@ -150,4 +150,5 @@ def _end(clients: Clients, topic: str, row: tuple[Any, ...], stands: _Stands) ->
     # Names of one participant that nearly agree are no mistake, so it counts whether there is only one.
     owner = f"{first}" if first == last else f"several {identifier}"
     endpoint = replace(resolved.endpoint, participant=owner)
-    return replace(resolved, id=identifier, key=topic, shown=topic, endpoint=endpoint)
+    end: Resolved = replace(resolved, id=identifier, key=topic, shown=topic, endpoint=endpoint)
+    return end

@@ -212,8 +212,8 @@ class Meetings:
             groups[End(p, True, several)] += number
         outcome, listed = self._outcome(groups)
         self._note(outcome, listed, +visitors, met, frozenset(owned))
-        for far, at, part, end in taken:
-            whole = end._replace(owner=numbers[part]) if end.owner >= 0 else end
+        for far, at, of_part, end in taken:
+            whole = end._replace(owner=numbers[of_part]) if end.owner >= 0 else end
             if listed.index(whole) in outcome.met:
                 self.far.meet_one(far, at)
         return outcome
