@@ -7,13 +7,12 @@ first remapping with the same full name replaces it. Designs that name their sig
 
 from __future__ import annotations
 
-import re
 import unicodedata
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular import re, regular_expression
 from cqos_core.model.wildcards import fits
 from cqos_core.packs import NameContext, NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
