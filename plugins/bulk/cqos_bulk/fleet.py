@@ -145,8 +145,7 @@ def _audited(
     """Check each protocol of a table in its own way; ``stated`` are the columns that the table has itself."""
     names = [name for name in source.collect_schema().names() if name not in _NOT_RESOLVED]
     keys = ["protocol", *[name for name in names if name != "protocol"]]
-    settings = [name for name in keys if name.startswith(DOT)]
-    store.keep("stated", source.group_by("protocol", "role").agg(*[nw.col(each).max() for each in settings]))
+    texts = _texts(source, keys, where, store)
     packs, used = _protocols(store, wanted, where)
     _refuse_without_topic(source, wanted, store)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
@@ -158,8 +157,6 @@ def _audited(
         raise CqosError(
             f"{packs[name].title} needs a column `participant`: values follow from all endpoints of a client"
         )
-    listed = source.filter(nw.col("protocol").is_in(in_columns)).group_by(*keys).agg(nw.len().alias("number"))
-    texts = store.keep("texts", listed) if in_columns else listed
     found = []
     for name in [*in_columns, *folded]:
         pack = packs[name]
@@ -275,7 +272,9 @@ def _listed(names: Sequence[str]) -> str:
 
 def _refuse_without_topic(source: Frame, wanted: WantedAudit, store: TableStore) -> None:
     """Refuse rows that have no topic: nothing would say that they were left out."""
-    blank = source.filter(nw.col("topic").str.strip_chars() == "")
+    # Few names begin with no letter, digit or sign of ASCII: only they are worth a look at each letter.
+    topic = nw.col("topic")
+    blank = source.filter(((topic < "!") | (topic > "~")) & (topic.str.strip_chars() == ""))
     store.keep("without_topic", blank.select(nw.len().cast(nw.Int64).alias("number")))
     for row in store.rows("without_topic"):
         if row["number"]:
@@ -311,6 +310,22 @@ def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSyst
 
 
 # Protocols
+
+
+def _texts(source: Frame, keys: Sequence[str], where: Context, store: TableStore) -> Frame:
+    """Return what rows of protocols in columns state, each once; keep which settings the rows of each protocol and role have."""
+    store.keep("protocols", source.group_by("protocol").agg(nw.len().alias("number")))
+    packs = {row["protocol"]: where.find_pack(row["protocol"]) for row in store.rows("protocols") if row["protocol"]}
+    listed = [name for name, pack in packs.items() if pack is not None and _has_column_form(pack)]
+    inside = nw.col("protocol").is_in(listed)
+    others = source.filter(~inside)
+    rows = source if len(listed) == len(packs) else source.filter(inside)
+    texts = store.keep("texts", rows.group_by(*keys).agg(nw.len().alias("number"))) if listed else rows
+    parts = [texts, *([] if rows is source else [others])] if listed else [others]
+    settings = [name for name in keys if name.startswith(DOT)]
+    stated = nw.concat([each.select("protocol", "role", *settings) for each in parts], how="vertical")
+    store.keep("stated", stated.group_by("protocol", "role").agg(*[nw.col(each).max() for each in settings]))
+    return texts
 
 
 def _protocols(
