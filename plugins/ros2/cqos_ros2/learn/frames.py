@@ -91,6 +91,7 @@ class Walk:
         constants: objects that stand at the top of files.
         strays: what functions make for a node that is not known, by class or function.
         aliases: names that are followed right now.
+        lineages: classes with those that they are made from, by the identity of the class.
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
     """
@@ -115,6 +116,7 @@ class Walk:
     modules: dict[str, dict[str, Any]] = field(default_factory=dict)
     constants: dict[int, Any] = field(default_factory=dict)
     strays: dict[str, NodeRecord] = field(default_factory=dict)
+    lineages: dict[int, list[Class]] = field(default_factory=dict)
 
     def step(self) -> None:
         """Count one step.
@@ -188,17 +190,18 @@ class Walk:
                     space[name] = merged(tests, one, two, cause, place)
 
 
-def lineage(cls: Class | None, walk: Walk) -> Iterator[Class]:
-    """Yield a class and those that it is made from, in the program."""
-    waiting = [] if cls is None else [cls]
-    seen: set[int] = set()
-    while waiting:
-        each = waiting.pop(0)
-        if id(each) in seen or len(seen) > _MOST_BASES:
-            continue
-        seen.add(id(each))
-        yield each
-        waiting += bases_of(each, walk)
+def lineage(cls: Class | None, walk: Walk) -> list[Class]:
+    """Return a class and those that it is made from, in the program."""
+    if cls is None:
+        return []
+    if id(cls) not in walk.lineages:
+        waiting, found = [cls], walk.lineages.setdefault(id(cls), [])
+        while waiting and len(found) <= _MOST_BASES:
+            each = waiting.pop(0)
+            if all(each is not known for known in found):
+                found.append(each)
+                waiting += bases_of(each, walk)
+    return walk.lineages[id(cls)]
 
 
 def bases_of(cls: Class, walk: Walk) -> Iterator[Class]:

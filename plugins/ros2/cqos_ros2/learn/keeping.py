@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.files.opening import read_path, write_whole
+from cqos_core.files.opening import read_path
 from cqos_core.model.problems import InputError
 from cqos_ros2.learn.packages import dependencies, files
 
@@ -91,7 +91,9 @@ def keep(package: str, folder: str, key: str, found: dict[str, Any]) -> None:
     path = _file(package, folder)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(str(path), json.dumps({"key": key, **found}).encode())
+        draft = path.with_suffix(f".{os.getpid()}")
+        draft.write_bytes(json.dumps({"key": key, **found}).encode())
+        draft.replace(path)
     except (OSError, ValueError):
         return
 

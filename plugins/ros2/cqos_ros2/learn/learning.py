@@ -76,7 +76,7 @@ def learn(
         found = _learn(package, workspace, known, parsed)
         keep(package, folder, key, found)
     document = found["document"] if before is None else with_confirmed(found["document"], before)
-    text = written(document)
+    text = found["text"] if before is None else written(document)
     files = tuple(path for path in found["files"] if f"{os.path.relpath(path, folder)}:" in text)
     return Learned(package, document, text, [(what, cause, at) for what, cause, at in found["gaps"]], files)
 
@@ -85,7 +85,7 @@ def _learn(package: str, workspace: Workspace, known: dict[str, Table], parsed: 
     read = read_package(package, workspace, known, parsed)
     found = facts(read, explore(read, known))
     plain = json.loads(json.dumps(found.document))
-    return {"document": plain, "gaps": found.gaps, "files": sorted(read.own)}
+    return {"document": plain, "text": written(plain), "gaps": found.gaps, "files": sorted(read.own)}
 
 
 def written(document: dict[str, Any]) -> str:

@@ -143,8 +143,8 @@ def files(name: str, workspace: Workspace) -> Iterator[str]:
     """Yield the files of a package, without its tests."""
     folder = workspace.packages[name]
     for path in sorted(path for paths in workspace.files_of(name).values() for path in paths):
-        inner = Path(os.path.relpath(path, folder)).parts
-        if not _TESTS & set(inner[:-1]) and not _TEST_NAMES.fullmatch(inner[-1]):
+        *inner, last = path.removeprefix(folder).split("/")
+        if _TESTS.isdisjoint(inner) and not _TEST_NAMES.fullmatch(last):
             yield path
 
 

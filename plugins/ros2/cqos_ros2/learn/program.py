@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
@@ -308,6 +309,7 @@ class Program:
         includes: what each file of C++ includes, as written.
         namespaces: those of C++, by their whole names.
         scoped: aliases with their whole names, by the last part.
+        names_set: names that functions set, by the identity of the function.
     """
 
     language: str
@@ -329,6 +331,7 @@ class Program:
     _paths: dict[str, list[str]] = field(default_factory=dict)
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
+    names_set: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
     def add(self, other: Program) -> None:
         """Take what the files of a package that this one depends on define."""
@@ -443,11 +446,13 @@ def _nearest(found: list[Class], plain: str, near: str, scope: str) -> Class | N
     return found[0] if len(found) == 1 else own[0] if len(own) == 1 else None
 
 
+@lru_cache(maxsize=65536)
 def last_part(name: str) -> str:
     """Return a qualified name without what it is in."""
     return name.rpartition("::")[2].rpartition(".")[2]
 
 
+@lru_cache(maxsize=65536)
 def fits(full: str, written: str) -> bool:
     """Whether a name as written may mean a qualified name: the one ends with the other, part by part."""
     one, other = full.replace("::", ".").split("."), written.strip(":").replace("::", ".").split(".")
@@ -455,6 +460,7 @@ def fits(full: str, written: str) -> bool:
     return one[-length:] == other[-length:]
 
 
+@lru_cache(maxsize=65536)
 def without_arguments(name: str) -> str:
     """Return a type without template arguments, qualifiers and marks of pointers and references."""
     plain = name.split("<", 1)[0]

@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from cqos_ros2.learn.program import Assign, Call, Closure, Do, If, Loop, Return
+from cqos_ros2.learn.program import (
+    Assign,
+    Attribute,
+    Call,
+    Closure,
+    Conditional,
+    Do,
+    Element,
+    If,
+    Items,
+    Loop,
+    NotFollowed,
+    Operation,
+    Pairs,
+    Return,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_ros2.learn.program import Expression, Function, Statement
+
+_INNER: Final[dict[type, tuple[str, ...]]] = {
+    Attribute: ("of",),
+    Conditional: ("condition", "then", "otherwise"),
+    Element: ("of", "key"),
+    Items: ("items",),
+    NotFollowed: ("parts",),
+    Operation: ("operands",),
+    Pairs: ("items",),
+}
+"""Where the parts of an expression stand."""
 
 
 def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
@@ -53,11 +79,11 @@ def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = 
 
 def _parts(expression: Expression) -> list[Any]:
     found: list[Any] = []
-    for name in ("of", "operands", "items", "parts", "condition", "then", "otherwise", "key"):
-        value = getattr(expression, name, None)
+    for name in _INNER.get(type(expression), ()):
+        value = getattr(expression, name)
         if isinstance(value, tuple):
             found += [each for item in value for each in (item if isinstance(item, tuple) else (item,))]
-        elif value is not None:
+        else:
             found.append(value)
     return found
 

@@ -48,12 +48,12 @@ def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
     skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
     for function in walk.program.owned(cls.name):
         at_start = function.last in skipped or function.last.startswith(("~", "on_"))
-        for name in _set_in(function, walk):
+        for name in _names_set(function, walk):
             if not at_start or (name.endswith(_COUNTS) and function.last not in {last_part(cls.name), "__init__"}):
                 found.setdefault(name, []).append(function)
         if walk.program.language == "cpp" and (at_start or b"[" in function.source):
             for inner in _lambdas(function):
-                for name in _set_in(inner, walk):
+                for name in _names_set(inner, walk):
                     found.setdefault(name, []).append(inner)
     return found
 
@@ -61,6 +61,14 @@ def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
 def _lambdas(function: Function) -> Iterator[Function]:
     for each in calls_in(function.body, function.initializers):
         yield from (part.function for part in each.arguments if isinstance(part, Closure))
+
+
+def _names_set(function: Function, walk: Walk) -> tuple[str, ...]:
+    """Return the names that a function sets; they are searched once."""
+    known = walk.program.names_set
+    if id(function) not in known:
+        known[id(function)] = tuple(_set_in(function, walk))
+    return known[id(function)]
 
 
 def _set_in(function: Function, walk: Walk) -> Iterator[str]:
@@ -109,7 +117,7 @@ def kept_for_later(values: Iterable[Any], call: Call, walk: Walk) -> None:
     for each in values:
         if isinstance(each, Code) and each.function.name == "lambda" and id(each.function) not in walk.executed:
             walk.callbacks.append(each)
-            for set_there in _set_in(each.function, walk):
+            for set_there in _names_set(each.function, walk):
                 _forget(set_there.removesuffix(_COUNTS), each, walk)
 
 

@@ -159,10 +159,15 @@ class Table:
     lists: dict[str, tuple[str, ...]] = field(default_factory=dict)
     objects: dict[str, dict[str, int]] = field(default_factory=dict)
     members: dict[str, str] = field(default_factory=dict)
+    _looked_up: dict[tuple[int, str], Any] = field(default_factory=dict)
 
     def node_class(self, name: str) -> tuple[str, Row] | None:
         """Return the class of nodes that a name means."""
-        return next(((known, row) for known, row in self.nodes.items() if _means(name, known)), None)
+        key = id(self.nodes), name
+        if key not in self._looked_up:
+            self._looked_up[key] = next((each for each in self.nodes.items() if _means(name, each[0])), None)
+        found: tuple[str, Row] | None = self._looked_up[key]
+        return found
 
     def rows(self, kind: str, name: str, classes: Iterable[str], *, method: bool) -> list[Row]:
         """Return the rows of a call.
@@ -199,8 +204,12 @@ class Table:
 
     def lookup(self, kind: dict[str, Any], name: str) -> Any:
         """Return what one of the maps has for a name; None where it has nothing."""
-        found = [value for known, value in kind.items() if last_part(known) == last_part(name) and _means(name, known)]
-        return found[0] if found and all(each == found[0] for each in found) else None
+        key = id(kind), name
+        if key not in self._looked_up:
+            last = last_part(name)
+            found = [value for known, value in kind.items() if last_part(known) == last and _means(name, known)]
+            self._looked_up[key] = found[0] if found and all(each == found[0] for each in found) else None
+        return self._looked_up[key]
 
     def is_same(self, name: str) -> bool:
         """Whether a call returns what it is given."""
@@ -208,11 +217,10 @@ class Table:
 
     def is_harmless(self, name: str) -> bool:
         """Whether a function leaves what it is given as it is."""
-        last = last_part(name)
-        return any(
-            last == each or name.startswith(each) or (each.endswith("_") and last.startswith(each))
-            for each in self.lists["harmless"]
-        )
+        last, harmless = last_part(name), self.lists["harmless"]
+        if last in harmless or name.startswith(harmless):
+            return True
+        return last != name and any(each.endswith("_") and last.startswith(each) for each in harmless)
 
 
 def _means(written: str, known: str) -> bool:

@@ -63,9 +63,9 @@ def missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
     names = [each.encode() for each in found.table.calls]
     for functions in found.program.functions.values():
         for function in functions:
-            if not function.mentions(names):
-                continue
             if function.place.source not in found.package.own and id(function) not in found.executed:
+                continue
+            if not function.mentions(names):
                 continue
             for each in calls_in(function.body, function.initializers):
                 place = each.place
