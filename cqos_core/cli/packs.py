@@ -8,7 +8,8 @@ from cqos_core.cli.parameters import Registered, Run, debug_option, form_option,
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
-from cqos_core.formatters.inventory import dump, inventory, inventory_as_text, pack_as_text
+from cqos_core.formatters.inventory import inventory, inventory_as_text, pack_as_text
+from cqos_core.formatters.json_report import versioned
 from cqos_core.plugins import load_plugins
 
 
@@ -45,7 +46,7 @@ def packs(
     if pack_id is None and language is not None:
         raise click.UsageError("`--as` needs the ID of a rule pack", ctx)
     if pack_id is None:
-        emit(dump(inventory(plugins, extra)) if form == "json" else inventory_as_text(plugins, extra, width()))
+        emit(versioned(inventory(plugins, extra)) if form == "json" else inventory_as_text(plugins, extra, width()))
         return
     pack = extra.get(pack_id) or plugins.pack(pack_id)
     if pack is None:
@@ -56,4 +57,4 @@ def packs(
         with written_by("translators", language):
             emit(plugins.translators[language].load()(pack))
         return
-    emit(dump({"version": 1, **pack.describe()}) if form == "json" else pack_as_text(pack, width()))
+    emit(versioned(pack.describe()) if form == "json" else pack_as_text(pack, width()))

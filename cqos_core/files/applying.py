@@ -14,6 +14,7 @@ from cqos_core.files.loading import GivenSource, read_together, recognise
 from cqos_core.files.opening import open_file, read_path, write_whole
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Edit, Finding, Remedy, Report, Severity, Verdict
 from cqos_core.model.source import Inserter, Replacement, Source
@@ -66,7 +67,7 @@ def apply_edits(sources: Mapping[str, bytes], edits: Iterable[Edit], importer: s
         (each, f"`{each.place.source}` is none of the inputs") for each in edits if each.place.source not in sources
     ]
     texts = {}
-    for name, own in _by_source(edits).items():
+    for name, own in grouped((each.place.source, each) for each in edits).items():
         if name in sources:
             source = Source(name, sources[name])
             made = edited(source, own, partial(_inserter, source, importer))
@@ -81,18 +82,11 @@ def replacements_of(
 ) -> dict[str, list[Replacement]]:
     """Return what edits replace in each source, by its name; nothing where one of them cannot be applied."""
     found = {}
-    for name, own in _by_source(edits).items():
+    for name, own in grouped((each.place.source, each) for each in edits).items():
         source = Source(name, sources.get(name, b""))
         found[name], left = replacements(source, own, partial(_inserter, source, importer))
         if left or name not in sources:
             return {}
-    return found
-
-
-def _by_source(edits: Iterable[Edit]) -> dict[str, list[Edit]]:
-    found: dict[str, list[Edit]] = {}
-    for edit in edits:
-        found.setdefault(edit.place.source, []).append(edit)
     return found
 
 

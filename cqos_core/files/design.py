@@ -14,6 +14,7 @@ from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 from cqos_core.packs.meeting import NameContext
@@ -55,11 +56,11 @@ def with_shared_profiles(design: Design) -> Design:
     system = design.system
     profiles = dict(system.profiles)
     taken = set(profiles)
-    alike: dict[tuple[tuple[str, str], ...], list[Endpoint]] = {}
-    for endpoint in system.endpoints:
-        if not endpoint.profiles and endpoint.id not in design.comments:
-            key = tuple(sorted((name, setting.text) for name, setting in endpoint.settings.items()))
-            alike.setdefault(key, []).append(endpoint)
+    alike = grouped(
+        (tuple(sorted((name, setting.text) for name, setting in endpoint.settings.items())), endpoint)
+        for endpoint in system.endpoints
+        if not endpoint.profiles and endpoint.id not in design.comments
+    )
     shared: dict[str, ProfileRef] = {}
     for key, endpoints in alike.items():
         if len(endpoints) >= _SHARING and len(key) >= _SHARED:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import chain, count
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.grouping import grouped
 from cqos_core.model.later import later
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
@@ -246,10 +247,7 @@ def _with_own_profiles(systems: Sequence[System]) -> tuple[list[System], list[Pr
     A profile is then called after its file too: ``fast (robot.xml)``. A file that defines none of this name takes that of the
     one file in its folder that does.
     """
-    defined: dict[str, list[Profile]] = {}
-    for system in systems:
-        for name, profile in system.profiles.items():
-            defined.setdefault(name, []).append(profile)
+    defined = grouped((name, profile) for system in systems for name, profile in system.profiles.items())
     several = {name: each for name, each in defined.items() if len({_content(profile) for profile in each}) > 1}
     if not several:
         return [*systems], []
@@ -258,10 +256,11 @@ def _with_own_profiles(systems: Sequence[System]) -> tuple[list[System], list[Pr
         {name: _called(system.profiles[name], system, taken) for name in system.profiles if name in several}
         for system in systems
     ]
-    near: dict[tuple[str | None, str], list[str]] = {}
-    for system, names in zip(systems, called, strict=True):
-        for name in names:
-            near.setdefault((_folder(system), name), []).append(names[name])
+    near = grouped(
+        ((_folder(system), name), own)
+        for system, names in zip(systems, called, strict=True)
+        for name, own in names.items()
+    )
     own = []
     for system, names in zip(systems, called, strict=True):
         foreign = {ref.name for ref in _references(system)} & several.keys() - names.keys()

@@ -14,6 +14,7 @@ from cqos_core.importers.tree import ScalarNode, flag, whole_number
 from cqos_core.importers.yaml_form import DOCUMENT, VERSION
 from cqos_core.language.domains import Names
 from cqos_core.language.policy import LEVELS, NEED
+from cqos_core.model.grouping import grouped
 from cqos_core.resolving.misread import can_be_stated
 
 if TYPE_CHECKING:
@@ -62,11 +63,12 @@ def _any_of(suggested: Iterable[Any]) -> dict[str, Any]:
 
 def _presets(packs: Sequence[RulePack], level: str) -> dict[str, Any]:
     """One name or a list of them."""
-    found: dict[str, list[str]] = {}
-    for pack in packs:
-        for name, preset in pack.presets.items():
-            if preset.level == level:
-                found.setdefault(name, []).append(f"{pack.title}: {preset.doc or 'a preset.'}")
+    found = grouped(
+        (name, f"{pack.title}: {preset.doc or 'a preset.'}")
+        for pack in packs
+        for name, preset in pack.presets.items()
+        if preset.level == level
+    )
     named = ({"const": name, "description": "\n".join(docs)} for name, docs in found.items())
     return {**_any_of(named), "items": {"$ref": f"#/$defs/{level}_presets"}}
 

@@ -10,6 +10,7 @@ from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
 from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
+from cqos_core.model.grouping import grouped
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
 
 if TYPE_CHECKING:
@@ -156,9 +157,7 @@ class _SystemFile:
     # Participants and endpoints
 
     def _participants(self) -> dict[str, Node]:
-        of: dict[str, list[Endpoint]] = {}
-        for endpoint in self.system.endpoints:
-            of.setdefault(endpoint.participant, []).append(endpoint)
+        of = grouped((endpoint.participant, endpoint) for endpoint in self.system.endpoints)
         return {name: self._participant(each, of.get(name, ())) for name, each in self.system.participants.items()}
 
     def _participant(self, participant: Participant, endpoints: Sequence[Endpoint]) -> Node:
@@ -182,23 +181,17 @@ class _SystemFile:
         return own if not endpoints else Block({**own, **self._endpoints(endpoints)})
 
     def _endpoints(self, endpoints: Iterable[Endpoint]) -> dict[str, Node]:
-        by_key: dict[str, dict[str, list[Endpoint]]] = {}
-        for endpoint in endpoints:
-            topics = by_key.setdefault(_KEYS[_word(endpoint)], {})
-            topics.setdefault(endpoint.topic or "", []).append(endpoint)
-        found: dict[str, Node] = {}
-        for key in _KEYS.values():
-            if key in by_key:
-                entries: dict[str, Node] = {}
-                comments = {}
-                for topic, members in by_key[key].items():
-                    nodes = [self._endpoint(each) for each in members]
-                    entries[_escaped(topic)] = nodes[0] if len(nodes) == 1 else nodes
-                    said = [self.comments[each.id] for each in members if each.id in self.comments]
-                    if said:
-                        comments[_escaped(topic)] = "; ".join(said)
-                found[key] = Block(entries, comments)
-        return found
+        by_word = grouped((_word(endpoint), endpoint) for endpoint in endpoints)
+        return {key: self._by_topic(by_word[word]) for word, key in _KEYS.items() if word in by_word}
+
+    def _by_topic(self, endpoints: Iterable[Endpoint]) -> Block:
+        block = Block({})
+        for topic, members in grouped((_escaped(each.topic or ""), each) for each in endpoints).items():
+            nodes = [self._endpoint(each) for each in members]
+            block.entries[topic] = nodes[0] if len(nodes) == 1 else nodes
+            if said := [self.comments[each.id] for each in members if each.id in self.comments]:
+                block.comments[topic] = "; ".join(said)
+        return block
 
     def _endpoint(self, endpoint: Endpoint) -> Node:
         own = _stated(
@@ -416,16 +409,11 @@ def _given_ids(system: System) -> frozenset[str]:
 
     Without an id an endpoint is called ``participant/role/topic``, further ones of that name ``…#2``, ``…#3``.
     """
-    made_up: dict[str, list[Endpoint]] = {}
-    slots: dict[str, set[tuple[str, str, str | None]]] = {}
-    for endpoint in system.endpoints:
-        word = _word(endpoint)
-        name = endpoint_id(endpoint.participant, word, endpoint.topic or "")
-        made_up.setdefault(name, []).append(endpoint)
-        slots.setdefault(name, set()).add((endpoint.participant, word, endpoint.topic))
     given: set[str] = set()
+    made_up = grouped((endpoint_id(each.participant, _word(each), each.topic or ""), each) for each in system.endpoints)
     for name, endpoints in made_up.items():
         numbered = [name, *(f"{name}#{number}" for number in range(2, len(endpoints) + 1))]
-        if len(slots[name]) > 1 or [endpoint.id for endpoint in endpoints] != numbered:
-            given.update(endpoint.id for endpoint in endpoints)
+        slots = {(each.participant, _word(each), each.topic) for each in endpoints}
+        if len(slots) > 1 or [each.id for each in endpoints] != numbered:
+            given.update(each.id for each in endpoints)
     return frozenset(given)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import groupby
-from typing import Any, Final, NamedTuple
+from operator import attrgetter
+from typing import Final, NamedTuple
 
 from cqos_core.analysis.breaking import Break, Breaking, Updated
 from cqos_core.formatters import wording
+from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.markdown import as_markdown
 from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.report_form import place_form
 
-_VERSION: Final = 1
 _WHEN: Final = {
     (Updated.PUBLISHER,): "once `{0}` is updated, until `{1}` is",
     (Updated.SUBSCRIBER,): "once `{1}` is updated, until `{0}` is",
@@ -80,13 +81,10 @@ def _when(each: Break) -> str:
     return clean(_WHEN[each.worse].format(each.publishing, each.subscribing))
 
 
-def _alike(breaks: Iterable[Break]) -> list[list[Break]]:
+def _alike(breaks: Iterable[Break]) -> Iterable[list[Break]]:
     """Put breaks of one cause together: those of the same rule between the same participants, after the same updates."""
-    found: dict[tuple[Any, ...], list[Break]] = {}
-    for each in breaks:
-        key = (each.finding.code, each.publishing, each.subscribing, each.worse, each.before, each.after, each.counts)
-        found.setdefault(key, []).append(each)
-    return [*found.values()]
+    key = attrgetter("finding.code", "publishing", "subscribing", "worse", "before", "after", "counts")
+    return grouped((key(each), each) for each in breaks).values()
 
 
 def _end(one: ComparedVersions, old: str) -> Iterator[str]:
@@ -163,4 +161,4 @@ def breaks_as_json(compared: Sequence[ComparedVersions], old: str) -> str:
         }
         for one in compared
     ]
-    return json.dumps({"version": _VERSION, "against": old, "systems": systems}, indent=2) + "\n"
+    return versioned({"against": old, "systems": systems})

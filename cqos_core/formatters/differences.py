@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.difference import ComparedSide
 from cqos_core.model.excerpt import exact
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from cqos_core.model.difference import Diff, Different, Named
     from cqos_core.model.report import Fact
     from cqos_core.model.system import Place
-
-_VERSION: Final = 1
 
 
 # Text
@@ -101,28 +99,28 @@ def diff_as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> s
     def value(fact: Fact) -> dict[str, Any]:
         return {"value": fact.value, "origin": fact.origin, "value_place": place(fact.place)}
 
-    document = {
-        "version": _VERSION,
-        "a": a,
-        "b": b,
-        "different": [
-            {
-                "policy": each.policy,
-                **_about(each.a),
-                ComparedSide.A.value: {**end(each.a), **value(each.value_a)},
-                ComparedSide.B.value: {**end(each.b), **value(each.value_b)},
-            }
-            for each in found.different
-        ],
-        "missing": [
-            {"only_in": each.only_in.value, **_about(each.endpoint), "endpoint": end(each.endpoint)}
-            for each in found.missing
-        ],
-        "matched": found.matched,
-        "matched_by_topic": found.by_topic,
-        "not_compared": list(found.not_compared),
-    }
-    return json.dumps(document, indent=2) + "\n"
+    return versioned(
+        {
+            "a": a,
+            "b": b,
+            "different": [
+                {
+                    "policy": each.policy,
+                    **_about(each.a),
+                    ComparedSide.A.value: {**end(each.a), **value(each.value_a)},
+                    ComparedSide.B.value: {**end(each.b), **value(each.value_b)},
+                }
+                for each in found.different
+            ],
+            "missing": [
+                {"only_in": each.only_in.value, **_about(each.endpoint), "endpoint": end(each.endpoint)}
+                for each in found.missing
+            ],
+            "matched": found.matched,
+            "matched_by_topic": found.by_topic,
+            "not_compared": list(found.not_compared),
+        }
+    )
 
 
 def _about(end: Named) -> dict[str, Any]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.tables import table
 from cqos_core.language.policy import ENDPOINT, NEED
+from cqos_core.model.grouping import grouped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,16 +24,11 @@ _KINDS: Final = (
 )
 
 
-def dump(document: dict[str, Any]) -> str:
-    """Return a document as JSON text."""
-    return json.dumps(document, indent=2) + "\n"
-
-
 # Everything installed
 
 
 def inventory(plugins: Plugins, extra: dict[str, RulePack]) -> dict[str, Any]:
-    """Return what is installed as JSON has it; ``extra`` are packs that were read from files."""
+    """Return what is installed, by kind; ``extra`` are packs that were read from files."""
     # Looking at packs shows which are broken.
     listed = [
         {"id": name, "summary": info.summary, "distribution": plugins.owner("packs", name)}
@@ -51,7 +46,7 @@ def inventory(plugins: Plugins, extra: dict[str, RulePack]) -> dict[str, Any]:
     for exporter in kinds["exporters"]:
         exporter["settings"] = list(plugins.exporters[exporter["name"]].settings)
     broken = [{"name": each.name, "distribution": each.distribution, "reason": each.reason} for each in plugins.broken]
-    return {"version": 1, "packs": listed, **kinds, "broken": broken}
+    return {"packs": listed, **kinds, "broken": broken}
 
 
 def inventory_as_text(plugins: Plugins, extra: dict[str, RulePack], columns: int) -> str:
@@ -88,9 +83,7 @@ def _settings(registered: dict[str, Any]) -> str:
 
 def pack_as_text(pack: RulePack, columns: int) -> str:
     """Return what a rule pack has: policies, options, presets, rules and codes, as tables."""
-    by_level: dict[str, list[Policy]] = {}
-    for each in pack.policies:
-        by_level.setdefault(each.level if each.level in {"option", NEED} else "", []).append(each)
+    by_level = grouped((each.level if each.level in {"option", NEED} else "", each) for each in pack.policies)
     tables = (
         ("Policies", [_policy_row(each) for each in by_level.get("", ())]),
         ("Options, for `--option` and `options:`", [_policy_row(each) for each in by_level.get("option", ())]),

@@ -58,6 +58,11 @@ def dump(document: Json | list[Json], indent: int | None = None) -> str:
     return _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
+def versioned(document: Json) -> str:
+    """Return what a command found as JSON text of version 1, in ASCII."""
+    return json.dumps({"version": 1, **document}, indent=2) + "\n"
+
+
 # --- and back ---
 
 

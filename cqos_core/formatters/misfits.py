@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
-from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.json_report import render_json, versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
     from cqos_core.model.system import System
 
-_VERSION: Final = 1
+
 _MOST_PAIRS: Final = 10
 
 
@@ -33,9 +34,7 @@ def misfits_as_text(
     colors = paint(color=style.color)
     if not explained:
         return f"{clean(log)}: in {plural(lines, 'line')} no program says that an endpoint does not fit\n"
-    topics: dict[str, list[Explained]] = {}
-    for each in explained:
-        topics.setdefault(each.occurrence.misfit.topic or "a topic that is not named", []).append(each)
+    topics = grouped((each.occurrence.misfit.topic or "a topic that is not named", each) for each in explained)
     text = []
     for topic, members in topics.items():
         text.append(colors(clean(topic), "title"))
@@ -89,15 +88,15 @@ def _codes(each: Explained, publisher: str, subscriber: str) -> list[str]:
 
 def misfits_as_json(explained: Sequence[Explained], log: str, lines: int, report: Report, style: Style) -> str:
     """Return for programs what running programs say, and what explains it."""
-    document = {
-        "version": _VERSION,
-        "log": log,
-        "lines": lines,
-        "misfits": [_misfit(each) for each in explained],
-        # As they are in the JSON report.
-        "findings": json.loads(render_json(report, style))["findings"],
-    }
-    return json.dumps(document, indent=2) + "\n"
+    return versioned(
+        {
+            "log": log,
+            "lines": lines,
+            "misfits": [_misfit(each) for each in explained],
+            # As they are in the JSON report.
+            "findings": json.loads(render_json(report, style))["findings"],
+        }
+    )
 
 
 def _misfit(each: Explained) -> dict[str, Any]:

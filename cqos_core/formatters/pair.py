@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import textwrap
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
-from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.json_report import render_json, versioned
 from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.model import report_form
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
-_VERSION: Final = 1
+
 _NARROWEST: Final = 40
 _VERDICTS: Final = frozenset({"compatible", "incompatible", "unknown"})
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
@@ -152,12 +153,9 @@ def _about(endpoint: Resolved) -> str:
 
 
 def _by_topic(endpoints: Sequence[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
-    topics: dict[tuple[str, str], list[Resolved]] = {}
-    shown: dict[tuple[str, str], tuple[str, str]] = {}
-    for each in sorted(endpoints, key=lambda each: (each.pack.id, each.shown, each.role, each.id)):
-        meeting = shown.setdefault((each.pack.id, each.key or each.shown), (each.pack.id, each.shown))
-        topics.setdefault(meeting, []).append(each)
-    return topics
+    ordered = sorted(endpoints, key=lambda each: (each.pack.id, each.shown, each.role, each.id))
+    matching = grouped(((each.pack.id, each.key or each.shown), each) for each in ordered)
+    return {(members[0].pack.id, members[0].shown): members for members in matching.values()}
 
 
 # JSON
@@ -166,9 +164,8 @@ def _by_topic(endpoints: Sequence[Resolved]) -> dict[tuple[str, str], list[Resol
 def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
     """Return an explained pair for programs."""
     publisher, subscriber = ends
-    return _dump(
+    return versioned(
         {
-            "version": _VERSION,
             "topic": publisher.shown,
             "protocol": publisher.pack.id,
             "publisher": publisher.id,
@@ -191,8 +188,4 @@ def endpoints_as_json(endpoints: Sequence[Resolved]) -> str:
         }
         for (pack, topic), members in _by_topic(endpoints).items()
     ]
-    return _dump({"version": _VERSION, "topics": topics})
-
-
-def _dump(document: dict[str, Any]) -> str:
-    return json.dumps(document, indent=2) + "\n"
+    return versioned({"topics": topics})

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
+from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import exact
@@ -14,8 +14,6 @@ from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
-
-_VERSION: Final = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,19 +98,19 @@ def plan_as_json(plan: RepairPlan, *, written: bool) -> str:
         edits = [{**asdict(edit), "place": str(at[edit.place])} for edit in each.edits]
         return {**asdict(each), "edits": edits}
 
-    document = {
-        "version": _VERSION,
-        "confirmed": plan.confirmed,
-        "proven": plan.proven,
-        "weight": plan.weight,
-        "written": written,
-        "changes": [change(each) for each in plan.changes],
-        "conflict": list(plan.conflict),
-        "conflicts": [list(each) for each in plan.conflicts],
-        "costs": list(plan.costs),
-        "grown": list(plan.grown),
-        "cut": list(plan.cut),
-        "brought": [{"code": each.code, "message": each.message} for each in plan.brought],
-        "left": [{"code": each.code, "message": each.message} for each in plan.left] if plan.confirmed else [],
-    }
-    return json.dumps(document, indent=2) + "\n"
+    return versioned(
+        {
+            "confirmed": plan.confirmed,
+            "proven": plan.proven,
+            "weight": plan.weight,
+            "written": written,
+            "changes": [change(each) for each in plan.changes],
+            "conflict": list(plan.conflict),
+            "conflicts": [list(each) for each in plan.conflicts],
+            "costs": list(plan.costs),
+            "grown": list(plan.grown),
+            "cut": list(plan.cut),
+            "brought": [{"code": each.code, "message": each.message} for each in plan.brought],
+            "left": [{"code": each.code, "message": each.message} for each in plan.left] if plan.confirmed else [],
+        }
+    )

@@ -13,6 +13,7 @@ from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
 from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.grouping import grouped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -63,9 +64,7 @@ def _version(style: Style) -> Json:
 
 def _rules(report: Report, style: Style) -> list[Json]:
     """Describe each rule once, as far as its findings tell."""
-    by_code: dict[str, list[Finding]] = {}
-    for finding in report.findings:
-        by_code.setdefault(finding.code, []).append(finding)
+    by_code = grouped((finding.code, finding) for finding in report.findings)
     return [_rule(code, findings, style) for code, findings in sorted(by_code.items())]
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.behaviour.paths.budgets import budgets as budgets_of
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.formatters.budgets import budgets_as_json, budgets_as_text
+from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean
 
@@ -31,7 +31,7 @@ def explain_time(pipeline: Pipeline, form: str, columns: int, *, chains: bool, b
     if form == "json":
         parts: dict[str, Any] = {} if found is None else {"chains": [_chain_as_json(each) for each in found]}
         parts |= {} if spent is None else {"budgets": budgets_as_json(spent)}
-        return json.dumps({"version": 1, **parts}, indent=2) + "\n"
+        return versioned(parts)
     texts = [] if found is None else ["\n".join((*_chain_as_text(each, columns), "")) for each in found]
     if found == []:
         texts = ["there are no chains\n"]

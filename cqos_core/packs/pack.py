@@ -12,6 +12,7 @@ from cqos_core.language.policy import ENDPOINT, LEVELS, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.language.vocabulary import Function, Vocabulary
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.packs.bound_rule import BoundRule, bind_rule
 from cqos_core.packs.costs import Costs
 from cqos_core.packs.guarantee import WORDS, unstated
@@ -164,10 +165,9 @@ class RulePack:
     @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
         """Rules by scope; meeting conditions under ``meets``. Guarantees come last: they are of pairs that fit."""
-        found: dict[str, list[BoundRule]] = {"meets": []}
-        for bound in sorted(self.judging_rules, key=lambda bound: bool(bound.rule.guarantee)):
-            found.setdefault("meets" if bound.rule.kind == "meets" else bound.scope, []).append(bound)
-        return {scope: tuple(rules) for scope, rules in found.items()}
+        ordered = sorted(self.judging_rules, key=lambda bound: bool(bound.rule.guarantee))
+        found = grouped(("meets" if bound.rule.kind == "meets" else bound.scope, bound) for bound in ordered)
+        return {"meets": (), **{scope: tuple(rules) for scope, rules in found.items()}}
 
     @cached_property
     def beyond_topics(self) -> tuple[BoundRule, ...]:
@@ -215,10 +215,7 @@ class RulePack:
     @cached_property
     def guaranteed(self) -> Mapping[str, tuple[BoundRule, ...]]:
         """By word of `cqos_core.packs.guarantee`, the rules on which its guarantee rests."""
-        found: dict[str, list[BoundRule]] = {}
-        for bound in self.judging_rules:
-            if bound.rule.guarantee:
-                found.setdefault(bound.rule.guarantee, []).append(bound)
+        found = grouped((bound.rule.guarantee, bound) for bound in self.judging_rules if bound.rule.guarantee)
         return {word: tuple(rules) for word, rules in found.items()}
 
     @cached_property
