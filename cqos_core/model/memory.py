@@ -6,7 +6,10 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
-from typing import Any, Final
+from typing import Any, Final, TypeVar
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 
 MAXIMUM_REMEMBERED: Final = 20_000
 MOST_LETTERS: Final = 4_096
@@ -20,19 +23,19 @@ def remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: An
         keep(memory, key, value)
 
 
-def keep(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
-    """Add to a memory what is known to be short; a full one forgets all."""
-    if len(memory) >= MAXIMUM_REMEMBERED:
+def keep(memory: dict[_Key, _Value], key: _Key, value: _Value, most: int = MAXIMUM_REMEMBERED) -> _Value:
+    """Add to a memory what is known to be short, and return it; a full one forgets all."""
+    if len(memory) >= most:
         memory.clear()
     memory[key] = value
+    return value
 
 
 def number_of(key: tuple[Any, ...]) -> int:
     """Return a number that stands for a key with little text in other keys; one that was forgotten gets another."""
     number = _NUMBERED.get(key)
     if number is None:
-        number = next(_NUMBERS)
-        keep(_NUMBERED, key, number)
+        number = keep(_NUMBERED, key, next(_NUMBERS))
     return number
 
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
 from cqos_bulk.judging import Judge, judge_of
-from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, similar_topics
+from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_bulk.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
 from cqos_bulk.topic_frames import (
     COUNTS,
@@ -36,8 +35,8 @@ from cqos_core.model.report import Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from cqos_bulk.engines import TableStore
     from cqos_bulk.profiles import FleetProfiles
+    from cqos_bulk.table_store import TableStore
 
     Frame = nw.LazyFrame[Any]
 
@@ -289,11 +288,7 @@ def _similar(topics: Frame, profiles: FleetProfiles, store: TableStore) -> Frame
     """Return the topics whose names may be meant by those with one side, and the latter."""
     no_publisher, no_subscriber = (nw.col(each) == 0 for each in COUNTS)
     kinds = {OFFERED: no_subscriber, REQUESTED: no_publisher, BUSY: ~no_publisher & ~no_subscriber}
-    for sides, which in kinds.items():
-        store.keep(f"names{sides}", topics.filter(which).select("system", "topic"))
-    found = similar_topics({sides: partial(store.batches, f"names{sides}") for sides in kinds}, profiles.pack.meeting)
-    rows = (dict(zip(("system", "topic", "sides"), each, strict=True)) for each in found)
-    return store.fill("similar", {"system": "text", "topic": "text", "sides": "number"}, rows)
+    return keep_similar({sides: topics.filter(which) for sides, which in kinds.items()}, profiles.pack.meeting, store)
 
 
 def _grouped(found: _Topics, wanted: Frame) -> Frame:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.engines import DOT
@@ -23,7 +25,7 @@ from cqos_core.resolving.resolve import Resolver
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_bulk.spool import Spool
+    from cqos_bulk.table_store import Spool
     from cqos_core.matching.pipeline import Context
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Folding
@@ -138,33 +140,24 @@ class Clients:
         self._folded = [indices["participant", name] for name in folded]
         self.own = [indices["participant", name] for name in self.folding.own]
 
-    def write(
-        self, batches: Iterable[Sequence[Sequence[Any]]], alike: Mapping[tuple[str, str], Alike], out: Spool
-    ) -> None:
+    def write(self, rows: Iterable[tuple[Any, ...]], alike: Mapping[tuple[str, str], Alike], out: Spool) -> None:
         """Write the endpoints of all participants, those that follow from settings among them.
 
         Args:
-            batches: columns of rows in order of system and participant, then topic: these three, the number of the texts, and the
-                folded columns.
+            rows: in order of system and participant, then topic: these three, the number of the texts, and the folded columns.
             alike: by system and participant, what is known of others that have a shared text of it.
             out: has the columns of `ENDS`.
         """
-        owner = 0
-        current: tuple[str, str] | None = None
-        topics: dict[str, list[int]] = {}
-        stated: Sequence[str] = ()
-        for batch in batches:
-            for system, participant, topic, number, *folded in zip(*batch, strict=True):
-                if (system, participant) != current:
-                    if current is not None:
-                        self._add(out, owner, current, topics, stated, alike.get(current, ()))
-                        owner += 1
-                    current, topics, stated = (system, participant), {}, folded
+        for owner, (named, of_owner) in enumerate(groupby(rows, itemgetter(0, 1))):
+            topics: dict[str, list[int]] = {}
+            stated: Sequence[str] | None = None
+            for _, _, topic, number, *folded in of_owner:
+                if stated is None:
+                    stated = folded
                 elif folded != stated:
-                    stated = self._together(current, stated, folded)
+                    stated = self._together(named, stated, folded)
                 topics.setdefault(topic, []).append(number)
-        if current is not None:
-            self._add(out, owner, current, topics, stated, alike.get(current, ()))
+            self._add(out, owner, named, topics, stated or (), alike.get(named, ()))
 
     def _together(self, named: tuple[str, str], one: Sequence[str], other: Sequence[str]) -> list[str]:
         for name, text, more in zip(self.columns.names, one, other, strict=True):

@@ -13,7 +13,7 @@ from cqos_core.resolving.carried import plain_texts
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_bulk.engines import TableStore
+    from cqos_bulk.table_store import TableStore
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Setting
     from cqos_core.packs.meeting import Wire

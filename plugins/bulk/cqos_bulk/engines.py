@@ -1,17 +1,13 @@
-"""Engines of tables: each reads a source, and keeps tables as Parquet files of a folder. All else is Narwhals."""
+"""Engines of tables: each reads a source, and writes tables as Parquet files. All else is Narwhals."""
 
 from __future__ import annotations
 
-import shutil
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     import narwhals as nw
 
 _TEXTS_OF_JSON: Final = "SELECT json_extract_string(COLUMNS(*), '$') FROM read_json('{path}', format='newline_delimited', maximum_depth=1, sample_size=-1)"
@@ -183,98 +179,6 @@ class Spark:
         self.session.stop()
 
 
-class TableStore:
-    """The tables of one audit, as Parquet in a folder; a table that is there already is not made again."""
-
-    def __init__(self, engine: Engine, folder: Path) -> None:
-        """Keep tables of an engine in a folder."""
-        self.engine = engine
-        self.folder = folder
-
-    def path(self, name: str) -> Path:
-        """Return where a table is kept."""
-        return self.folder / f"{name}.parquet"
-
-    def keep(self, name: str, frame: nw.LazyFrame[Any]) -> nw.LazyFrame[Any]:
-        """Keep a table; it appears under its name only when it is complete."""
-        path = self.path(name)
-        if not path.exists():
-            part = self.folder / f"{name}.part"
-            _remove(part)
-            self.engine.write(frame, part)
-            part.rename(path)
-        return self.engine.scan(path)
-
-    def put(self, name: str, columns: dict[str, tuple[str, list[Any]]]) -> nw.LazyFrame[Any]:
-        """Keep a table of values from Python; each column with its kind: ``text``, ``number``, or ``small`` for a number as small as can be."""
-        import pyarrow as pa
-        from pyarrow import parquet
-
-        fields = {
-            key: pa.array(values, type=_number_type(values) if kind == "small" else _types()[kind])
-            for key, (kind, values) in columns.items()
-        }
-        part = self.folder / f"{name}.part"
-        _remove(part)
-        parquet.write_table(pa.table(fields), part)
-        _remove(self.path(name))
-        part.rename(self.path(name))
-        return self.engine.scan(self.path(name))
-
-    def fill(self, name: str, kinds: Mapping[str, str], rows: Iterable[Mapping[str, Any]]) -> nw.LazyFrame[Any]:
-        """Keep a table of rows from Python, a bounded number of them in memory; what a row lacks is null."""
-        import pyarrow as pa
-        from pyarrow import parquet
-
-        schema = pa.schema([(key, _types()[kind]) for key, kind in kinds.items()])
-        part = self.folder / f"{name}.part"
-        _remove(part)
-        waiting = iter(rows)
-        with parquet.ParquetWriter(part, schema) as writer:
-            while batch := list(islice(waiting, _ROWS)):
-                writer.write_table(pa.Table.from_pylist(batch, schema=schema))
-        _remove(self.path(name))
-        part.rename(self.path(name))
-        return self.engine.scan(self.path(name))
-
-    def tables(self, name: str) -> Iterator[Any]:
-        """Yield a kept table as parts in Arrow, of a bounded number of rows."""
-        import pyarrow as pa
-        from pyarrow import dataset
-
-        for batch in dataset.dataset(self.path(name), format="parquet").to_batches(batch_size=_ROWS):
-            yield pa.Table.from_batches([batch])
-
-    def batches(self, name: str) -> Iterator[list[list[Any]]]:
-        """Yield the columns of a kept table, a bounded number of rows at a time."""
-        for table in self.tables(name):
-            yield [column.to_pylist() for column in table.columns]
-
-    def rows(self, name: str) -> Iterator[dict[str, Any]]:
-        """Yield the rows of a kept table, as dictionaries, a bounded number at a time."""
-        for table in self.tables(name):
-            names = table.column_names
-            for row in zip(*(column.to_pylist() for column in table.columns), strict=True):
-                yield dict(zip(names, row, strict=True))
-
-
-_ROWS: Final = 50_000
-
-
-def _types() -> dict[str, Any]:
-    import pyarrow as pa
-
-    return {"text": pa.string(), "number": pa.int64()}
-
-
-def _number_type(values: Iterable[int | None]) -> Any:
-    """Return the smallest type that has room for some numbers."""
-    import pyarrow as pa
-
-    largest = max((abs(each) for each in values if each is not None), default=0)
-    return next(kind for kind, bits in ((pa.int16(), 15), (pa.int32(), 31), (pa.int64(), 64)) if largest < 1 << bits)
-
-
 def _separator(path: str) -> str:
     """Return what separates columns in the first line; where rows differ in length, DuckDB would guess another one."""
     if not Path(path).is_file():
@@ -302,12 +206,6 @@ def _reason(error: Exception) -> str:
     if "sniffing file" in lines[0]:
         return "rows have other numbers of columns than the first line, or a quote is not closed"
     return " ".join(line[:_SHOWN] for line in lines[:2])
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    path.unlink(missing_ok=True)
 
 
 def _inner(name: str) -> str:

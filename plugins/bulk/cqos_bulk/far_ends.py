@@ -8,6 +8,8 @@ from collections import Counter
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.model.memory import keep
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -59,18 +61,15 @@ class FarEnds:
         """Return how many subscribers of a far topic there are by end."""
         found = self._groups.get(far)
         if found is None:
-            if len(self._groups) >= _REMEMBERED:
-                self._groups.clear()
-            found = self._groups[far] = Counter(self.p[self._starts[far] : self._starts[far + 1]])
+            of_topic = Counter(self.p[self._starts[far] : self._starts[far + 1]])
+            found = keep(self._groups, far, of_topic, _REMEMBERED)
         return found
 
     def visitors(self, number: int, topics: Sequence[int]) -> Visitors:
         """Return the subscribers of the set of far topics of a number."""
         found = self._visitors.get(number)
         if found is None:
-            if len(self._visitors) >= _REMEMBERED:
-                self._visitors.clear()
-            found = self._visitors[number] = self._together(topics)
+            found = keep(self._visitors, number, self._together(topics), _REMEMBERED)
         return found
 
     def _together(self, topics: Sequence[int]) -> Visitors:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import tempfile
+from collections import Counter
 from contextlib import contextmanager, nullcontext
 from glob import glob
 from pathlib import Path
@@ -15,10 +16,11 @@ import narwhals as nw
 
 from cqos_bulk.audit import STAGES, Audited, audit
 from cqos_bulk.crossing import crossing_topics
-from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark, TableStore
+from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark
 from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
 from cqos_bulk.folded_audit import FOLDED_STAGES, audit_folded
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_name
+from cqos_bulk.table_store import TableStore
 from cqos_bulk.topic_frames import FINDING
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
@@ -32,7 +34,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_bulk.engines import Engine
     from cqos_core.matching.pipeline import Context
@@ -92,10 +94,8 @@ def run_audit(
         suffix = Path(wanted.path).suffix.lower()
         if not wanted.spark and Path(wanted.path).exists() and suffix not in FORMATS:
             store = TableStore(engine, _stages(Path(folder), wanted, ()))
-            whole = WholeSystems(where, wanted.severity)
             step("checking systems", 1)
-            findings = store.fill("of_systems", FINDING, whole.findings(_systems_of_files(wanted, where)))
-            parts = [Audited(whole.texts, findings, whole.totals)]
+            parts = [_as_wholes("of_systems", _systems_of_files(wanted, where), wanted, where, store)]
         else:
             opened = engine.source(wanted.path, wanted.table)
             source, stated = _read(opened, wanted)
@@ -180,7 +180,15 @@ def _audited(
         found.append(audit(own, of_pack, profiles, inner, lambda what: step(what, stages), one_system=one_system))
     if rest or crossing is not None:
         step("checking systems", stages)
-        found += _as_wholes(source, crossing, packs, rest, wanted, where, store)
+    wholes: dict[str, Frame] = {}
+    if rest:
+        wholes["rest"] = source.filter(nw.col("protocol").is_in(rest))
+    if crossing is not None:
+        wholes["crossing"] = source.join(crossing, on=["protocol", "system", "topic"], how="semi")
+    for kind, rows in wholes.items():
+        store.keep(f"{kind}_rows", rows.sort("system"))
+        systems = systems_of(store.rows(f"{kind}_rows"), packs.__getitem__, wanted.options)
+        found.append(_as_wholes(f"{kind}_findings", systems, wanted, where, store))
     return found
 
 
@@ -188,28 +196,12 @@ _NOT_RESOLVED: Final = ("id", "system", "participant", "topic")
 
 
 def _as_wholes(
-    source: Frame,
-    crossing: Frame | None,
-    packs: Mapping[str, RulePack],
-    rest: Sequence[str],
-    wanted: WantedAudit,
-    where: Context,
-    store: TableStore,
-) -> Iterator[Audited]:
-    """Check what has no column form: systems of some protocols, and topics on which two protocols match."""
-    for kind, rows in (
-        ("rest", source.filter(nw.col("protocol").is_in([*rest])) if rest else None),
-        (
-            "crossing",
-            None if crossing is None else source.join(crossing, on=["protocol", "system", "topic"], how="semi"),
-        ),
-    ):
-        if rows is not None:
-            store.keep(f"{kind}_rows", rows.sort("system"))
-            whole = WholeSystems(where, wanted.severity)
-            systems = systems_of(store.rows(f"{kind}_rows"), packs.__getitem__, wanted.options)
-            findings = store.fill(f"{kind}_findings", FINDING, whole.findings(systems))
-            yield Audited(whole.texts, findings, whole.totals)
+    name: str, systems: Iterable[NamedSystem], wanted: WantedAudit, where: Context, store: TableStore
+) -> Audited:
+    """Check what has no column form, system by system; keep the findings as a table of this name."""
+    whole = WholeSystems(where, wanted.severity)
+    findings = store.fill(name, FINDING, whole.findings(systems))
+    return Audited(whole.texts, findings, whole.totals)
 
 
 def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
@@ -217,15 +209,14 @@ def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
     if len(parts) == 1:
         return parts[0]
     texts: list[Mapping[str, str]] = []
-    totals: dict[str, int] = {}
+    totals = Counter[str]()
     frames = []
     for each in parts:
         ends = [nw.when(nw.col(end) < 0).then(-1).otherwise(nw.col(end) + len(texts)).alias(end) for end in _ROLES]
         kinds = [nw.col(name).cast(nw.String if kind == "text" else nw.Int64) for name, kind in FINDING.items()]
         frames.append(each.findings.with_columns(*ends).select(*kinds))
         texts += each.texts
-        for name, number in each.totals.items():
-            totals[name] = totals.get(name, 0) + number
+        totals.update(each.totals)
     return Audited(texts, store.keep("all_findings", nw.concat(frames, how="vertical")), totals)
 
 
@@ -317,11 +308,13 @@ def _texts(source: Frame, keys: Sequence[str], where: Context, store: TableStore
     store.keep("protocols", source.group_by("protocol").agg(nw.len().alias("number")))
     packs = {row["protocol"]: where.find_pack(row["protocol"]) for row in store.rows("protocols") if row["protocol"]}
     listed = [name for name, pack in packs.items() if pack is not None and _has_column_form(pack)]
-    inside = nw.col("protocol").is_in(listed)
-    others = source.filter(~inside)
-    rows = source if len(listed) == len(packs) else source.filter(inside)
-    texts = store.keep("texts", rows.group_by(*keys).agg(nw.len().alias("number"))) if listed else rows
-    parts = [texts, *([] if rows is source else [others])] if listed else [others]
+    in_columns = nw.col("protocol").is_in(listed)
+    every = len(listed) == len(packs)
+    texts = source if every else source.filter(in_columns)
+    parts = [] if every and listed else [source.filter(~in_columns)]
+    if listed:
+        texts = store.keep("texts", texts.group_by(*keys).agg(nw.len().alias("number")))
+        parts.append(texts)
     settings = [name for name in keys if name.startswith(DOT)]
     stated = nw.concat([each.select("protocol", "role", *settings) for each in parts], how="vertical")
     store.keep("stated", stated.group_by("protocol", "role").agg(*[nw.col(each).max() for each in settings]))

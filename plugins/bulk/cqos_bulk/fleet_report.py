@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cqos_bulk.audit import Audited
-    from cqos_bulk.engines import TableStore
+    from cqos_bulk.table_store import TableStore
     from cqos_core.matching.pipeline import Context
 
     Frame = nw.LazyFrame[Any]

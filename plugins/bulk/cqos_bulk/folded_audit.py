@@ -18,16 +18,16 @@ from cqos_bulk.engines import DOT
 from cqos_bulk.far_ends import FAR, FarEnds
 from cqos_bulk.hearing import HEARD, NEAR, Hearing
 from cqos_bulk.lonely import write_lonely
-from cqos_bulk.meetings import ALONE, NAMED, Meetings, Written, remarks_of
+from cqos_bulk.meetings import ALONE, FoundRows, Meetings, Written, remarks_of
 from cqos_bulk.profiles import settings_of
-from cqos_bulk.spool import spooled
+from cqos_bulk.similar_names import NAMED
 from cqos_bulk.topic_frames import FINDING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_bulk.clients import FoldedColumns
-    from cqos_bulk.engines import TableStore
+    from cqos_bulk.table_store import TableStore
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Setting
     from cqos_core.packs.pack import RulePack
@@ -67,27 +67,24 @@ def audit_folded(
     far, near = _with_what_they_hear(hearing, ends, heard, store)
     step(FOLDED_STAGES[3])
     with (
-        spooled(store, "found", FINDING) as found,
-        spooled(store, "alone", ALONE) as alone,
-        spooled(store, "names", NAMED) as names,
+        store.spooled("found", FINDING) as found,
+        store.spooled("alone", ALONE) as alone,
+        store.spooled("names", NAMED) as names,
     ):
-        meetings = Meetings(clients, hearing, far, Written(found, alone, names))
-        meetings.judge(store.batches(_meetings(ends, near, heard, store)))
+        meetings = Meetings(clients, hearing, far, Written(FoundRows(found), alone, names))
+        meetings.judge(store.tuples(_meetings(ends, near, heard, store)))
         meetings.judge_far()
         for (system, topic, p), number in sorted(clients.nameless.items()):
-            meetings.write(system, topic, remarks_of(clients, p, number))
+            for row in remarks_of(clients, p, number):
+                meetings.out.found.write(system, topic, row)
     step(FOLDED_STAGES[4])
-    with spooled(store, "lonely", FINDING) as out:
-        write_lonely(clients, hearing, _kept(store, "alone"), _kept(store, "names"), store, out)
-    parts = [_kept(store, each) for each in ("found", "lonely")]
+    with store.spooled("lonely", FINDING) as out:
+        write_lonely(clients, hearing, store.scan("alone"), store.scan("names"), store, FoundRows(out))
+    parts = [store.scan(each) for each in ("found", "lonely")]
     findings = nw.concat(parts, how="vertical").with_columns(nw.lit(pack.id).alias("protocol")).select(*FINDING)
     totals = {"endpoints": 0, "topics": 0, **meetings.totals, "profiles": len(clients.known)}
     totals["endpoints"] += sum(clients.nameless.values())
     return Audited([each.texts for each in clients.known], store.keep("findings", findings), totals)
-
-
-def _kept(store: TableStore, name: str) -> Frame:
-    return store.engine.scan(store.path(name))
 
 
 def _ends(
@@ -110,21 +107,21 @@ def _ends(
     rows = rows.select("system", "participant", "topic", "t", *columns.names)
     store.keep("rows", rows.sort("system", "participant", "topic", "t"))
     clients = Clients(pack, where, options, severity, texts, columns)
-    with spooled(store, "ends", ENDS) as out:
-        clients.write(store.batches("rows"), _alike(source, columns, pack, store), out)
-    return clients, _kept(store, "ends")
+    with store.spooled("ends", ENDS) as out:
+        clients.write(store.tuples("rows"), _alike(source, columns, pack, store), out)
+    return clients, store.scan("ends")
 
 
 def _heard(clients: Clients, ends: Frame, store: TableStore) -> tuple[Hearing, Frame]:
     """Return who hears which topics, and the published topics with the others that match them."""
     far = ends.filter(nw.col("far") == 1).group_by(*_TOPIC).agg(nw.len().alias("number"))
     store.keep("far", far.select(*_TOPIC).sort(*_TOPIC))
-    hearing = Hearing(clients, (each for batch in store.batches("far") for each in zip(*batch, strict=True)))
+    hearing = Hearing(clients, store.tuples("far"))
     published = ends.filter(nw.col("second") == 0).group_by(*_TOPIC, "p").agg(nw.len().cast(nw.Int64).alias("number"))
     store.keep("published", published.select(*_TOPIC, "p", "number").sort(*_TOPIC, "p"))
-    with spooled(store, "heard", HEARD) as out:
-        hearing.write_topics(store.batches("published"), out)
-    return hearing, _kept(store, "heard")
+    with store.spooled("heard", HEARD) as out:
+        hearing.write_topics(store.tuples("published"), out)
+    return hearing, store.scan("heard")
 
 
 def _with_what_they_hear(hearing: Hearing, ends: Frame, heard: Frame, store: TableStore) -> tuple[FarEnds, Frame]:
@@ -132,10 +129,10 @@ def _with_what_they_hear(hearing: Hearing, ends: Frame, heard: Frame, store: Tab
     subscribers = ends.filter(nw.col("second") == 1).join(heard.drop("met"), on=_TOPIC, how="left")
     listed = subscribers.select(*_TOPIC, "p", "owner", "own", "far", nw.col("publishers").fill_null(0))
     store.keep("subscribers", listed.sort("owner", "topic", "p"))
-    with spooled(store, "near", NEAR) as near, spooled(store, "far_ends", FAR) as far:
-        hearing.write_subscribers(store.batches("subscribers"), near, far)
-    store.keep("far_in_order", _kept(store, "far_ends").sort("far", "owner", "p"))
-    return FarEnds(len(hearing.far), store.batches("far_in_order")), _kept(store, "near")
+    with store.spooled("near", NEAR) as near, store.spooled("far_ends", FAR) as far:
+        hearing.write_subscribers(store.tuples("subscribers"), near, far)
+    store.keep("far_in_order", store.scan("far_ends").sort("far", "owner", "p"))
+    return FarEnds(len(hearing.far), store.batches("far_in_order")), store.scan("near")
 
 
 def _meetings(ends: Frame, near: Frame, heard: Frame, store: TableStore) -> str:

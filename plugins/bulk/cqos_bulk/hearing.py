@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_bulk.clients import Clients
-    from cqos_bulk.spool import Spool
+    from cqos_bulk.table_store import Spool
 
-    Batches = Iterable[Sequence[Sequence[Any]]]
+    Rows = Iterable[tuple[Any, ...]]
 
 HEARD: Final = {"system": "text", "topic": "text", "publishers": "number", "met": "number"}
 """The columns of published topics: numbers of their publishers, and of the other topics that match them."""
@@ -61,42 +63,41 @@ class Hearing:
         self._heard: list[int] = []
         self._answers: dict[_Amount, dict[int, int]] = {}
 
-    def write_topics(self, batches: Batches, out: Spool) -> None:
+    def write_topics(self, rows: Rows, out: Spool) -> None:
         """Write the published topics.
 
         Args:
-            batches: columns of publishers in order of system and topic: these, the number of the end, and how many they are.
+            rows: publishers in order of system and topic: these, the number of the end, and how many they are.
             out: has the columns of `HEARD`.
         """
         by_system: dict[str, list[str]] = {}
         for system, topic in self.far:
             by_system.setdefault(system, []).append(topic)
         pairs = Counter[tuple[int, int]]()
-        finding: Callable[[str], Iterable[str]] | None = None
-        before = None
-        for (system, topic), ends in by_topic(batches):
-            if system != before:
-                before, filters = system, by_system.get(system)
-                finding = self.clients.folding.finder(filters) if filters else None
-            found = tuple(sorted([self.far[system, each] for each in finding(topic)])) if finding is not None else ()
-            publishers, met = self._publishers.of(tuple(ends)), self.met.of(found)
-            pairs[publishers, met] += 1
-            out.add(system, topic, publishers, met)
-        heard: list[Counter[int]] = [Counter() for _ in self.far]
+        for system, of_system in groupby(by_topic(rows), lambda each: each[0][0]):
+            filters = by_system.get(system)
+            finding = self.clients.folding.finder(filters) if filters else None
+            for (_, topic), ends in of_system:
+                heard = sorted([self.far[system, each] for each in finding(topic)]) if finding is not None else ()
+                publishers, met = self._publishers.of(tuple(ends)), self.met.of(tuple(heard))
+                pairs[publishers, met] += 1
+                out.add(system, topic, publishers, met)
+        publishing: list[Counter[int]] = [Counter() for _ in self.far]
         for (publishers, met), number in pairs.items():
             for each in self.met.values[met]:
-                heard[each][publishers] += number
-        self._heard = [self._amounts.of(tuple(sorted(each.items()))) for each in heard]
+                publishing[each][publishers] += number
+        self._heard = [self._amounts.of(tuple(sorted(each.items()))) for each in publishing]
 
-    def write_subscribers(self, batches: Batches, out: Spool, far: Spool) -> None:
+    def write_subscribers(self, subscribers: Rows, out: Spool, far: Spool) -> None:
         """Write subscribers with the values that follow from what all those of their participant hear.
 
         Args:
-            batches: columns in order of the owner: system, topic, number of the end, owner, own, far, and the publishers of the topic.
+            subscribers: in order of the owner: system, topic, number of the end, owner, own, far, and the publishers of the topic.
             out: has the columns of `NEAR`.
             far: has the columns of `cqos_bulk.far_ends.FAR`, for all others.
         """
-        for rows in _by_owner(batches):
+        for _, of_owner in groupby(subscribers, itemgetter(3)):
+            rows = [*of_owner]
             heard = [
                 (self._heard[self.far[row[0], row[1]]] if row[5] else self._amounts.of(((row[6], 1),) * (row[6] > 0)))
                 for row in rows
@@ -134,28 +135,7 @@ class Hearing:
         return found
 
 
-def by_topic(batches: Batches) -> Iterator[tuple[tuple[str, str], list[tuple[Any, ...]]]]:
+def by_topic(rows: Rows) -> Iterator[tuple[tuple[str, str], list[tuple[Any, ...]]]]:
     """Yield system and topic with their rows, without these two columns; rows come in their order."""
-    current: tuple[str, str] | None = None
-    found: list[tuple[Any, ...]] = []
-    for systems, topics, *others in batches:
-        for system, topic, row in zip(systems, topics, zip(*others, strict=True), strict=True):
-            if (system, topic) != current:
-                if current is not None:
-                    yield current, found
-                current, found = (system, topic), []
-            found.append(row)
-    if current is not None:
-        yield current, found
-
-
-def _by_owner(batches: Batches) -> Iterator[list[tuple[Any, ...]]]:
-    found: list[tuple[Any, ...]] = []
-    for batch in batches:
-        for row in zip(*batch, strict=True):
-            if found and row[3] != found[0][3]:
-                yield found
-                found = []
-            found.append(row)
-    if found:
-        yield found
+    for name, of_topic in groupby(rows, itemgetter(0, 1)):
+        yield name, [row[2:] for row in of_topic]

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_bulk.clients import NAME
 from cqos_bulk.hearing import by_topic
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED
-from cqos_bulk.slow_topics import judged, row_of
+from cqos_bulk.stand_ins import StandIns
 from cqos_bulk.topic_frames import FINDING
-from cqos_core.checking.topic import TopicResult
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_bulk.clients import Clients
     from cqos_bulk.far_ends import FarEnds, Visitors
     from cqos_bulk.hearing import Hearing
-    from cqos_bulk.spool import Spool
+    from cqos_bulk.table_store import Spool
     from cqos_core.resolving.resolved import Resolved
 
 ALONE: Final = {
@@ -38,7 +38,6 @@ ALONE: Final = {
     "last": "number",
 }
 """The columns of endpoints without partners; `first` and `last` are the least and the largest number of their owners."""
-NAMED: Final = {"system": "text", "topic": "text", "sides": "number"}
 _REMEMBERED: Final = 50_000
 
 
@@ -77,11 +76,33 @@ class Outcome(NamedTuple):
     sides: int
 
 
+class FoundRows(NamedTuple):
+    """A table with the columns `cqos_bulk.topic_frames.FINDING`."""
+
+    out: Spool
+
+    def write(self, system: str, topic: str, row: Mapping[str, Any]) -> None:
+        """Write a finding of a topic; what it does not state is about no end, and has no words."""
+        self.out.add(*[{**_UNSTATED, **row, "system": system, "topic": topic}[each] for each in FINDING])
+
+
+_UNSTATED: Final = {
+    "protocol": "",
+    "verdict": "",
+    "help": "",
+    "publisher": -1,
+    "subscriber": -1,
+    "publishers": 0,
+    "subscribers": 0,
+    "pairs": 0,
+}
+
+
 @dataclass(slots=True)
 class Written:
-    """The tables that the topics fill: `cqos_bulk.topic_frames.FINDING`, `ALONE` and `NAMED`."""
+    """The tables that the topics fill: findings, `ALONE` and `cqos_bulk.similar_names.NAMED`."""
 
-    found: Spool
+    found: FoundRows
     alone: Spool
     names: Spool
 
@@ -102,23 +123,18 @@ class Meetings:
     _outcomes: dict[_Shape, Outcome] = field(default_factory=dict)
     _topics: dict[tuple[Any, ...], Outcome] = field(default_factory=dict)
 
-    def judge(self, batches: Iterable[Sequence[Sequence[Any]]]) -> None:
+    def judge(self, groups: Iterable[tuple[Any, ...]]) -> None:
         """Judge topics.
 
         Args:
-            batches: columns in order of system and topic: these, end, own, number, the set of far topics that match, and the first and
+            groups: of endpoints, in order of system and topic: these, end, own, number, the set of far topics that match, and the first and
                 last owner.
         """
-        for (system, topic), rows in by_topic(batches):
+        for (system, topic), rows in by_topic(groups):
             met = rows[0][3]
             if all(own < 0 for _, own, *_ in rows):
                 shape = (*[(p, number) for p, _, number, *_ in rows], met)
-                known = self._topics.get(shape)
-                if known is None:
-                    if len(self._topics) >= _REMEMBERED:
-                        self._topics.clear()
-                    known = self._topics[shape] = self._plainly([(row[0], row[2]) for row in rows], met)
-                outcome = known
+                outcome = self._topics.get(shape) or keep(self._topics, shape, self._plainly(rows, met), _REMEMBERED)
             else:
                 outcome = self._with_owners(rows, met)
             self.totals["endpoints"] += sum([row[2] for row in rows])
@@ -139,17 +155,12 @@ class Meetings:
             for p, count in sorted(Counter(self.far.p[at] for at in left).items()):
                 self._write_alone(system, topic, p, count, min(owners), max(owners))
 
-    def write(self, system: str, topic: str, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Write findings of a topic."""
-        for row in rows:
-            whole = {**row, "system": system, "topic": topic, "protocol": ""}
-            self.out.found.add(*[whole[each] for each in FINDING])
-
     def _write(self, system: str, topic: str, outcome: Outcome, *, alone: bool = True) -> None:
         self.totals["topics"] += alone
         for verdict, pairs in outcome.verdicts.items():
             self.totals[verdict] += pairs
-        self.write(system, topic, outcome.rows)
+        for row in outcome.rows:
+            self.out.found.write(system, topic, row)
         if outcome.sides and alone:
             self.out.names.add(system, topic, outcome.sides)
 
@@ -157,11 +168,11 @@ class Meetings:
         offers = self.clients.known[p].resolved.role == PUBLISHER
         self.out.alone.add(system, topic, p, number * offers, number * (not offers), first, last)
 
-    def _plainly(self, ends: Sequence[tuple[int, int]], met: int) -> Outcome:
+    def _plainly(self, rows: Sequence[tuple[Any, ...]], met: int) -> Outcome:
         """Judge a topic on which no owner counts but among its visitors."""
         visitors = self._visitors(met).groups
         groups = Counter[End]()
-        for p, number in ends:
+        for p, _, number, *_ in rows:
             groups[End(p)] += number
         for (_, p, overlapping), number in visitors.items():
             groups[End(p, True, overlapping)] += number
@@ -240,58 +251,36 @@ class Meetings:
         shape = tuple([(end, groups[end]) for end in listed])
         outcome = self._outcomes.get(shape)
         if outcome is None:
-            if len(self._outcomes) >= _REMEMBERED:
-                self._outcomes.clear()
-            outcome = self._outcomes[shape] = self._judged(shape)
+            outcome = keep(self._outcomes, shape, self._judged(shape), _REMEMBERED)
         return outcome, listed
 
     def _judged(self, shape: _Shape) -> Outcome:
-        known = self.clients.known
-        ends = [self._end(str(at), end) for at, (end, _) in enumerate(shape)]
-        counts = {str(at): number for at, (_, number) in enumerate(shape)}
-        numbers = {str(at): end.p for at, (end, _) in enumerate(shape)}
-        topic, outcomes, verdicts = judged(ends, counts)
-        result = TopicResult(ends, outcomes)
-        result.topic = topic
-        severities = self.clients.severities
-        rows = [
-            row_of(made.finding, counts, numbers, lambda member: known[numbers[member]].resolved.role)
-            for made in result.made
-            if made.finding.severity.value in severities
-        ]
+        stand_ins = StandIns(self.clients)
+        result, verdicts = stand_ins.judged([self._stand_in(stand_ins, end, number) for end, number in shape])
+        rows = stand_ins.rows(made.finding for made in result.made)
         for end, number in shape:
             rows += [] if end.visiting else remarks_of(self.clients, end.p, number)
         paired = {int(each) for group in result.groups for each in group.subscribers}
-        both = bool(topic.publishers) + 2 * bool(topic.subscribers)
+        both = bool(result.topic.publishers) + 2 * bool(result.topic.subscribers)
         sides = {1: OFFERED, 2: REQUESTED, 3: BUSY if result.groups else 0}[both]
         return Outcome(verdicts, rows, sorted(paired), sides)
 
-    def _end(self, identifier: str, end: End) -> Resolved:
-        resolved, pack = self.clients.known[end.p].resolved, self.clients.pack
+    def _stand_in(self, stand_ins: StandIns, end: End, number: int) -> Resolved:
+        known, pack = self.clients.known[end.p], self.clients.pack
+        resolved, profile = stand_ins.add(end.p, number), known.resolved.profile
         changes: dict[int, Any] = {}
         if end.overlapping:
             changes[pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]] = 1
-        if self.clients.known[end.p].own:
+        if known.own:
             # Other publishers and subscribers are of participants that are different in pairs.
-            name = f"{end.owner}" if end.owner >= 0 else resolved.role
-            values = resolved.profile.values
-            changes |= {index: f"{NAME} {name}" for index in self.clients.own if values[index] == NAME}
-        return replace(
-            resolved,
-            id=identifier,
-            key="topic",
-            shown="topic",
-            endpoint=replace(resolved.endpoint, participant=identifier),
-            profile=resolved.profile.with_values(changes) if changes else resolved.profile,
-            visiting=end.visiting,
-        )
+            name = f"{NAME} {end.owner if end.owner >= 0 else resolved.role}"
+            changes |= {index: name for index in self.clients.own if profile.values[index] == NAME}
+        profile = profile.with_values(changes) if changes else profile
+        return replace(resolved, profile=profile, visiting=end.visiting)
 
 
 def remarks_of(clients: Clients, p: int, number: int) -> list[dict[str, Any]]:
     """Return the findings about single endpoints, as rows without topic and system."""
     known = clients.known[p]
-    offers = known.resolved.role == PUBLISHER
-    ends = {"publisher": p if offers else -1, "subscriber": -1 if offers else p}
-    counts = {"publishers": number * offers, "subscribers": number * (not offers)}
-    said = {"verdict": "", "pairs": 0, "help": "", **ends, **counts}
-    return [{**said, "code": code, "severity": severity} for code, severity in known.remarks]
+    role = known.resolved.role
+    return [{role: p, f"{role}s": number, "code": code, "severity": severity} for code, severity in known.remarks]

@@ -6,15 +6,22 @@ one name have that in common. No other names are similar, so a few numbers for e
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    import narwhals as nw
+
+    from cqos_bulk.table_store import TableStore
     from cqos_core.packs.meeting import Meeting
 
     Batches = Callable[[], Iterable[Sequence[Sequence[str]]]]
 
+NAMED: Final = {"system": "text", "topic": "text", "sides": "number"}
+"""The columns of topics, with what is on each."""
 OFFERED, REQUESTED, BUSY = 1, 2, 4
 """What is on a topic: publishers only, subscribers only, or both."""
 
@@ -52,6 +59,25 @@ def _meeting(numbers: Sequence[Sequence[int]], seen: set[int]) -> list[int]:
     by_length, *folded = numbers
     found = {at for at, each in enumerate(by_length) if each in seen or each - 1 in seen or each + 1 in seen}
     return sorted(found.union(*({at for at, each in enumerate(some) if each in seen} for some in folded)))
+
+
+def keep_similar(
+    names: Mapping[int, nw.LazyFrame[Any]],
+    meeting: Meeting,
+    store: TableStore,
+    more: Iterable[tuple[str, str, int]] = (),
+) -> nw.LazyFrame[Any]:
+    """Keep the topics that `similar_topics` yields of tables by what is on a topic, and more, as table ``similar``.
+
+    Table ``names`` with the number of each kind has the names that were compared.
+    """
+    for sides, topics in names.items():
+        store.keep(f"names{sides}", topics.select("system", "topic"))
+    found = similar_topics({sides: partial(store.batches, f"names{sides}") for sides in names}, meeting)
+    with store.spooled("similar", NAMED) as out:
+        for row in chain(found, more):
+            out.add(*row)
+    return store.scan("similar")
 
 
 def similar_topics(names: Mapping[int, Batches], meeting: Meeting) -> Iterator[tuple[str, str, int]]:

@@ -5,6 +5,7 @@ They are read from files, or their protocol has values that follow from all endp
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from hashlib import blake2b
 from itertools import groupby, islice
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_bulk.profiles import SEVERITIES, endpoint_of, settings_of, stated_twice
 from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.memory import uncollected
+from cqos_core.model.memory import keep, uncollected
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
 
@@ -59,9 +60,9 @@ class WholeSystems:
     where: Context
     severity: str
     texts: list[Mapping[str, str]] = field(default_factory=list)
-    totals: dict[str, int] = field(default_factory=dict)
+    totals: Counter[str] = field(default_factory=Counter)
     _numbers: dict[tuple[tuple[str, str], ...], int] = field(default_factory=dict)
-    _known: dict[object, tuple[dict[str, int], list[dict[str, Any]]]] = field(default_factory=dict)
+    _known: dict[object, tuple[Counter[str], list[dict[str, Any]]]] = field(default_factory=dict)
 
     def findings(self, systems: Iterable[NamedSystem]) -> Iterator[dict[str, Any]]:
         """Yield the findings of each system, as rows."""
@@ -69,24 +70,22 @@ class WholeSystems:
             known = self._known.get(each.content) if each.content is not None else None
             if known is None:
                 known = self._checked(each)
-                if each.content is not None and len(self._known) < _REMEMBERED:
-                    self._known[each.content] = known
+                if each.content is not None:
+                    keep(self._known, each.content, known, _REMEMBERED)
             totals, rows = known
-            for name, number in totals.items():
-                self.totals[name] = self.totals.get(name, 0) + number
+            self.totals.update(totals)
             yield from ({**row, "system": each.name} for row in rows)
         self.totals["profiles"] = len(self.texts)
 
-    def _checked(self, each: NamedSystem) -> tuple[dict[str, int], list[dict[str, Any]]]:
+    def _checked(self, each: NamedSystem) -> tuple[Counter[str], list[dict[str, Any]]]:
         with uncollected(len(each.system.endpoints)):
             pipeline = Pipeline(each.system, self.where)
             judged = judge_topics(pipeline)
             resolved = pipeline.resolver.result
             report = assemble(pipeline.system, resolved, judged.results, self.where, judged.problems)
-        totals = {"endpoints": report.endpoints, "topics": report.topics}
+        totals = Counter(endpoints=report.endpoints, topics=report.topics)
         for group in report.groups:
-            pairs = len(group.publishers) * len(group.subscribers)
-            totals[group.verdict.value] = totals.get(group.verdict.value, 0) + pairs
+            totals[group.verdict.value] += len(group.publishers) * len(group.subscribers)
         ends = {end.id: (end.role, end.endpoint, end.pack.id) for end in resolved.endpoints}
         by_code: dict[str, list[Finding]] = {}
         for result in judged.results.values() if any(one.more_topics for one in report.findings) else ():
