@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from bisect import bisect_left, insort
 from collections.abc import Iterable, Mapping, Sequence
+from graphlib import TopologicalSorter
 from typing import Final, NamedTuple
 
 _SWEEPS: Final = 16
@@ -80,11 +81,7 @@ def _placed(rooms: Sequence[float], stated: Sequence[Edge]) -> Layout:
             rows[layer].append(number)
         size += len(between)
     links = [link for chain in chains.values() for link in itertools.pairwise(chain)]
-    before: list[list[int]] = [[] for _ in range(size)]
-    after: list[list[int]] = [[] for _ in range(size)]
-    for source, target in links:
-        after[source].append(target)
-        before[target].append(source)
+    before, after = _neighbours(size, links)
     rows = _ordered(rows, before, after)
     heights = _heights(rows, before, after, [*rooms, *[thin] * (size - count)])
     bends = {
@@ -96,11 +93,7 @@ def _placed(rooms: Sequence[float], stated: Sequence[Edge]) -> Layout:
 
 def _forward(count: int, edges: Sequence[Edge]) -> dict[Edge, Edge]:
     """Return each edge, turned round where the graph would have a cycle otherwise (Eades, Lin and Smyth 1993)."""
-    after: list[set[int]] = [set() for _ in range(count)]
-    before: list[set[int]] = [set() for _ in range(count)]
-    for source, target in edges:
-        after[source].add(target)
-        before[target].add(source)
+    before, after = ([set(each) for each in side] for side in _neighbours(count, edges))
     left, right, rest = [], [], set(range(count))
     while rest:
         chosen = min((each for each in rest if not after[each]), default=None)
@@ -121,24 +114,24 @@ def _forward(count: int, edges: Sequence[Edge]) -> dict[Edge, Edge]:
 
 def _layers(count: int, edges: Iterable[Edge]) -> list[int]:
     """Put each node behind all before it, and what nothing leads to directly before what it leads to."""
-    edges = sorted(set(edges))
-    after: list[list[int]] = [[] for _ in range(count)]
-    waiting = [0] * count
-    for source, target in edges:
-        after[source].append(target)
-        waiting[target] += 1
-    first = [node for node in range(count) if not waiting[node]]
-    layers, ready = [0] * count, list(first)
-    while ready:
-        node = ready.pop()
-        for target in after[node]:
-            layers[target] = max(layers[target], layers[node] + 1)
-            waiting[target] -= 1
-            if not waiting[target]:
-                ready.append(target)
-    for node in first:
-        layers[node] = min((layers[target] for target in after[node]), default=1) - 1
+    before, after = _neighbours(count, edges)
+    layers = [0] * count
+    for node in TopologicalSorter(dict(enumerate(before))).static_order():
+        layers[node] = max((layers[source] + 1 for source in before[node]), default=0)
+    for node in range(count):
+        if not before[node]:
+            layers[node] = min((layers[target] for target in after[node]), default=1) - 1
     return layers
+
+
+def _neighbours(count: int, edges: Iterable[Edge]) -> tuple[list[list[int]], list[list[int]]]:
+    """Return by node those before it and those after it."""
+    before: list[list[int]] = [[] for _ in range(count)]
+    after: list[list[int]] = [[] for _ in range(count)]
+    for source, target in edges:
+        before[target].append(source)
+        after[source].append(target)
+    return before, after
 
 
 def _ordered(rows: list[list[int]], before: Sequence[list[int]], after: Sequence[list[int]]) -> list[list[int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from base64 import b64encode
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
@@ -32,7 +33,7 @@ _BAR: Final = 600
 def render_html(report: Report, style: Style) -> str:
     """Return a page with everything of the report that a person can take in; what is left out is counted."""
     parts = sorted(report.parts or (report,), key=lambda each: -each.verdict.rank)
-    numbers = _Numbers()
+    numbers = count(1)
     systems = [_system(each, style, numbers) for each in parts[:_MOST_SYSTEMS]]
     name = wording.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
     sheet, script = data_file("style.css"), data_file("script.js")
@@ -55,18 +56,6 @@ def render_html(report: Report, style: Style) -> str:
 
 def _hash(text: str) -> str:
     return b64encode(hashlib.sha256(text.encode()).digest()).decode()
-
-
-class _Numbers:
-    """Anchors, each given once on the page."""
-
-    def __init__(self) -> None:
-        self._last = 0
-
-    def next(self) -> int:
-        """Return a number that was not returned before."""
-        self._last += 1
-        return self._last
 
 
 def _head(report: Report) -> dict[str, Any]:
@@ -105,22 +94,22 @@ def _listed(reports: list[Report]) -> list[dict[str, str]]:
     return [{"name": wording.heading(each), "verdict": each.verdict.value} for each in reports]
 
 
-def _system(report: Report, style: Style, numbers: _Numbers) -> dict[str, Any]:
+def _system(report: Report, style: Style, numbers: Iterator[int]) -> dict[str, Any]:
     """Return the data of one system."""
     checked = style.checked(report)
     picture = picture_of(report, *checked) if checked else _from_ids(report)
     used = usage(report, picture)
     # Owners and topics are pointed at by anchors, since names may hold anything.
-    anchors: dict[Key, str] = {owner: f"p{numbers.next()}" for owner in sorted(used.owners)}
-    anchors |= {("topic", topic): f"t{numbers.next()}" for topic in sorted(used.topics)}
-    findings = Findings(report, style, numbers.next() * (MOST_FINDINGS + 1))
+    anchors: dict[Key, str] = {owner: f"p{next(numbers)}" for owner in sorted(used.owners)}
+    anchors |= {("topic", topic): f"t{next(numbers)}" for topic in sorted(used.topics)}
+    findings = Findings(report, style, next(numbers) * (MOST_FINDINGS + 1))
     table = tables.matrix(report, used, anchors, findings.of_topic())
     shown = {each["anchor"] for each in (*table["rows"], *table["columns"])}
     graph = graph_of(report, picture, used)
     required = tables.requirements(picture)
     data = findings.data()
     return {
-        "anchor": f"s{numbers.next()}",
+        "anchor": f"s{next(numbers)}",
         "name": wording.heading(report) or "system",
         "sources": some(report.sources, 12),
         "partial": report.partial,

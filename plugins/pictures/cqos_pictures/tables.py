@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.proofs import timeline
@@ -35,9 +36,9 @@ def matrix(
     topics = [str(name) for name, _ in ranked(used.topics)]
     by_rank = sorted(used.owners, key=lambda each: (-used.counts[each], each))
     columns = sorted(by_rank[:MOST_COLUMNS], key=lambda each: (each[0] == "bridge", each[1]))
-    pairs: dict[str, int] = {}
+    pairs = Counter[str]()
     for group in report.groups:
-        pairs[group.topic] = pairs.get(group.topic, 0) + group.pairs
+        pairs[group.topic] += group.pairs
     rows = []
     for topic in topics[:MOST_ROWS]:
         verdict = used.topics[topic]
@@ -53,7 +54,7 @@ def matrix(
                 "anchor": anchors.get(("topic", topic), ""),
                 "verdict": WORDS[verdict],
                 "symbol": symbol(verdict),
-                "pairs": f"{pairs.get(topic, 0):,}",
+                "pairs": f"{pairs[topic]:,}",
                 "counts": counts,
                 "cells": [_cell(used, owner, topic) for owner in columns],
             }
