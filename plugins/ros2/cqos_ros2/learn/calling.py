@@ -15,7 +15,20 @@ from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
 from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
 from cqos_ros2.learn.setters import forget_all, forget_members, kept_for_later
-from cqos_ros2.learn.values import MISSING, Code, Either, Instance, Qos, Resolved, Template, Word, each_case, same
+from cqos_ros2.learn.values import (
+    MISSING,
+    PLAIN,
+    Code,
+    Either,
+    Instance,
+    Qos,
+    Resolved,
+    Template,
+    Word,
+    each_case,
+    flat,
+    same,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,6 +36,7 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression, Function
     from cqos_ros2.learn.table import Row
+    from cqos_ros2.learn.values import Tests
 
 _COMPREHENSIONS: Final = ("#each", "#pairs")
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
@@ -168,7 +182,7 @@ def _function(name: str, given: Given, walk: Walk) -> Any:
         len(each.body) == 1 and isinstance(each.body[0], Return) and not each.owner for each in functions
     ):
         values = [invoke(each, None, given.arguments, given.keywords, walk) for each in functions]
-        return values[0] if all(same(each, values[0]) for each in values) else _several(values, functions[0])
+        return _returned([(None, each) for each in values], functions[0])
     return MISSING
 
 
@@ -431,10 +445,7 @@ def invoke(
     walk.executed.add(id(function))
     if len(walk.frames) > DEEPEST_CALL or any(each.function is function for each in walk.frames):
         return Unknown(f"`{function.last}` calls itself, or calls are too deep", function.place)
-    bound = {
-        name: walk.frame.types.get(given, given) if walk.frames else given
-        for name, given in zip(function.templates, types, strict=False)
-    }
+    bound = {name: _type(given, walk) for name, given in zip(function.templates, types, strict=False)}
     outer = value.names if value is not None else None
     frame = Frame(
         function,
@@ -452,12 +463,31 @@ def invoke(
     hand_back(function, frame, written, walk)
     if not frame.returned:
         return None
-    values = frame.returned if not finished or len(frame.returned) > 1 else [*frame.returned, None]
-    return values[0] if all(same(each, values[0]) for each in values) else _several(values, function)
+    if finished and (len(frame.returned) == 1 or walk.program.language == "python"):
+        frame.returned.append(((), None))
+    return _returned(frame.returned, function)
 
 
-def _several(values: list[Any], function: Function) -> Any:
-    plain = [each for each in values if each is not None]
+def _type(written: str, walk: Walk) -> str:
+    """Return a template argument as its function means it: a class of the program with its whole name."""
+    around = walk.frame.function
+    found = walk.frame.types.get(written, written)
+    cls = walk.program.find_class(found, around.place.source, around.name) if "<" not in found else None
+    return found if cls is None else cls.name
+
+
+def _returned(found: list[tuple[Tests | None, Any]], function: Function) -> Any:
+    """Return the value of a function that returned on several ways: one for each value of the parameters that decide."""
+    first = found[0][1]
+    if all(same(value, first) for _, value in found):
+        return first
+    plain = [value for _, value in found if value is not None]
     if len(plain) == 1 and isinstance(plain[0], Instance):
         return plain[0]
+    if (
+        found[-1][0] is not None
+        and all(isinstance(value, PLAIN) and value is not None for _, value in found)
+        and all(tests for tests, _ in found[:-1])
+    ):
+        return flat((*((tests or (), value) for tests, value in found[:-1]), ((), found[-1][1])))
     return Unknown(f"`{function.last}` returns one of several values", function.place)

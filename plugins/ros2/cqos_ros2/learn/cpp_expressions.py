@@ -168,8 +168,16 @@ def string_text(node: Node) -> str:
             "",
         )
     raw = (node.text or b"").decode("utf-8", "replace")
-    inner = raw[raw.find('"') + 1 : raw.rfind('"')]
-    return re.sub(r"\\(.)", lambda found: _ESCAPES.get(found[1], found[1]), inner)
+    return _escaped(raw[raw.find('"') + 1 : raw.rfind('"')])
+
+
+def _character(node: Node, file: CppFile) -> Expression:
+    del file
+    return Literal(_escaped(text_of(node).partition("'")[2][:-1]))
+
+
+def _escaped(raw: str) -> str:
+    return re.sub(r"\\(.)", lambda found: _ESCAPES.get(found[1], found[1]), raw)
 
 
 def _string(node: Node, file: CppFile) -> Expression:
@@ -394,6 +402,7 @@ def _assigned(node: Node, file: CppFile) -> Expression:
 _READERS: Final[dict[str, Callable[[Any, CppFile], Expression]]] = {
     "string_literal": _string,
     "raw_string_literal": _string,
+    "char_literal": _character,
     "concatenated_string": _string,
     "number_literal": _number,
     "user_defined_literal": _suffixed,

@@ -18,6 +18,7 @@ from cqos_ros2.learn.cpp_expressions import (
     text_of,
 )
 from cqos_ros2.learn.program import (
+    CASE,
     Assign,
     Call,
     Class,
@@ -444,12 +445,14 @@ def _switch(node: Node, file: CppFile) -> Iterator[Statement]:
     found: list[tuple[Expression, tuple[Statement, ...]]] = []
     default: tuple[Statement, ...] = ()
     waiting: list[Expression] = []
-    for each in body.named_children if body is not None else ():
-        if each.type != "case_statement":
-            continue
+    cases = [each for each in body.named_children if each.type == "case_statement"] if body is not None else []
+    labels = Literal(frozenset(text_of(each.child_by_field_name("value")) for each in cases))
+    for each in cases:
         value = each.child_by_field_name("value")
         statements = tuple(s for inner in each.named_children if inner != value for s in _statement(inner, file))
-        tests = [*waiting, Operation("==", (subject, expression(value, file)))] if value is not None else waiting
+        tests = (
+            [*waiting, Operation(CASE, (subject, expression(value, file), labels))] if value is not None else waiting
+        )
         if not statements:
             waiting = tests
             continue

@@ -189,6 +189,7 @@ def _constant(text: str, walk: Walk) -> Any:
     """Return the value of a constant of the program, else the name itself."""
     program, last = walk.program, last_part(text)
     of, around = text.rpartition("::")[0] or text.rpartition(".")[0], walk.frame.function
+    of = walk.frame.types.get(of, of)
     cls = program.find_class(of, around.place.source, around.name) if last != text else None
     if cls is not None and last in cls.initial:
         return _initial(cls, last, Instance(cls), walk)

@@ -41,7 +41,7 @@ class Frame:
         this: the object whose method it is.
         types: what type parameters stand for.
         outer: names around a lambda.
-        returned: what it returned on each way.
+        returned: what it returned on each way, with the tests that hold there; None where these are not known.
         conditions: how many conditions hold around it.
     """
 
@@ -50,7 +50,7 @@ class Frame:
     names: dict[str, Any] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
     outer: dict[str, Any] | None = None
-    returned: list[Any] = field(default_factory=list)
+    returned: list[tuple[Tests | None, Any]] = field(default_factory=list)
     conditions: int = 0
 
     @property
@@ -144,6 +144,13 @@ class Walk:
     def tests(self) -> Tests:
         """Return the values of parameters with which the walk comes here."""
         return tuple(dict.fromkeys(test for each in self.conditions for test in each.tests))
+
+    def tests_here(self) -> Tests | None:
+        """Return the values of parameters with which the innermost call comes here; None where more decides it."""
+        inner = self.conditions[self.frame.conditions :]
+        return (
+            None if any(each.perhaps or each.each for each in inner) else tuple(t for each in inner for t in each.tests)
+        )
 
     def perhaps(self) -> str:
         """Return why it is not known whether the walk comes here."""

@@ -7,8 +7,20 @@ import re
 from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.program import JOIN
-from cqos_ros2.learn.values import Code, Condition, Either, Instance, Qos, Template, Test, Word, flipped, joined
+from cqos_ros2.learn.program import CASE, JOIN
+from cqos_ros2.learn.values import (
+    Code,
+    Condition,
+    Counted,
+    Either,
+    Instance,
+    Qos,
+    Template,
+    Test,
+    Word,
+    flipped,
+    joined,
+)
 
 _PLACES: Final = re.compile("%[sd]")
 _BINARY: Final = 2
@@ -22,8 +34,10 @@ def operation(sign: str, values: list[Any]) -> Any:
         return joined(values)
     if sign == "%" and isinstance(values[0], str):
         return _formatted(values[0], values[1] if isinstance(values[1], list) else [values[1]])
-    if sign in {"==", "!="}:
-        return _equal(values, negated=sign == "!=")
+    if sign == CASE and isinstance(values[0], Word) and isinstance(values[1], Word) and values[0].name in values[2]:
+        return values[0] == values[1]
+    if sign in {"==", "!=", CASE}:
+        return _equal(values[:_BINARY], negated=sign == "!=")
     if sign == "not":
         decided = truth(values[0])
         if isinstance(decided, Condition):
@@ -103,7 +117,9 @@ def truth(value: Any) -> Any:
 
 def element(of: Any, key: Any) -> Any:
     """Return an element of a list or dictionary, or why it is not known."""
-    if isinstance(of, list) and isinstance(key, int) and -len(of) <= key < len(of):
+    if isinstance(key, Counted) and key.name and of == key.of:
+        return Template(f"${{{key.name}}}")
+    if isinstance(of, (list, str)) and isinstance(key, int) and -len(of) <= key < len(of):
         return of[key]
     if isinstance(of, dict) and isinstance(key, (str, int)) and key in of:
         return of[key]

@@ -10,7 +10,18 @@ from cqos_ros2.learn.evaluating import assign
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.program import Attribute, Name, inner_type, last_part
 from cqos_ros2.learn.setters import is_class
-from cqos_ros2.learn.values import MISSING, NO_POSITION, Code, Condition, Instance, Template, Test, Word, joined
+from cqos_ros2.learn.values import (
+    MISSING,
+    NO_POSITION,
+    Code,
+    Condition,
+    Counted,
+    Instance,
+    Template,
+    Test,
+    Word,
+    joined,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,6 +60,10 @@ _READING: Final = frozenset(
     )
 )
 """Methods that leave a text or list as it is."""
+_OF_LISTS: Final = frozenset(("at", "get", "front", "back", "keys", "values", "items"))
+_OF_CHARACTERS: Final = frozenset(("at", "front", "back"))
+_HELD: Final = {list: _OF_LISTS, dict: _OF_LISTS, str: _OF_CHARACTERS, Template: frozenset(("at",))}
+"""Methods that return what is in a value, by its kind."""
 _OF_TEXTS: Final = frozenset(
     (
         "lower",
@@ -148,8 +163,10 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
         return _empty(receiver)
     if name in {"size", "length"} and isinstance(receiver, (str, list)) and not given.arguments:
         return len(receiver)
-    if isinstance(receiver, (list, dict)) and name in {"at", "get", "front", "back", "keys", "values", "items"}:
+    if name in _HELD.get(type(receiver), ()):
         return _held(receiver, name, given)
+    if name == "size" and isinstance(receiver, Template) and receiver.parameter:
+        return Counted(receiver)
     if isinstance(receiver, (str, Template, list, dict)) and name not in _READING:
         assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
     elif isinstance(receiver, str) and walk.program.language == "python":
@@ -164,7 +181,9 @@ def _changed(receiver: Any, name: str, arguments: Sequence[Any]) -> Any:
     if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
         new = [*receiver, *arguments]
         return new if len(new) <= _LONGEST_LIST else Unknown("a long list")
-    if name == "append" and isinstance(receiver, (str, Template)) and len(arguments) == 1:
+    if name == "pop_back" and isinstance(receiver, (list, str)) and receiver:
+        return receiver[:-1]
+    if name in {"append", "push_back"} and isinstance(receiver, (str, Template)) and len(arguments) == 1:
         return joined([receiver, *arguments])
     if name == "str" and isinstance(receiver, (str, Template)) and arguments:  # `stream.str("")`
         return arguments[0]
@@ -186,8 +205,8 @@ def _of_cpp_text(text: str, name: str, arguments: Sequence[Any]) -> Any:
     return MISSING
 
 
-def _held(receiver: list[Any] | dict[Any, Any], name: str, given: Given) -> Any:
-    """Return what a list or dictionary holds."""
+def _held(receiver: Any, name: str, given: Given) -> Any:
+    """Return what a list, dictionary or text holds."""
     if isinstance(receiver, dict) and name in {"keys", "values", "items"} and not given.arguments:
         return [list(each) if name == "items" else each for each in getattr(receiver, name)()]
     key = {"front": 0, "back": -1}.get(name, given.arguments[0] if given.arguments else None)
@@ -239,6 +258,10 @@ def braces(text: str, arguments: Sequence[Any], keywords: Mapping[str, Any]) -> 
 def builtin(name: str, given: Given) -> Any:
     """Return the result of a function of Python that makes a list or number of known values; the mark for none for any other."""
     arguments = given.arguments if not given.keywords else []
+    if name == "len" and len(arguments) == 1 and isinstance(arguments[0], Template) and arguments[0].parameter:
+        return Counted(arguments[0])
+    if name == "range" and arguments and arguments[:-1] in ([], [0]) and isinstance(arguments[-1], Counted):
+        return arguments[-1]
     if name == "range" and not all(type(each) is int for each in arguments):
         return Unknown("how often a loop runs is not known")
     if name == "range" and arguments and all(type(each) is int for each in arguments):

@@ -16,6 +16,8 @@ THIS: Final = "this"
 """What a method calls its object, in both languages."""
 JOIN: Final = "join"
 """The operator of a text of parts one after the other."""
+CASE: Final = "case"
+"""The operator of a value, one case of a switch, and the words of all of its cases, which differ from each other."""
 
 
 # Expressions
@@ -353,13 +355,21 @@ class Program:
         key = name, near, scope
         if key not in self._known:
             plain = without_arguments(name)
-            plain = self.aliases.get(plain, plain)
+            plain = self._scoped(plain, scope) or self.aliases.get(plain, plain)
             found = [each for each in self.classes.get(last_part(plain), []) if fits(each.name, plain)]
             if len(found) > 1 and near:
                 seen = self.reached(near)
                 found = [each for each in found if each.place.source in seen] or found
             self._known[key] = found[0] if len(found) == 1 else _nearest(found, plain.strip(":"), near, scope)
         return self._known[key]
+
+    def _scoped(self, name: str, scope: str) -> str:
+        """Return the plain type that a name stands for in the innermost class or namespace around; empty where it stands for none there."""
+        around = f"{scope}::"
+        known = [
+            each for each in self.scoped.get(name, ()) if each[0] != name and around.startswith(each[0][: -len(name)])
+        ]
+        return without_arguments(max(known, key=lambda each: len(each[0]))[1]) if known else ""
 
     def alias(self, name: str) -> str | None:
         """Return what a name stands for; None where it is no alias, or one of several that may be meant."""

@@ -38,6 +38,14 @@ class Template:
 
 
 @dataclass(frozen=True, slots=True)
+class Counted:
+    """How many elements the list of a parameter has; with a name, the place of one of them in a loop over all."""
+
+    of: Template
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Test:
     """Whether a parameter has one of some values, or none of them."""
 

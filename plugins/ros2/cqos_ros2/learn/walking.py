@@ -26,7 +26,7 @@ from cqos_ros2.learn.program import (
 )
 from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
-from cqos_ros2.learn.values import Template, Word, flipped
+from cqos_ros2.learn.values import Counted, Template, Word, flipped
 
 _ABSENT: Final = (Literal(None), Literal(False))
 
@@ -55,12 +55,7 @@ def _one(statement: Statement, walk: Walk) -> bool:
         _loop(statement, walk)
     elif isinstance(statement, Return):
         value = None if statement.value is None else evaluate(statement.value, walk)
-        unsure = walk.perhaps() and any(each.perhaps for each in walk.conditions[walk.frame.conditions :])
-        walk.frame.returned.append(
-            Unknown("what it returns is decided while it runs", statement.place)
-            if unsure and len(walk.frame.returned)
-            else value
-        )
+        walk.frame.returned.append((walk.tests_here(), value))
         return False
     elif isinstance(statement, Leave):
         return False
@@ -149,10 +144,11 @@ def _loop(statement: Loop, walk: Walk) -> None:
     for target in _assigned(statement.body):
         assign(target, Unknown("it changes in a loop", statement.place), walk)
     condition = Condition(perhaps=f"it is made in a loop in line {statement.place.line}")
-    if isinstance(over, Template) and over.parameter and len(statement.targets) == 1:
+    listed = over.of if isinstance(over, Counted) else over
+    if isinstance(listed, Template) and listed.parameter and len(statement.targets) == 1:
         name = f"each_{statement.targets[0]}"
-        names[statement.targets[0]] = Template(f"${{{name}}}")
-        condition = Condition(each=(name, over.text))
+        names[statement.targets[0]] = Counted(listed, name) if listed is not over else Template(f"${{{name}}}")
+        condition = Condition(each=(name, listed.text))
     else:
         for name in statement.targets:
             names[name] = Unknown("it is an element of a list that is not known", statement.place)

@@ -138,3 +138,56 @@ def test_an_alias_of_one_name_in_two_classes(cpp):
         "std_msgs/msg/Bool",
         None,
     ]
+
+
+def test_a_single_character_is_a_text(node):
+    body = f"""std::string part = "front"; std::string other = "/rear"; {PUB}(part + '/' + "scan", 1);
+    {PUB}(join("a", part), 1); {PUB}(join("a", other), 1); if (part[0] == 'f') {{ {PUB}("first", 1); }} if (part.back() == '/') {{ {PUB}("never", 1); }}"""
+    join = "std::string join(std::string a, std::string b) { if (b.front() == '/') { return b; } return a + '/' + b; }"
+    assert set(node(body, "", join)) == {"front/scan", "a/front", "/rear", "first"}
+
+
+def test_a_case_of_a_switch_by_a_value_of_an_enumeration(node):
+    body = f"""{PUB}(name_of(LOG_B), 1); {PUB}(name_of(LOG_C), 1); {PUB}(name_of(read()), 1);"""
+    of = """std::string name_of(Log which) { switch (which) { case LOG_A: return "a"; case LOG_B: return "b"; default: return "other"; } }"""
+    assert set(node(body, "", of)) == {"b"}  # whether LOG_C is one of the others is not known
+
+
+def test_what_a_function_returns_by_a_parameter(cpp):
+    before = """rclcpp::QoS profile(const std::string & name) {
+      if (name == "sensor") { return rclcpp::SensorDataQoS(); } else if (name == "system") { return rclcpp::SystemDefaultsQoS(); }
+      return rclcpp::QoS(3); }"""
+    found = cpp(f'{PUB}("scan", profile(declare_parameter<std::string>("kind", "sensor")));', "", before)
+    assert found["publishes"]["scan"]["qos"] == [
+        {"when": {"kind": "sensor"}, "profile": "sensor_data"},
+        {"when": {"kind": "system"}, "profile": "system_defaults_cpp"},
+        {"depth": 3},
+    ]
+
+
+def test_what_a_function_returns_while_it_runs_stays_unknown(cpp):
+    before = """rclcpp::QoS profile(const std::string & name) { if (name == "sensor") { return rclcpp::SensorDataQoS(); }
+      if (busy()) { return rclcpp::QoS(1); } return rclcpp::QoS(3); }"""
+    found = cpp(f'{PUB}("scan", profile(declare_parameter<std::string>("kind", "sensor")));', "", before)
+    assert "unknown" in found["publishes"]["scan"]["qos"]
+
+
+def test_a_counted_loop_over_the_list_of_a_parameter(cpp):
+    members = "std::vector<std::string> topics_; std::vector<std::string> others_;"
+    body = f"""topics_ = declare_parameter<std::vector<std::string>>("topics"); others_ = declare_parameter<std::vector<std::string>>("others");
+      for (size_t i = 0; i < topics_.size(); ++i) {{ {PUB}(topics_[i] + "/raw", 1); {PUB}(others_[i], 1); {PUB}("cam_" + std::to_string(i), 1); }}"""
+    made = cpp(body, members)["publishes"]
+    assert made["${each_i}/raw"]["for_each"] == {"each_i": "${topics}"}
+    assert [each["unknown"] for name, each in sorted(made.items()) if name.startswith("(")] == [
+        "an element of a list that is not known",
+        "`+` is not followed",
+    ]
+
+
+def test_a_name_that_each_class_gives_its_own_type(node):
+    before = """struct OneSpec { static constexpr char name[] = "one"; static constexpr size_t depth = 4; static constexpr auto durability = RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL; };
+      struct Other { using Spec = TwoSpec; };
+      template <typename T> rclcpp::QoS qos_of() { return rclcpp::QoS{T::depth}.durability(T::durability); }"""
+    members = 'using Spec = OneSpec; struct Values { std::string topic = "scan"; }; using Type = Values; Type values_;'
+    body = f"{PUB}(Spec::name, qos_of<Spec>()); {PUB}(values_.topic, 1);"
+    assert node(body, members, before) == {"one": {"depth": 4, "durability": "transient_local"}, "scan": {"depth": 1}}
