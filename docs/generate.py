@@ -20,7 +20,7 @@ from known_nodes import known_nodes_page
 from cqos_core.api import check
 from cqos_core.cli.app import cli
 from cqos_core.model.codes import CODES
-from cqos_core.packs.rule_docs import Example, code_markdown, rule_markdown
+from cqos_core.packs.rule_docs import Example, as_markdown, code_page, rule_page
 from cqos_core.plugins import load_plugins
 from cqos_core.testing import Case, load_cases
 
@@ -71,11 +71,11 @@ def pages() -> Iterator[tuple[Path, str]]:
     packs = list(our_packs())
     for pack in packs:
         for bound in pack.bound_rules:
-            yield RULES / f"{bound.rule.code}.md", rule_markdown(bound, pack, examples(bound, pack))
+            yield RULES / f"{bound.rule.code}.md", as_markdown(rule_page(bound, pack, examples(bound, pack)))
         for info in pack.codes:
-            yield RULES / f"{info.code}.md", code_markdown(info, pack)
+            yield RULES / f"{info.code}.md", as_markdown(code_page(info, pack))
     for code, info in CODES.items():
-        yield RULES / f"{code}.md", code_markdown(info)
+        yield RULES / f"{code}.md", as_markdown(code_page(info))
     yield RULES / "README.md", index(packs)
     for name, drawn in figures(next(pack for pack in packs if pack.id == "ros2")):
         yield DOCS / "img" / name, drawn

@@ -9,7 +9,6 @@ from cqos_core.bpmn.rewriting import Diagram
 from cqos_core.files.exporting import Exported, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
-from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Cases
 from cqos_core.resolving.reader import spelled
 from cqos_core.resolving.respelling import respelled
@@ -183,11 +182,8 @@ def _text(policy: Policy, setting: Setting, read_as: Dialect | None, dialect: Di
         return None
     if policy.domain.word(plain) in policy.words:
         return policy.domain.word(plain)
-    try:
-        value = policy.domain.parse(plain)
-    except InvalidValueError:
-        return ""
-    return respelled(policy, value, dialect, _A_NUMBER) or ""
+    value = policy.domain.read(plain)
+    return "" if value is None else respelled(policy, value, dialect, _A_NUMBER) or ""
 
 
 def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:
@@ -195,12 +191,12 @@ def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:
     if dialect is not None and old.strip() in dialect.codes.get(policy.name, {}):
         return False
     plain = spelled(policy, old, dialect)
-    try:
-        return plain is not None and policy.domain.parse(plain) == policy.domain.parse(
-            spelled(policy, new, dialect) or ""
-        )
-    except InvalidValueError:
-        return plain is not None and policy.domain.word(plain) == policy.domain.word(new)
+    if plain is None:
+        return False
+    before, after = (policy.domain.read(text) for text in (plain, spelled(policy, new, dialect) or ""))
+    if before is None or after is None:
+        return policy.domain.word(plain) == policy.domain.word(new)
+    return before == after
 
 
 def _attribute(pack: RulePack, dialect: Dialect | None, index: int) -> str:

@@ -15,7 +15,6 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
-from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 from cqos_core.packs.meeting import NameContext
 from cqos_core.resolving.reader import spelled
@@ -140,11 +139,9 @@ class _Tongue:
             return word
         if not (self.foreign or isinstance(policy.domain, Choice) or text.startswith("{")):
             return text
-        try:
-            value = policy.domain.parse(text)
-        except InvalidValueError:
-            return text
-        return text if value == 0 and policy.zero is not None else policy.domain.format(value)
+        value = policy.domain.read(text)
+        is_a_word = value == 0 and policy.zero is not None
+        return text if value is None or is_a_word else policy.domain.format(value)
 
 
 class _Designer:

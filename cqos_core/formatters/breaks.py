@@ -12,7 +12,7 @@ from cqos_core.analysis.breaking import Break, Breaking, Updated
 from cqos_core.formatters import wording
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.markdown import as_markdown
-from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.formatters.terminal import clean, hanging, paint
 from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
@@ -41,7 +41,7 @@ class ComparedVersions(NamedTuple):
 
 def breaks_as_text(compared: Sequence[ComparedVersions], old: str, columns: int, *, color: bool) -> Iterator[str]:
     """Yield lines for people: what breaks on each topic, and the order in which to update."""
-    colors, wrapped = paint(color=color), partial(_indented, columns)
+    colors, wrapped = paint(color=color), partial(hanging, columns)
     for one in compared:
         for topic, breaks in groupby(one.found.breaks, key=lambda each: each.topic):
             yield colors(clean(topic), "title")
@@ -58,11 +58,6 @@ def breaks_as_text(compared: Sequence[ComparedVersions], old: str, columns: int,
                     yield from wrapped(f"accepted: {finding.accepted}", 4)
             yield ""
         yield from (clean(line) for line in _end(one, old))
-
-
-def _indented(columns: int, text: str, indent: int) -> Iterator[str]:
-    for number, line in enumerate(wrap(clean(text), columns - indent - 2)):
-        yield " " * (indent if number == 0 else indent + 2) + line
 
 
 def _severity(each: Break) -> Severity:

@@ -68,28 +68,12 @@ def render_excerpt(place: Place, style: Style) -> str:
 class _Shown:
     """What is read once in a run; below it, the code is reminder enough."""
 
-    reasons: set[tuple[str, str]] = field(default_factory=set)
-    rules: set[tuple[str, str]] = field(default_factory=set)
-    notes: set[str] = field(default_factory=set)
+    read: set[tuple[str, ...]] = field(default_factory=set)
 
-    def reason(self, finding: Finding) -> str:
-        """The rule's reason, empty if it was printed before or is part of the message."""
-        key = (finding.code, finding.because)
-        known = key in self.reasons
-        self.reasons.add(key)
-        return "" if known or finding.because in finding.message else finding.because
-
-    def rule(self, finding: Finding) -> bool:
-        """Whether the rule, with this clause, was named before."""
-        key = (finding.code, finding.clause)
-        known = key in self.rules
-        self.rules.add(key)
-        return known
-
-    def fresh(self, notes: Iterable[str]) -> list[str]:
-        """The notes that were not printed before."""
-        new = [note for note in notes if note not in self.notes]
-        self.notes.update(new)
+    def is_new(self, *text: str) -> bool:
+        """Whether this was not printed before; it counts as printed from now on."""
+        new = text not in self.read
+        self.read.add(text)
         return new
 
 
@@ -100,15 +84,11 @@ def _end(report: Report, style: Style) -> Iterator[str]:
         from cqos_core.formatters.changes import losses
 
         yield from losses(report)
-    if report.not_checked:
-        listed = "; ".join(report.not_checked)
-        count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
-        text = terminal.clean(f"not checked: {listed if style.not_checked else count}")
-        for number, line in enumerate(terminal.wrap(text, style.width - 2)):
-            yield paint(f"{'  ' if number else ''}{line}", "quiet")
-    for assumption in wording.assumed(report):
-        for number, line in enumerate(terminal.wrap(assumption, style.width - 2)):
-            yield paint(f"{'  ' if number else ''}{line}", "quiet")
+    listed = "; ".join(report.not_checked)
+    count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
+    not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
+    for text in (*not_checked, *wording.assumed(report)):
+        yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
     if report.parts:
         yield wording.total(report, style, paint)
     else:
@@ -183,13 +163,13 @@ class _Page:
         yield from self._sides(finding)
         for sentence in wording.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
-        for sentence in (*_notes(finding), *self._said.fresh(finding.notes)):
+        for sentence in (*_notes(finding), *(note for note in finding.notes if self._said.is_new("note", note))):
             yield from self._paragraph("note:", "title", sentence)
-        if reason := self._said.reason(finding):
-            yield from self._paragraph("why:", "title", reason)
+        if self._said.is_new("why", finding.code, finding.because) and finding.because not in finding.message:
+            yield from self._paragraph("why:", "title", finding.because)
         if finding.accepted is not None:
             yield from self._paragraph("accepted:", "title", finding.accepted)
-        if not self._said.rule(finding):
+        if self._said.is_new("see", finding.code, finding.clause):
             clause = f"; {finding.clause}" if finding.clause else ""
             yield from self._paragraph("see:", "quiet", f"cqos rule {finding.code}{clause}")
 

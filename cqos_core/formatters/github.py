@@ -29,9 +29,8 @@ def _command(finding: Finding, places: Places, style: Style) -> str:
     place = finding.place
     properties = {} if place is None else _properties(places.exact(place), style)
     properties["title"] = f"{finding.code} {finding.name}"
-    text = "\n".join([finding.message, *(f"help: {sentence}" for sentence in wording.helps(finding))])
     listed = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
-    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
+    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(wording.message_and_helps(finding))}"
 
 
 def _properties(place: Place, style: Style) -> dict[str, str]:

@@ -35,7 +35,7 @@ def render_gitlab(report: Report, style: Style) -> str:
         seen[identity] += 1
         issues.append(
             {
-                "description": "\n".join([finding.message, *(f"help: {each}" for each in wording.helps(finding))]),
+                "description": wording.message_and_helps(finding),
                 "check_name": finding.code,
                 "fingerprint": identity if seen[identity] == 1 else f"{identity}-{seen[identity]}",
                 "severity": _SEVERITIES[finding.severity],

@@ -15,10 +15,11 @@ from cqos_core.formatters.places import Places
 
 # XML has no way to write most control characters; this spells them.
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Severity, Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from cqos_core.model.report import Finding, Report
     from cqos_core.model.style import Style
@@ -44,67 +45,49 @@ def render_junit(report: Report, style: Style) -> str:
 
 
 def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> None:
+    """Add a suite with a test for each topic with pairs, in their order, then one for whatever only findings are about."""
     suite = ET.SubElement(suites, "testsuite", name=name)
-    cases = _Cases(suite, report, style)
-    cases.add_all()
+    verdicts: dict[str, Verdict] = {}
+    for group in report.groups:
+        known = verdicts.get(group.topic, Verdict.COMPATIBLE)
+        verdicts[group.topic] = max(known, group.verdict, key=lambda verdict: verdict.rank)
+    findings = grouped((test, finding) for finding in report.findings for test in _tests(finding))
+    places = Places(report.findings, style.sources)
+    for test in dict.fromkeys([*verdicts, *findings]):
+        case = ET.SubElement(suite, "testcase", classname=name, name=clean(test))
+        _fill(case, verdicts.get(test, Verdict.COMPATIBLE), findings.get(test, []), places, style)
     failures, skipped = (len(suite.findall(f"testcase/{kind}")) for kind in ("failure", "skipped"))
     suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
-    counts = [
-        wording.counts(report, style),
-        *wording.assumed(report),
-        *(f"not checked: {item}" for item in report.not_checked),
-    ]
     ET.SubElement(suite, "system-out").text = _lines(
-        [f"{report.verdict}{wording.beside(report)}: {counts[0]}", *counts[1:]]
+        [
+            f"{report.verdict}{wording.beside(report)}: {wording.counts(report, style)}",
+            *wording.assumed(report),
+            *(f"not checked: {item}" for item in report.not_checked),
+        ]
     )
 
 
-class _Cases:
-    """Adds test cases to a suite: one for each topic, one for each rule that spoke of no topic."""
-
-    def __init__(self, suite: ET.Element, report: Report, style: Style) -> None:
-        self._suite = suite
-        self._class = suite.attrib["name"]
-        self._places = Places(report.findings, style.sources)
-        self._show = style.show
-        self._verdicts: dict[str, Verdict] = {}
-        self._findings: dict[str, list[Finding]] = {}
-        for group in report.groups:
-            known = self._verdicts.get(group.topic, Verdict.COMPATIBLE)
-            self._verdicts[group.topic] = max(known, group.verdict, key=lambda verdict: verdict.rank)
-        for finding in report.findings:
-            for name in _tests(finding):
-                self._findings.setdefault(name, []).append(finding)
-
-    def add_all(self) -> None:
-        """Topics with pairs first, in their order, then what only findings speak of."""
-        for name in dict.fromkeys([*self._verdicts, *self._findings]):
-            self._add(name)
-
-    def _add(self, name: str) -> None:
-        case = ET.SubElement(self._suite, "testcase", classname=self._class, name=clean(name))
-        findings = self._findings.get(name, [])
-        errors = [finding for finding in findings if _stands_as_error(finding)]
-        verdict = self._verdicts.get(name, Verdict.COMPATIBLE)
-        if errors:
-            self._fail(case, errors)
-        elif verdict is not Verdict.COMPATIBLE:
-            ET.SubElement(case, "skipped", message=clean(_reason(verdict, findings)))
-        others = [f for f in findings if not _stands_as_error(f) and f.severity.rank <= self._show.rank]
-        if others:
-            ET.SubElement(case, "system-out").text = _lines(map(self._line, others))
-
-    def _fail(self, case: ET.Element, errors: list[Finding]) -> None:
+def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], places: Places, style: Style) -> None:
+    """Add to a test why it fails or is skipped, and what else was found."""
+    errors = [finding for finding in findings if _stands_as_error(finding)]
+    if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         message = clean(errors[0].message + more)
         failure = ET.SubElement(case, "failure", message=message, type=clean(errors[0].code))
-        lines = [line for error in errors for line in (self._line(error), *map(_indented, wording.helps(error)))]
-        failure.text = _lines(lines)
+        failure.text = _lines(
+            line for error in errors for line in (_line(error, places), *map(_indented, wording.helps(error)))
+        )
+    elif verdict is not Verdict.COMPATIBLE:
+        ET.SubElement(case, "skipped", message=clean(_reason(verdict, findings)))
+    others = [f for f in findings if not _stands_as_error(f) and f.severity.rank <= style.show.rank]
+    if others:
+        ET.SubElement(case, "system-out").text = _lines(_line(finding, places) for finding in others)
 
-    def _line(self, finding: Finding) -> str:
-        place = "" if finding.place is None else f"{wording.position(self._places.exact(finding.place))}: "
-        accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
-        return f"{place}{finding.severity}[{finding.code}] {finding.message}{accepted}"
+
+def _line(finding: Finding, places: Places) -> str:
+    place = "" if finding.place is None else f"{wording.position(places.exact(finding.place))}: "
+    accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
+    return f"{place}{finding.severity}[{finding.code}] {finding.message}{accepted}"
 
 
 def _stands_as_error(finding: Finding) -> bool:

@@ -31,19 +31,15 @@ def render_markdown(report: Report, style: Style) -> str:
 
 
 def _section(report: Report, style: Style) -> Iterator[str]:
+    counts = as_markdown(wording.counts(report, style))
     yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
-    yield ""
-    yield f"**{report.verdict}**{wording.beside(report)}: {as_markdown(wording.counts(report, style))}"
-    yield ""
+    yield from ("", f"**{report.verdict}**{wording.beside(report)}: {counts}", "")
     findings = [each for each in wording.shown(report, style) if each.accepted is None]
     if findings:
-        yield "| | where | what | what to do |"
-        yield "| - | ----- | ---- | ---------- |"
-        yield from _rows(findings[:_MOST], style)
-        yield ""
+        yield from ("| | where | what | what to do |", "| - | ----- | ---- | ---------- |")
+        yield from (*_rows(findings[:_MOST], style), "")
     if len(findings) > _MOST:
-        yield f"{len(findings) - _MOST} more findings are not listed."
-        yield ""
+        yield from (f"{len(findings) - _MOST} more findings are not listed.", "")
 
 
 def _rows(findings: Sequence[Finding], style: Style) -> Iterator[str]:
@@ -53,17 +49,10 @@ def _rows(findings: Sequence[Finding], style: Style) -> Iterator[str]:
         if finding.place is not None:
             place = places.exact(finding.place)
             where = relative(place.source, style) + (f":{place.line}" if place.line is not None else "")
-        code = (
-            f"[{as_markdown(finding.code)}]({_address(finding, style)})"
-            if style.documentation
-            else as_markdown(finding.code)
-        )
+        url = style.rule_url(finding.code)
+        code = f"[{as_markdown(finding.code)}]({url})" if url else as_markdown(finding.code)
         advice = "<br>".join(as_markdown(each) for each in wording.helps(finding))
         yield f"| {finding.severity} {code} | {as_markdown(where)} | {as_markdown(finding.message)} | {advice} |"
-
-
-def _address(finding: Finding, style: Style) -> str:
-    return f"{style.documentation.rstrip('/')}/rules/{finding.code}"
 
 
 def as_markdown(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
-from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.formatters.terminal import clean, hanging, paint, wrap
 from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 
@@ -54,29 +54,16 @@ def _lines(each: Explained, width: int, *, alone: bool) -> list[str]:
     owner = f" of {misfit.participant}" if misfit.participant else ""
     other, does = ("subscriber", "requests") if misfit.role == "publisher" else ("publisher", "offers")
     named = f": {misfit.named}" if misfit.named else ""
-    lines = [
-        *_paragraph(
-            f"{place}{times}: a {misfit.role}{owner} discovered a {other} that {does} what does not fit{named}",
-            width,
-            2,
-        )
-    ]
-    if alone:
-        for rule in each.rules:
-            lines += _paragraph(f"{rule.code} {rule.name}: {rule.because} ({rule.clause})", width, 4)
+    said = f"{place}{times}: a {misfit.role}{owner} discovered a {other} that {does} what does not fit{named}"
+    about = [f"{rule.code} {rule.name}: {rule.because} ({rule.clause})" for rule in each.rules if alone]
     for pair in each.pairs[:_MOST_PAIRS]:
         codes = ", ".join(_codes(each, pair.publisher, pair.subscriber))
-        lines += _paragraph(f"{pair.publisher} and {pair.subscriber}: {pair.verdict}, {codes}", width, 4)
+        about.append(f"{pair.publisher} and {pair.subscriber}: {pair.verdict}, {codes}")
     if len(each.pairs) > _MOST_PAIRS:
-        lines.append(f"    and {len(each.pairs) - _MOST_PAIRS} more pairs")
+        about.append(f"and {len(each.pairs) - _MOST_PAIRS} more pairs")
     if each.remark:
-        lines += _paragraph(each.remark, width, 4)
-    return lines
-
-
-def _paragraph(text: str, width: int, indent: int) -> list[str]:
-    first, *rest = wrap(clean(text), width - indent - 2)
-    return [f"{' ' * indent}{first}", *(f"{' ' * (indent + 2)}{line}" for line in rest)]
+        about.append(each.remark)
+    return [*hanging(width, said, 2), *(line for text in about for line in hanging(width, text, 4))]
 
 
 def _codes(each: Explained, publisher: str, subscriber: str) -> list[str]:

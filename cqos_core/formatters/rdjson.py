@@ -44,10 +44,10 @@ class _Diagnostics:
 
     def diagnostic(self, finding: Finding, *, fixed: bool) -> Json:
         """Return one finding."""
-        url = f"{self._style.documentation.rstrip('/')}/rules/{finding.code}" if self._style.documentation else ""
+        url = self._style.rule_url(finding.code)
         suggestions = self._suggestions(finding) if fixed else []
         return {
-            "message": "\n".join([finding.message, *(f"help: {each}" for each in wording.helps(finding))]),
+            "message": wording.message_and_helps(finding),
             "location": self._location(finding.place),
             "severity": _SEVERITIES[finding.severity],
             "code": {"value": finding.code, **({"url": url} if url else {})},

@@ -36,8 +36,9 @@ def render_sarif(report: Report, style: Style) -> str:
     rules = _rules(report, style)
     numbers = {rule["id"]: number for number, rule in enumerate(rules)}
     places = Places(report.findings, style.sources)
+    version = {"version": style.tool_version} if style.tool_version else {}
     run: Json = {
-        "tool": {"driver": {"name": "C-QoS", **_version(style), "rules": rules}},
+        "tool": {"driver": {"name": "C-QoS", **version, "rules": rules}},
         "columnKind": "unicodeCodePoints",
         "artifacts": [
             {"location": {"uri": uri}} for uri in dict.fromkeys(_uri(source, style) for source in report.sources)
@@ -58,10 +59,6 @@ def render_sarif(report: Report, style: Style) -> str:
     return dump(log, indent=2) + "\n"
 
 
-def _version(style: Style) -> Json:
-    return {"version": style.tool_version} if style.tool_version else {}
-
-
 def _rules(report: Report, style: Style) -> list[Json]:
     """Describe each rule once, as far as its findings tell."""
     by_code = grouped((finding.code, finding) for finding in report.findings)
@@ -76,20 +73,15 @@ def _rule(code: str, findings: list[Finding], style: Style) -> Json:
     rule: Json = {"id": code}
     if name:
         rule |= {"name": name, "shortDescription": {"text": name.replace("-", " ")}}
-    if len(reasons) == 1:
-        rule["fullDescription"] = {"text": reasons.pop()}
+    reason = [*reasons] if len(reasons) == 1 else []
+    if reason:
+        rule["fullDescription"] = {"text": reason[0]}
     clauses = sorted({finding.clause for finding in findings if finding.clause})
     help_lines = [f"See `cqos rule {code}`.", *(f"Clause: {clause}" for clause in clauses)]
-    markdown = "\n\n".join([*_reason(rule), *help_lines])
-    rule["help"] = {"text": "\n".join(help_lines), "markdown": markdown}
-    if style.documentation:
-        rule["helpUri"] = f"{style.documentation.rstrip('/')}/rules/{code}"
+    rule["help"] = {"text": "\n".join(help_lines), "markdown": "\n\n".join([*reason, *help_lines])}
+    if url := style.rule_url(code):
+        rule["helpUri"] = url
     return rule
-
-
-def _reason(rule: Json) -> list[str]:
-    """The rule's reason as a paragraph, if all its findings have the same."""
-    return [rule["fullDescription"]["text"]] if "fullDescription" in rule else []
 
 
 def _uri(source: str, style: Style) -> str:
@@ -120,7 +112,7 @@ class _Result:
             "ruleId": finding.code,
             "ruleIndex": rule_index,
             "level": finding.severity.value,
-            "message": {"text": self._text()},
+            "message": {"text": wording.message_and_helps(finding)},
             "locations": self._locations(),
             **({"relatedLocations": related} if related else {}),
             **({"fixes": fixes} if fixes else {}),
@@ -133,10 +125,6 @@ class _Result:
                 "pairs": finding.pairs,
             },
         }
-
-    def _text(self) -> str:
-        helps = (f"help: {sentence}" for sentence in wording.helps(self._finding))
-        return "\n".join([self._finding.message, *helps])
 
     def _suppressions(self) -> list[Json]:
         if self._finding.accepted is None:

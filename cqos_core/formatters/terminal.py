@@ -58,6 +58,12 @@ def _width(character: str) -> int:
     return 2 if east_asian_width(character) in {"W", "F"} else 1
 
 
+def hanging(columns: int, text: str, indent: int) -> list[str]:
+    """Wrap ``text``, cleaned, behind ``indent`` blanks; further lines stand two blanks deeper."""
+    first, *rest = wrap(clean(text), columns - indent - 2)
+    return [f"{' ' * indent}{first}", *(f"{' ' * (indent + 2)}{line}" for line in rest)]
+
+
 def wrap(text: str, width: int) -> list[str]:
     """Break clean ``text`` at spaces into lines of at most ``width`` cells; a longer word has a line of its own."""
     width = max(width, _NARROWEST)

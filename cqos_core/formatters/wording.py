@@ -85,6 +85,11 @@ def helps(finding: Finding) -> list[str]:
     return sentences + [text if number == 0 and not plain else f"or {text}" for number, text in enumerate(costly)]
 
 
+def message_and_helps(finding: Finding) -> str:
+    """The message, and below it a line for each thing to do."""
+    return "\n".join([finding.message, *(f"help: {sentence}" for sentence in helps(finding))])
+
+
 def fix(remedy: Remedy) -> str:
     """The change in words, with what it costs."""
     remarks = _remarks(remedy)

@@ -47,6 +47,13 @@ class Domain:
         """Read ``text``; raise `InvalidValueError` where it is none of this domain's values."""
         raise NotImplementedError
 
+    def read(self, text: str) -> Plain | None:
+        """Read ``text``; None where it is none of this domain's values."""
+        try:
+            return self.parse(text)
+        except InvalidValueError:
+            return None
+
     def format(self, value: Plain) -> str:
         """Print ``value`` so that `parse` reads it back."""
         return str(value)

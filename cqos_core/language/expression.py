@@ -116,6 +116,18 @@ class Node:
         message = "a sentence has no truth value of its own: use & | ~ with parentheses, and no chained comparison"
         raise ConditionError(message)
 
+    def __and__(self, other: Condition | Operand) -> Condition:
+        """Both hold; a flag is read as a condition."""
+        return Test("&", as_condition(self), as_condition(other))
+
+    def __or__(self, other: Condition | Operand) -> Condition:
+        """At least one holds; a flag is read as a condition."""
+        return Test("|", as_condition(self), as_condition(other))
+
+    def __invert__(self) -> Condition:
+        """It does not hold; a flag is read as a condition."""
+        return Test("~", as_condition(self))
+
     def __repr__(self) -> str:
         """Show the text form."""
         return f"<{type(self).__name__} {self}>"
@@ -159,18 +171,6 @@ Part = TypeVar("Part", bound=Node)
 class Condition(Node):
     """A node that is true, false or unknown. ``==`` compares structure."""
 
-    def __and__(self, other: Condition | Operand) -> Condition:
-        """Both hold."""
-        return Test("&", self, as_condition(other))
-
-    def __or__(self, other: Condition | Operand) -> Condition:
-        """At least one holds."""
-        return Test("|", self, as_condition(other))
-
-    def __invert__(self) -> Condition:
-        """It does not hold."""
-        return Test("~", self)
-
     def __eq__(self, other: object) -> bool:
         """Compare by structure."""
         return isinstance(other, Condition) and self.key == other.key
@@ -192,18 +192,6 @@ class Operand(Node):
     __eq__ = _comparison("==")  # type: ignore[assignment]
     __ne__ = _comparison("!=")  # type: ignore[assignment]
     __hash__ = Node.__hash__
-
-    def __and__(self, other: Condition | Operand) -> Condition:
-        """Use a flag as a condition."""
-        return as_condition(self) & other
-
-    def __or__(self, other: Condition | Operand) -> Condition:
-        """Use a flag as a condition."""
-        return as_condition(self) | other
-
-    def __invert__(self) -> Condition:
-        """Use a flag as a condition and negate it."""
-        return ~as_condition(self)
 
     def __add__(self, other: Operand | int | str) -> Operand:
         """Build ``self + other``; infinite stays infinite."""

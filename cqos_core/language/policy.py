@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from cqos_core.language.expression import Term
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, normalise
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import InvalidValueError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -143,10 +142,8 @@ class Policy(Term):
         word = self.domain.word(text)
         if word in self.words:
             return word
-        try:
-            return normalise(self.domain.format(self.domain.parse(text) if value is None else value))
-        except InvalidValueError:
-            return word
+        read = self.domain.read(text) if value is None else value
+        return word if read is None else normalise(self.domain.format(read))
 
     def weakens(self, before: Value, after: Value) -> bool:
         """Whether a change promises or demands less than before."""
@@ -166,10 +163,7 @@ class Policy(Term):
         text = self.domain.format(value)
         if self.domain.word(text) in self.words or (value == 0 and self.zero is not None):
             return None
-        try:
-            return text if self.domain.parse(text) == value else None
-        except InvalidValueError:
-            return None
+        return text if self.domain.read(text) == value else None
 
     def expected(self) -> str:
         """What may be written, for messages: the domain's values and the special words."""

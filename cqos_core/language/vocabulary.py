@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.expression import AGGREGATES, SCOPES, Condition, Node, Term
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import ConditionError, InvalidValueError, PackError
+from cqos_core.model.problems import ConditionError, PackError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -91,15 +91,8 @@ class Vocabulary:
         raise ConditionError(f"`{term}` names no policy at {' or '.join(levels)} level; known: {known}{quotes}")
 
     def _is_value(self, text: str) -> bool:
-        for domain in (
-            policy.domain for policy in self.policies if policy.domain.ordered or policy.domain.kind == "choice"
-        ):
-            try:
-                domain.parse(text)
-            except InvalidValueError:
-                continue
-            return True
-        return False
+        domains = (each.domain for each in self.policies if each.domain.ordered or each.domain.kind == "choice")
+        return any(domain.read(text) is not None for domain in domains)
 
 
 @dataclass(frozen=True, slots=True)

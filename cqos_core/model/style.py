@@ -48,3 +48,7 @@ class Style:
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing
     checked: Callable[[Report], Any] = _unknown
+
+    def rule_url(self, code: str) -> str:
+        """Return the address of the page about a rule; empty where the documentation has no address."""
+        return f"{self.documentation.rstrip('/')}/rules/{code}" if self.documentation else ""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
@@ -26,7 +27,7 @@ from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from cqos_core.importers.tree import Node
     from cqos_core.language.expression import Node as Part
@@ -180,67 +181,41 @@ _OF_GUARANTEES: Final = frozenset(
 )
 
 
-class UnaffectedModel(_Model):
-    """A guarantee that faults leave as it is."""
-
-    guarantee: Word
-    faults: tuple[Fault, ...]
-    because: str
-    clause: str
-
-
 def _only(pairs: dict[str, Any]) -> tuple[str, Any] | None:
     return next(iter(pairs.items()), None)
 
 
+def _keys_of(record: Any, **forms: Any) -> dict[str, Any]:
+    """Return the keys of a map that states a record: its fields with their types; ``forms`` has those that a file writes otherwise.
+
+    A form None: no key.
+    """
+    found = {}
+    for each in fields(record):
+        default = ... if each.default is MISSING else each.default
+        value = Field(default) if each.default_factory is MISSING else Field(default_factory=each.default_factory)
+        found[each.name] = (forms.get(each.name, each.type), value)
+    return {name: key for name, key in found.items() if key[0] is not None}
+
+
+_Settings: TypeAlias = dict[str, Scalar]
+_Least: TypeAlias = Annotated[dict[str, str], Field(max_length=1), AfterValidator(_only)]
+UnaffectedModel: Final = create_model(
+    "UnaffectedModel", __base__=_Model, **_keys_of(Unaffected, guarantee=Word, faults=tuple[Fault, ...])
+)
+PresetModel: Final = create_model(
+    "PresetModel", __base__=_Model, **_keys_of(Preset, settings=_Settings, needs=_Least | None, fixed=None)
+)
+ConventionModel: Final = create_model("ConventionModel", __base__=_Model, **_keys_of(Convention, settings=_Settings))
+DialectModel: Final = create_model("DialectModel", __base__=_Model, **_keys_of(Dialect))
+PanelModel: Final = create_model(
+    "PanelModel", __base__=_Model, **_keys_of(Panel, roles=dict[str, tuple[RoleName, ...]])
+)
 _Meant: TypeAlias = Annotated[dict[str, Many], Field(min_length=1, max_length=1), AfterValidator(_only)]
 # `{gap: POLICY, kept: {POLICY: [VALUE, …]}, …}`, with the names of `Timing`
-_TIMES: Final[dict[str, Any]] = {
-    each.name: (_Meant if each.default else str, each.default) for each in fields(Timing) if each.default is not None
-}
-TimingModel: Final = create_model("TimingModel", __base__=_Model, **_TIMES)
-
-
-class PresetModel(_Model):
-    """One preset."""
-
-    settings: dict[str, Scalar]
-    doc: str = ""
-    needs: Annotated[dict[str, str], Field(max_length=1), AfterValidator(_only)] | None = None
-    aliases: Many = ()
-    level: Literal["endpoint", "broker"] = "endpoint"
-
-
-class ConventionModel(_Model):
-    """Facts about well-known topics."""
-
-    pattern: str
-    settings: dict[str, Scalar] = Field(default_factory=dict)
-    external: bool = False
-    doc: str = ""
-
-
-class DialectModel(_Model):
-    """How one kind of file writes the settings."""
-
-    names: dict[str, str] = Field(default_factory=dict)
-    codes: dict[str, dict[str, str]] = Field(default_factory=dict)
-    bare_unit: str | None = None
-    zero_is_unset: bool = False
-    ignore: frozenset[str] = frozenset()
-    writes: dict[str, str] = Field(default_factory=dict)
-    words: Many | None = None
-
-
-class PanelModel(_Model):
-    """How people see the settings."""
-
-    groups: dict[str, Many] = Field(default_factory=dict)
-    advanced: Many = ()
-    labels: dict[str, str] = Field(default_factory=dict)
-    values: dict[str, dict[str, str]] = Field(default_factory=dict)
-    value_labels: dict[str, dict[str, str]] = Field(default_factory=dict)
-    roles: dict[str, tuple[RoleName, ...]] = Field(default_factory=dict)
+_TIMES: Final[dict[str, Any]] = {each.name: _Meant if each.default else str for each in fields(Timing)}
+_NO_CONDITIONS: Final[dict[str, Any]] = dict.fromkeys(("replayed", "expires"))
+TimingModel: Final = create_model("TimingModel", __base__=_Model, **_keys_of(Timing, **_TIMES | _NO_CONDITIONS))
 
 
 class PackModel(_Model):
@@ -315,7 +290,7 @@ _EXPECTED: Final = {
     **dict.fromkeys(("int_type", "int_parsing"), "a whole number"),
     **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
     **dict.fromkeys(("list_type", "tuple_type", "frozen_set_type"), "a list"),
-    **dict.fromkeys(("dict_type", "model_type"), "a map"),
+    **dict.fromkeys(("dict_type", "mapping_type", "model_type"), "a map"),
 }
 """What pydantic misses, by its type of error."""
 

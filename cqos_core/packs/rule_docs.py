@@ -78,11 +78,6 @@ class Example:
 # Rules
 
 
-def rule_markdown(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()) -> str:
-    """Return a rule's page of the docs."""
-    return as_markdown(rule_page(bound, pack, examples))
-
-
 def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()) -> Page:
     """Derive a page from a rule."""
     rule = bound.rule
@@ -228,11 +223,6 @@ def _sentence(text: str) -> str:
 
 
 # Codes
-
-
-def code_markdown(info: CodeInfo, pack: RulePack | None = None) -> str:
-    """Return the docs' page of a code."""
-    return as_markdown(code_page(info, pack))
 
 
 def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:

@@ -341,7 +341,7 @@ def _followers(policy: Policy, word: str) -> Iterator[str]:
     for text in _texts(policy.words[word]):
         if _word(policy, text) in policy.words:
             yield _word(policy, text)
-        elif policy.zero is not None and policy.zero in policy.words and _is_zero(policy, text):
+        elif policy.zero is not None and policy.zero in policy.words and policy.domain.read(text) == 0:
             yield policy.zero
 
 
@@ -355,13 +355,6 @@ def _texts(meaning: Meaning) -> Iterator[str]:
         case ByOption(_, meanings, otherwise):
             listed = (*(inner for _, inner in meanings), *(() if otherwise is None else (otherwise,)))
             yield from (text for inner in listed for text in _texts(inner))
-
-
-def _is_zero(policy: Policy, text: str) -> bool:
-    try:
-        return policy.domain.parse(text) == 0
-    except InvalidValueError:
-        return False
 
 
 def _option_value(pack: RulePack, option: str, value: str | None) -> Iterator[str]:
