@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
@@ -21,7 +22,7 @@ from cqos_mqtt.importers.document import REF, Document, entries_of, levels
 from cqos_mqtt.importers.editing import BINDINGS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from cqos_core.importers.tree import Node
     from cqos_core.model.source import ReadContext, Source
@@ -142,12 +143,9 @@ class _Reader(Document):
 
     def servers(self, root: MappingNode, title: str) -> list[_Server]:
         """Add a client for each server that speaks MQTT."""
-        found = []
         servers = self.a_map(stated(root, "servers"), "servers")
-        for key, node in entries_of(servers):
-            server = self.a_map(node, key.text)
-            if self.a_text(server, "protocol").lower() in _PROTOCOLS:
-                found.append((key, server))
+        known = [(key, self.a_map(node, key.text)) for key, node in entries_of(servers)]
+        found = [(key, each) for key, each in known if self.a_text(each, "protocol").lower() in _PROTOCOLS]
         clients = []
         for key, server in found:
             client = title if len(found) == 1 else f"{title} at {key.text}"
@@ -329,7 +327,8 @@ class _Reader(Document):
         parameters = self.a_map(stated(channel, "parameters"), "parameters")
         used = dict.fromkeys(_PARAMETER.findall(address))
         choices = {name: few for name in used if (few := self.choices(parameters, name))}
-        count = _product(len(few) for few in choices.values())
+        # The whole product may have thousands of digits.
+        count = reduce(lambda known, few: min(known * len(few), _UNCOUNTED), choices.values(), 1)
         if count > _MOST_TOPICS:
             number = count if count < _UNCOUNTED else f"more than {_UNCOUNTED}"
             message = f"{shown(address)} stands for {number} topics; it is read as {shown(levels(address))}"
@@ -385,12 +384,12 @@ class _Reader(Document):
     ) -> None:
         """Add what an operation is at each server; of its layers a later one wins, and ``own`` is what stands at its key."""
         settings: Settings = {}
+        names = _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION
         for layer in layers:
             bindings = self.a_map(stated(layer, "bindings"), "bindings")
             binding = self.a_map(stated(bindings, "mqtt"), "mqtt")
-            self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
-            self.misplaced(bindings, role, settings)
-        names = _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION
+            self.take(binding, names, settings)
+            self.misplaced(bindings, names, settings)
         # A trait of 2.x wins over what stands at the operation, and what is referred to is stated for others too.
         room = self.room(where, own, names) if layers and own is layers[-1] else None
         for server in servers:
@@ -411,25 +410,22 @@ class _Reader(Document):
 
     def take(self, binding: MappingNode, names: dict[str, str], settings: Settings) -> None:
         """Take the fields of a binding as settings."""
-        for meant, unknown in self.misspelt(binding, names, _OTHERS, cause="the MQTT binding has no field"):
-            settings[names[meant]] = unknown
+        unclear = self.misspelt(binding, names, _OTHERS, cause="the MQTT binding has no field")
+        settings |= {names[meant]: unknown for meant, unknown in unclear}
         for name, policy in names.items():
             node = self.followed(stated(binding, name))
             if node is not None:
-                value = self.value(node, name)
-                if value is not None:
-                    settings[policy] = value
+                settings[policy] = self.value(node, name)
 
-    def misplaced(self, bindings: MappingNode, role: Role, settings: Settings) -> None:
+    def misplaced(self, bindings: MappingNode, names: Mapping[str, str], settings: Settings) -> None:
         """Report QoS that stands among the names of protocols."""
-        names = _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION
         for name, (key, value) in bindings.entries.items():
             if name in names:
                 cause = f"{shown(name)} stands beside the bindings"
                 self.warn_once("CQ040", f"{cause}, not in one, so it is not read", key, f"write `mqtt: {{{name}: …}}`")
                 settings[names[name]] = Setting(flow_text(value), self.place(key), unknown=cause, reported="CQ040")
 
-    def value(self, node: Node, name: str) -> Setting | None:
+    def value(self, node: Node, name: str) -> Setting:
         """Read a value, or the schema of one: what it fixes, else that it is not known."""
         if not isinstance(node, MappingNode):
             return self.setting(node)
@@ -441,16 +437,6 @@ class _Reader(Document):
         bounds = ", ".join(f"{name} {each.text}" for name, each in stated_bounds if isinstance(each, ScalarNode))
         self.note("MQTT905", f"`{name}` is left open by its schema{f' ({bounds})' if bounds else ''}", node)
         return Setting(UNKNOWN, self.place(node))
-
-
-def _product(numbers: Iterable[int]) -> int:
-    """Return a product of whole numbers from 1; no further than it matters, as it may have thousands of digits."""
-    count = 1
-    for number in numbers:
-        count *= number
-        if count >= _UNCOUNTED:
-            break
-    return count
 
 
 def _filled(address: str, values: Mapping[str, str]) -> str:

@@ -75,7 +75,7 @@ class _Reader(FileReading):
         self.dynamic = False  # the plugin whose options follow is that of dynamic security
         self.bridges: dict[str, list[Line]] = {}
         self.connection: list[Line] | None = None
-        self.limits: dict[str, str] = {}
+        self.packet_limits: dict[str, str] = {}
 
     def run(self) -> None:
         """Read all directives."""
@@ -107,8 +107,7 @@ class _Reader(FileReading):
                 self.line(line)
             except ValueError as error:
                 self.refused(line, error)
-            default = self.listener is self.listeners[0]
-            self.opens_default = self.opens_default or (default and line.name in _OPENS_DEFAULT)
+            self.opens_default |= self.listener is self.listeners[0] and line.name in _OPENS_DEFAULT
         self.listener, self.connection = outer
 
     def include(self, line: Line) -> None:
@@ -143,7 +142,6 @@ class _Reader(FileReading):
         Raises:
             ValueError: Mosquitto refuses it.
         """
-        take = _DIRECTIVES.get(line.name)
         if line.name in _NEEDS_VALUE and not line.value:
             raise ValueError("it needs a value")
         if line.name == "connection":
@@ -160,8 +158,8 @@ class _Reader(FileReading):
             self.listeners.append(self.listener)
         elif line.name in {"port", "bind_address"}:
             setattr(self.listeners[0], {"port": "port", "bind_address": "host"}[line.name], line.value)
-        elif take is not None:
-            self.directive(line, take)
+        elif line.name in _DIRECTIVES:
+            self.directive(line)
         elif line.name == "acl_file" or line.name in _OF_PLUGINS:
             self.access(line)
         elif line.name == "include_dir":
@@ -169,16 +167,15 @@ class _Reader(FileReading):
         elif line.name not in _PASSED_OVER and not line.name.startswith(_OPTIONS_OF_PLUGINS):
             self.misspelt(line, looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS, *_PASSED_OVER)))
 
-    def directive(self, line: Line, take: Callable[[str], tuple[str, str]]) -> None:
+    def directive(self, line: Line) -> None:
         """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
-        policy, text = take(line.value)
-        settings = self.listener.settings if line.name in _OF_LISTENERS else self.settings
-        known = settings.get(policy)
-        other = "message_size_limit" if line.name == "max_packet_size" else "max_packet_size"
-        if known is not None and policy == "maximum_packet_size" and self.limits.get(other) == known.text:
+        policy, take = _DIRECTIVES[line.name]
+        text = take(line.value)
+        if policy == "maximum_packet_size":
             # Two directives limit a packet; the stricter counts.
-            text = known.text if known.text.isdecimal() and not _is_stricter(text, known.text) else text
-        self.limits[line.name] = text
+            self.packet_limits[line.name] = text
+            text = min(self.packet_limits.values(), key=lambda each: int(each) if each.isdecimal() else LONGEST)
+        settings = self.listener.settings if line.name in _OF_LISTENERS else self.settings
         settings[policy] = Setting(text, line.place)
 
     def misspelt(self, line: Line, meant: str | None) -> None:
@@ -192,7 +189,7 @@ class _Reader(FileReading):
             self.connection.append(Line(meant, line.value, line.place, cause))
             return
         unknown = Setting(line.value, line.place, unknown=cause, reported="CQ040")
-        self.settings[_POLICIES.get(meant or "", EVERY_OTHER)] = unknown
+        self.settings[_DIRECTIVES[meant][0] if meant in _DIRECTIVES else EVERY_OTHER] = unknown
 
     def of_listeners(self) -> None:
         """Take what holds for one listener as what holds for the broker, where all have it alike."""
@@ -288,78 +285,56 @@ def _addresses(listeners: Iterable[_Listener], names: Iterable[str]) -> Iterator
             yield f"*:{listener.port}"
 
 
-def _is_stricter(one: str, other: str) -> bool:
-    return one.isdecimal() and (not other.isdecimal() or int(one) < int(other))
-
-
-def _number(policy: str, least: int, most: int, none: int | None = None) -> Callable[[str], tuple[str, str]]:
+def _number(least: int, most: int, none: int | None = None) -> Callable[[str], str]:
     """Return a reader of a whole number; ``none`` is the one that stands for no limit."""
 
-    def take(text: str) -> tuple[str, str]:
+    def take(text: str) -> str:
         if not text.isdecimal() or not least <= int(text) <= most:
             raise ValueError(f"expected a whole number from {least} to {most}")
-        return policy, "unlimited" if none is not None and int(text) == none else text
+        return "unlimited" if none is not None and int(text) == none else text
 
     return take
 
 
-def _flag(policy: str) -> Callable[[str], tuple[str, str]]:
-    def take(text: str) -> tuple[str, str]:
-        if text not in {"true", "false"}:
-            raise ValueError(f"expected {listed(('true', 'false'))}")
-        return policy, text
-
-    return take
+def _flag(text: str) -> str:
+    if text not in {"true", "false"}:
+        raise ValueError(f"expected {listed(('true', 'false'))}")
+    return text
 
 
-def _period(text: str) -> tuple[str, str]:
+def _period(text: str) -> str:
     number, unit = text[:-1], text[-1:]
     if not number.isdecimal() or unit not in _UNITS:
         raise ValueError(f"expected a number with one of {', '.join(_UNITS)} after it")
-    return "session_expiry_interval", f"{min(int(number) * _UNITS[unit], LONGEST)}s"
+    return f"{min(int(number) * _UNITS[unit], LONGEST)}s"
 
 
-def _autosave(text: str) -> tuple[str, str]:
+def _autosave(text: str) -> str:
     """Read seconds; 0 saves only at the end."""
-    name, seconds = _number("autosave_interval", 0, LONGEST)(text)
-    return name, "infinite" if int(seconds) == 0 else f"{seconds}s"
+    seconds = _number(0, LONGEST)(text)
+    return "infinite" if int(seconds) == 0 else f"{seconds}s"
 
 
 _DIRECTIVES: Final = {
-    **dict.fromkeys(("max_qos", "maximum_qos"), _number("maximum_qos", 0, 2)),
-    "retain_available": _flag("retain_available"),
-    "max_queued_messages": _number("max_queued_messages", 0, 65_535, 0),
-    "max_inflight_messages": _number("max_inflight_messages", 0, 65_535, 0),
-    "queue_qos0_messages": _flag("queue_qos0_messages"),
-    "max_packet_size": _number("maximum_packet_size", 20, 268_435_456),
-    "message_size_limit": _number("maximum_packet_size", 0, 268_435_456, 0),
-    "max_keepalive": _number("server_keep_alive", 10, 65_535),
-    **dict.fromkeys(("persistence", "retained_persistence"), _flag("persistence")),
-    "persistent_client_expiration": _period,
-    "max_queued_bytes": _number("max_queued_bytes", 0, LONGEST, 0),
-    "autosave_interval": _autosave,
-    "upgrade_outgoing_qos": _flag("upgrade_outgoing_qos"),
-    "max_topic_alias": _number("topic_alias_maximum", 0, 65_535),
+    **dict.fromkeys(("max_qos", "maximum_qos"), ("maximum_qos", _number(0, 2))),
+    "retain_available": ("retain_available", _flag),
+    "max_queued_messages": ("max_queued_messages", _number(0, 65_535, 0)),
+    "max_inflight_messages": ("max_inflight_messages", _number(0, 65_535, 0)),
+    "queue_qos0_messages": ("queue_qos0_messages", _flag),
+    "max_packet_size": ("maximum_packet_size", _number(20, 268_435_456)),
+    "message_size_limit": ("maximum_packet_size", _number(0, 268_435_456, 0)),
+    "max_keepalive": ("server_keep_alive", _number(10, 65_535)),
+    **dict.fromkeys(("persistence", "retained_persistence"), ("persistence", _flag)),
+    "persistent_client_expiration": ("session_expiry_interval", _period),
+    "max_queued_bytes": ("max_queued_bytes", _number(0, LONGEST, 0)),
+    "autosave_interval": ("autosave_interval", _autosave),
+    "upgrade_outgoing_qos": ("upgrade_outgoing_qos", _flag),
+    "max_topic_alias": ("topic_alias_maximum", _number(0, 65_535)),
 }
+"""By directive: the policy that it states, and what reads its value."""
 _OF_LISTENERS: Final = frozenset(("max_qos", "maximum_qos", "max_topic_alias"))
 _UNSTATED: Final = {"maximum_qos": "2", "topic_alias_maximum": "10"}
 """What Mosquitto has where a listener does not state it."""
-_POLICIES: Final = {
-    "max_qos": "maximum_qos",
-    "retained_persistence": "persistence",
-    "max_packet_size": "maximum_packet_size",
-    "message_size_limit": "maximum_packet_size",
-    "max_keepalive": "server_keep_alive",
-    "persistent_client_expiration": "session_expiry_interval",
-    "max_topic_alias": "topic_alias_maximum",
-    **{
-        name: name
-        for name in (
-            *("retain_available", "max_queued_messages", "max_inflight_messages", "queue_qos0_messages"),
-            *("maximum_qos", "persistence", "upgrade_outgoing_qos"),
-        )
-    },
-}
 _WELL_KNOWN: Final = frozenset(("1883", "8883"))
 _NEEDS_VALUE: Final = frozenset(
     ("connection", "address", "addresses", "topic", "listener", "port", "acl_file", "include_dir")

@@ -84,12 +84,10 @@ def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequen
     local, remote = f"{name} ({local_broker})", f"{name} ({local_broker} at {host})"
     client_id = f"{local_broker}.{name}"
     unclear = {_POLICIES[line.name]: _unknown(line) for line in refused if line.name in _POLICIES}
-    for side, broker in ((local, local_broker), (remote, remote_broker)):
-        own = (
-            _connection(stated, broker, f"local.{client_id}" if side == local else client_id, here=side == local)
-            | unclear
-        )
-        system.participants[side] = Participant(side, "mqtt", own, external=side == remote, place=lines[0].place)
+    here = _connection(stated, local_broker, f"local.{client_id}", here=True) | unclear
+    there = _connection(stated, remote_broker, client_id, here=False) | unclear
+    system.participants[local] = Participant(local, "mqtt", here, place=lines[0].place)
+    system.participants[remote] = Participant(remote, "mqtt", there, external=True, place=lines[0].place)
     five = "bridge_protocol_version" in stated and stated["bridge_protocol_version"].value == "mqttv50"
     # As a bridge, or by the options of 5.0, it is sent messages with their RETAIN flag and never its own ones.
     knows = five or _is_true(stated, "try_private", otherwise=True)
@@ -112,8 +110,7 @@ def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequen
                 reading.note("MQTT943", message, line.place)
     _notifications(system, stated, local, remote)
     carries = () if knows else (_TAKES_BACK,)
-    bridge = f"{name} ({local_broker})"
-    system.bridges[bridge] = Bridge(bridge, tuple(routes), carries, place=lines[0].place)
+    system.bridges[local] = Bridge(local, tuple(routes), carries, place=lines[0].place)
 
 
 def _unknown(line: Line) -> Setting:
@@ -149,9 +146,7 @@ def _notifications(system: System, stated: dict[str, Line], local: str, remote: 
         return
     given = stated.get("remote_clientid") or stated.get("clientid")
     written = stated.get("notification_topic")
-    topic = (
-        written.value if written is not None else BRIDGE_STATES.replace("+", given.value if given is not None else "+")
-    )
+    topic = written.value if written else BRIDGE_STATES.replace("+", given.value if given else "+")
     settings: Settings = {"qos": Setting("1"), "retain": Setting("true")}
     kind = PATTERN if has_wildcards(topic) else "message"
     there = () if _is_true(stated, "notifications_local_only", otherwise=False) else (remote,)
@@ -166,7 +161,7 @@ def _notifications(system: System, stated: dict[str, Line], local: str, remote: 
                 kind=kind,
                 external=True,
                 label="state of the bridge",
-                place=written.place if written is not None else system.participants[side].place,
+                place=(written or system.participants[side]).place,
             )
         )
     if there and kind != PATTERN:
@@ -183,18 +178,21 @@ def _connection(stated: dict[str, Line], broker: str, client_id: str, *, here: b
     clean = (stated.get("local_cleansession") if here else None) or stated.get("cleansession")
     given = stated.get("local_clientid") if here else stated.get("remote_clientid") or stated.get("clientid")
     version = stated.get("bridge_protocol_version")
-    alive = stated.get("keepalive_interval")
     settings = {
         "broker": Setting(broker),
-        "client_id": Setting(client_id) if given is None else Setting(given.value, given.place, derived=True),
-        "clean_start": Setting("false") if clean is None else Setting(clean.value, clean.place, derived=True),
-        "keep_alive": Setting("60") if alive is None else Setting(alive.value, alive.place, derived=True),
+        "client_id": _given(given, client_id),
+        "clean_start": _given(clean, "false"),
+        "keep_alive": _given(stated.get("keepalive_interval"), "60"),
         "protocol_version": Setting("3.1.1") if version is None or here else _version(version),
     }
     expiry = stated.get("bridge_session_expiry_interval")
     if expiry is not None and settings["protocol_version"].text == "5.0":
-        settings["session_expiry_interval"] = Setting(expiry.value, expiry.place, derived=True)
+        settings["session_expiry_interval"] = _given(expiry, "")
     return settings
+
+
+def _given(line: Line | None, otherwise: str) -> Setting:
+    return Setting(otherwise) if line is None else Setting(line.value, line.place, derived=True)
 
 
 def _version(line: Line) -> Setting:
@@ -260,7 +258,6 @@ _ONE: Final = "[^/]*"
 
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:
     # A missing partner of a bridged topic is no mistake: the other side is often in no file.
-    room = Room(place, ("qos",), restated=True)
     return Endpoint(
         id="",
         role=role,
@@ -269,5 +266,5 @@ def _end(participant: str, role: Role, topic: str, settings: Settings, place: Pl
         settings=dict(settings),
         external=True,
         place=place,
-        room=room,
+        room=Room(place, ("qos",), restated=True),
     )

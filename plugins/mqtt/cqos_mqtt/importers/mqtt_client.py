@@ -147,22 +147,16 @@ class _Reader(Document):
     def ros_settings(self, ros: MappingNode, otherwise: dict[str, str]) -> Settings:
         """Read the QoS of the ROS 2 side."""
         qos = self.under(ros, "qos")
-        settings: Settings = {"depth": self.given(ros, "queue_size", "1")}
-        for policy, default in otherwise.items():
-            node = stated(qos, policy)
-            if node is None or (isinstance(node, ScalarNode) and node.text == _AUTO):
-                settings[policy] = Setting(default if node is None else _COPIED[policy])
-            else:
-                settings[policy] = self.setting(node)
-        return settings
+        given = {policy: self.given(qos, policy, default) for policy, default in otherwise.items()}
+        read = {policy: Setting(_COPIED[policy]) if each.text == _AUTO else each for policy, each in given.items()}
+        return {"depth": self.given(ros, "queue_size", "1"), **read}
 
     def side(
         self, participant: str, role: Role, topic: str, where: Node, settings: Settings, kind: str | None = None
     ) -> Endpoint:
         """Return one end of a route."""
-        identifier = f"{participant}/{role}/{topic}"
         return Endpoint(
-            id=identifier,
+            id=f"{participant}/{role}/{topic}",
             role=role,
             topic=topic,
             participant=participant,

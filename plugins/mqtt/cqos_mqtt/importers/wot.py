@@ -81,17 +81,13 @@ class _Reader(Document):
             return
         if address.scheme not in _SCHEMES and not any(name.startswith("mqv:") for name in form.entries):
             return
-        packets = self.packets(form, default)
-        client = None
-        for packet in packets:
+        host = address.netloc.rpartition("@")[2]
+        for packet in self.packets(form, default):
             topics = list(self.topics(form, "mqv:filter" if packet == "subscribe" else "mqv:topic", address.path))
             if not topics:
                 self.note("MQTT920", f"this form of `{key.text if key else thing}` names no topic", form)
             for node, topic in topics:
-                if client is None:
-                    host = address.netloc.rpartition("@")[2]
-                    client = self.client_at(host, thing, form)
-                self.does(client, packet, levels(topic), node, form)
+                self.does(self.client_at(host, thing, form), packet, levels(topic), node, form)
 
     def client_at(self, host: str, thing: str, form: MappingNode) -> str:
         """Return the client that the Thing has at a host; it is called after the Thing, a further one after its host too."""
@@ -132,11 +128,11 @@ class _Reader(Document):
                 settings["retain"] = self.setting(retain)
             self.endpoint(client, PUBLISHER, topic, where, settings, room=Room(self.place(form), tuple(TERMS)))
             return
-        needs: Settings = {}
-        if isinstance(qos, ScalarNode):
-            for level, word in (("1", "loss_free"), ("2", "duplicate_free")):
-                if qos.text >= level:
-                    needs[word] = Setting("true", self.place(qos))
+        needs = {
+            word: Setting("true", self.place(qos))
+            for level, word in (("1", "loss_free"), ("2", "duplicate_free"))
+            if isinstance(qos, ScalarNode) and qos.text >= level
+        }
         self.endpoint(client, SUBSCRIBER, topic, where, settings, needs=needs)
 
 
