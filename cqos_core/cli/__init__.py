@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 from collections.abc import Sequence
 
-INTERRUPTED = 130
-"""The exit code after Ctrl-C, as shells have it."""
+CLEAN, FINDINGS, UNUSABLE, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes: nothing to say; findings, or what else a command looks for; input that cannot be read; Ctrl-C, as shells have it."""
 _NEW_OBJECTS = 50_000
 """How many new objects the collector waits for. Modules alone are more than its usual 700, and hold no garbage."""
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.breaking import find_breaks
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import NotThereError, at_same_paths
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from cqos_core.cli.reading import InputReader
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
-
-_CLEAN, _BREAKS = 0, 1
 
 
 @click.command(
@@ -98,7 +97,7 @@ def breaking(
         emit("\n".join(breaks_as_markdown(compared, old)) + "\n")
     else:
         emit("\n".join(breaks_as_text(compared, old, width(), color=colored(color, sys.stdout))) + "\n")
-    ctx.exit(_BREAKS if any(_fails(each, fail_on) for one in compared for each in one.found.breaks) else _CLEAN)
+    ctx.exit(FINDINGS if any(_fails(each, fail_on) for one in compared for each in one.found.breaks) else CLEAN)
 
 
 def _fails(each: Break, fail_on: str) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from cqos_core.checking.checker import check_system
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
 
-CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
@@ -219,8 +219,8 @@ def _default_format(config: Config) -> str:
     name = config.format or DEFAULT_FORMAT
     known = load_plugins().formatters
     if name not in known:
-        message = f"there is no format `{name}`{nearest(name, known)}"
-        raise click.BadParameter(message, param_hint=f"format of {config.path}")
+        hint = f"format of {config.path}"
+        raise click.BadParameter(f"there is no format `{name}`{nearest(name, known)}", param_hint=hint)
     return name
 
 
@@ -276,10 +276,11 @@ class _Check:
             grouping = "each" if wishes.each else "together" if wishes.together else ""
             found, self.how = units(self.loaded, grouping)
             progress.start("checking")
+            alone = len(found) == 1
             for number, unit in enumerate(found):
                 # Of a single system, its topics are counted.
                 progress.step(number, len(found))
-                self._check(unit, progress.step if len(found) == 1 else _silent, alone=len(found) == 1)
+                self._check(unit, progress.step if alone else lambda _done, _all: None, alone=alone)
             reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
         if not self.loaded.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
@@ -344,12 +345,11 @@ class _Check:
 
     def _nothing_compared(self) -> bool:
         """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
-        if any(each.report.pair_count for each in self.reports):
-            return False
-        if not self.wishes.require_pairs and not any(each.report.misses_pairs for each in self.reports):
-            return False
-        self._fault("no pair was compared: no publisher matches a subscriber in what was read")
-        return True
+        required = self.wishes.require_pairs or any(each.report.misses_pairs for each in self.reports)
+        missed = required and not any(each.report.pair_count for each in self.reports)
+        if missed:
+            self._fault("no pair was compared: no publisher matches a subscriber in what was read")
+        return missed
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
@@ -417,16 +417,15 @@ class _Check:
         for message in self.empty:
             self._fault(message)
         loaded = self.loaded
-        if self.how:
-            self._note(self.how)
-        if loaded.not_searched:
-            self._note(f"not searched: {listed(loaded.not_searched)}; name such a folder to search it")
-        if loaded.skipped:
-            self._note(f"{plural(loaded.skipped, 'file')} of other formats skipped")
-        if loaded.parts:
-            self._note(_parts(loaded.parts))
-        if self.passed_over:
-            self._note(f"{plural(self.passed_over, 'file')} without any endpoint passed over")
+        for applies, text in (
+            (self.how, self.how),
+            (loaded.not_searched, f"not searched: {listed(loaded.not_searched)}; name such a folder to search it"),
+            (loaded.skipped, f"{plural(loaded.skipped, 'file')} of other formats skipped"),
+            (loaded.parts, _parts(loaded.parts)),
+            (self.passed_over, f"{plural(self.passed_over, 'file')} without any endpoint passed over"),
+        ):
+            if applies:
+                self._note(text)
         gone = 0 if self.known is None else self.known.gone(each.path for each in self.reports)
         if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
@@ -444,10 +443,6 @@ def _documentation() -> str:
     """The URL of the documentation, as the distribution states it; empty where it states none."""
     urls = (text.partition(",") for text in headers("cqos-core").get_all("Project-URL") or ())
     return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
-
-
-def _silent(_done: int, _all: int) -> None:
-    """Count nothing."""
 
 
 def _parts(parts: Mapping[str, str]) -> str:

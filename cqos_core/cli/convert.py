@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest
+from cqos_core.cli import UNUSABLE
+from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest, refused
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
@@ -119,10 +120,9 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if name not in choices or not equals:
             known = nearest(name, choices) if choices else ": it has no settings."
-            raise click.BadParameter(f"{info.name} has no setting `{text}`{known}", param_hint="'--set'")
+            raise refused("--set", f"{info.name} has no setting `{text}`{known}")
         if value not in choices[name]:
-            message = f"`{name}` is one of {', '.join(choices[name])}, not `{value}`."
-            raise click.BadParameter(message, param_hint="'--set'")
+            raise refused("--set", f"`{name}` is one of {', '.join(choices[name])}, not `{value}`.")
         chosen[name] = value
     return chosen
 

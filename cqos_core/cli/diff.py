@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.differences import compare
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import at_same_paths
@@ -18,8 +19,6 @@ from cqos_core.formatters.differences import diff_as_json, diff_as_text
 
 if TYPE_CHECKING:
     from cqos_core.model.difference import Diff
-
-_SAME, _DIFFERENT = 0, 1
 
 
 @click.command(
@@ -91,7 +90,7 @@ def diff(
         emit(diff_as_json(found, path_a, path_b, sources))
     elif not empty:
         emit(diff_as_text(found, path_a, path_b, sources, width(), color=colored(color, sys.stdout)))
-    ctx.exit(UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
+    ctx.exit(UNUSABLE if empty else FINDINGS if _counts(found, fail_on) else CLEAN)
 
 
 def _counts(found: Diff, fail_on: str) -> bool:

@@ -12,9 +12,10 @@ import click
 
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.pair import endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 
-_OK, _FINDINGS = 0, 1
 _SCREEN = 24  # endpoints that are listed below an error
 
 
@@ -89,13 +89,13 @@ def explain(
     system = tried_out(system, reader.protocol)
     if chains or budgets:
         emit(_time(Pipeline(system, reader.context), form, chains=chains, budgets=budgets))
-        ctx.exit(UNUSABLE if loaded.problems else _OK)
+        ctx.exit(UNUSABLE if loaded.problems else CLEAN)
     with Progress("resolving"):
         endpoints = endpoints_of(system, reader.context)
     listed = partial(endpoints_as_text, columns=width(), color=colored(color, sys.stdout))
     if not ids:
         emit(endpoints_as_json(endpoints) if form == "json" else listed(endpoints))
-        ctx.exit(UNUSABLE if loaded.problems else _OK)
+        ctx.exit(UNUSABLE if loaded.problems else CLEAN)
     ends = ends_of(ids, endpoints)
     if ends is None:
         near = _near(ids, endpoints)
@@ -108,7 +108,7 @@ def explain(
         pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
     style = _style(system, color)
     emit((pair_as_json if form == "json" else pair_as_text)(pair, report := _report(pair, *ends), ends, style))
-    ctx.exit(UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
+    ctx.exit(UNUSABLE if loaded.problems else FINDINGS if report.fails() else CLEAN)
 
 
 def _style(system: System, color: str) -> Style:

@@ -9,6 +9,7 @@ from importlib.metadata import version
 import click
 
 from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
+from cqos_core.cli import CLEAN, FINDINGS
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import InputReader, ReadingOptions, prepare
 from cqos_core.cli.streams import colored, emit, width
@@ -19,8 +20,6 @@ from cqos_core.model.report import Group, Report, Severity, Verdict
 from cqos_core.model.style import Style
 from cqos_core.packs.logs import Occurrence, misfits
 from cqos_core.plugins import load_plugins
-
-_CLEAN, _FOUND = 0, 1
 
 
 def explain_log(
@@ -50,7 +49,7 @@ def explain_log(
         if form == "json"
         else misfits_as_text(explained, log, lines, system, report, style)
     )
-    ctx.exit(_FOUND if explained else _CLEAN)
+    ctx.exit(FINDINGS if explained else CLEAN)
 
 
 def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:

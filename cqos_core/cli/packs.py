@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from cqos_core.cli.parameters import Registered, Run, debug_option, form_option, nearest, packs_option
+from cqos_core.cli.parameters import Registered, Run, debug_option, form_option, nearest, packs_option, refused
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
@@ -52,7 +52,7 @@ def packs(
     if pack is None:
         reasons = [str(broken) for broken in plugins.broken if broken.name == pack_id]
         unknown = f"there is no rule pack `{pack_id}`{nearest(pack_id, (*extra, *plugins.packs))}"
-        raise click.BadParameter(reasons[0] if reasons else unknown, param_hint="'ID'")
+        raise refused("ID", reasons[0] if reasons else unknown)
     if language is not None:
         with written_by("translators", language):
             emit(plugins.translators[language].load()(pack))

@@ -32,6 +32,11 @@ def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
     return f"; k{all_of_them}" if all_of_them else "."
 
 
+def refused(option: str, message: str) -> click.BadParameter:
+    """Return the error of an option or argument whose value is of no use."""
+    return click.BadParameter(message, param_hint=f"'{option}'")
+
+
 class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
     """The name of something that plugins register."""
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width, write_bytes
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 Make: TypeAlias = "Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], RepairPlan]"
 """Makes the plan of a system, which it may read again with other texts."""
-_DONE, _OPEN = 0, 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +81,8 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
     if STDIN in run.paths:
         raise click.UsageError("a plan changes files, and `-` is none.", ctx)
     reader = prepare(run.reading, run.paths)
-    with Progress("reading") as progress:
-        loaded = reader.load(run.paths, progress.step)
-    if not usable(loaded, run.color):
-        return UNUSABLE
+    system, loaded = reader.one(run.paths, run.color)
     files = [path for path, _ in loaded.systems]
-    system = reader.whole([each for _, each in loaded.systems])
     with Progress("solving"):
         plan = make(system, lambda texts: reader.again(files, texts), reader)
     if not plan.before.endpoints:
@@ -106,10 +102,7 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)
     if unknown:
-        say(
-            f"{plural(unknown, 'pair')} unknown, which stay as they are without --decide",
-            severity="note",
-            choice=run.color,
-        )
+        text = f"{plural(unknown, 'pair')} unknown, which stay as they are without --decide"
+        say(text, severity="note", choice=run.color)
     reached = plan.confirmed and not plan.left and not plan.conflicts
-    return _DONE if reached and (run.fix or not plan.changes) else _OPEN
+    return CLEAN if reached and (run.fix or not plan.changes) else FINDINGS

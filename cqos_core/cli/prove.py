@@ -14,10 +14,11 @@ import click
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.trial import tried_out
+from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from cqos_core.packs.proving import Outcome
 
 
-_OK, _DISAGREES = 0, 1
 _PAIR = 2
 
 
@@ -46,9 +46,6 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     """``link_outage=2s``."""
 
     name = "fault"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
-        return "FAULT=TIME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from cqos_core.language.domains import Duration
@@ -82,6 +79,7 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
 @click.option(
     "--fault",
     type=_FaultType(),
+    metavar="FAULT=TIME",
     help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s. Without it, each "
     "fault runs that the needs of the subscriber name under `survives`.",
 )
@@ -126,7 +124,7 @@ def prove(
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
     session.end(record)
-    ctx.exit(UNUSABLE if session.failed or loaded.problems else _DISAGREES if session.wrong else _OK)
+    ctx.exit(UNUSABLE if session.failed or loaded.problems else FINDINGS if session.wrong else CLEAN)
 
 
 def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 
-from cqos_core.cli.parameters import READS_SYSTEMS, Assignment, AssignmentType, Registered, nearest, packs_option
+from cqos_core.cli import UNUSABLE
+from cqos_core.cli.parameters import (
+    READS_SYSTEMS,
+    Assignment,
+    AssignmentType,
+    Registered,
+    nearest,
+    packs_option,
+    refused,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
@@ -36,8 +45,6 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 R = TypeVar("R")
-UNUSABLE = 2
-"""The exit code where input cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,8 +254,7 @@ class InputReader:
         """
         from cqos_core.files.applying import read_texts
 
-        systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
-        return self.tried(systems)
+        return self.tried(read_texts(files, texts, self.options.importer, self.switches, self.protocol))
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -325,7 +331,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
     known = {*load_plugins().packs, *(pack.id for pack in packs)}
     if protocol is not None and protocol not in known:
         source = "--protocol" if options.protocol else f"protocol of {config.path}"
-        raise _refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
+        raise refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
     return InputReader(options, config, where, switches)
@@ -360,7 +366,7 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
     for switch in options.switches:
         importers = load_plugins().importers
         if switch.owner not in importers:
-            raise _refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
+            raise refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
     for importer, own in options.of_importers.items():
         switches.setdefault(importer, {}).update(own)
@@ -369,10 +375,6 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
     if options.variables:
         switches[VARIABLES] = {each.name: each.value for each in options.variables}
     return switches
-
-
-def _refused(option: str, message: str) -> click.BadParameter:
-    return click.BadParameter(message, param_hint=f"'{option}'")
 
 
 def read_packs(paths: Iterable[str]) -> list[RulePack]:
@@ -424,22 +426,20 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
 
     if assumption.owner == OWNER:
         if assumption.name != OPTION or assumption.value not in READINGS:
-            raise _refused("--option", f"`{assumption}` is no option; allowed: {OWNER}.{OPTION}={'|'.join(READINGS)}")
+            raise refused("--option", f"`{assumption}` is no option; allowed: {OWNER}.{OPTION}={'|'.join(READINGS)}")
         return
     pack = where.find_pack(assumption.owner)
     if pack is None:
-        raise _refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
+        raise refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
     index = pack.find("option", assumption.name)
     if index is None:
         names = [policy.name for policy in pack.policies if policy.level == "option"]
-        message = f"{pack.title} has no option `{assumption.name}`{nearest(assumption.name, names)}"
-        raise _refused("--option", message)
+        raise refused("--option", f"{pack.title} has no option `{assumption.name}`{nearest(assumption.name, names)}")
     policy = pack.policies[index]
     try:
         policy.domain.parse(assumption.value)
     except InvalidValueError as error:
         # A value newer than the pack has a stand-in, and the report says so.
         if policy.fallback is None:
-            raise _refused(
-                "--option", f"{assumption.owner}.{policy.name}: {error.message}; {error.advice()}."
-            ) from None
+            message = f"{assumption.owner}.{policy.name}: {error.message}; {error.advice()}."
+            raise refused("--option", message) from None

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import debug_option, nearest, packs_option
+from cqos_core.cli.parameters import debug_option, nearest, packs_option, refused
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
 from cqos_core.packs.catalogue import describe_code, describe_rule
@@ -47,8 +47,8 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     packs = [*packs_here(pack_files), *(pack for pack in installed if pack is not None)]
     found = find(code, packs)
     if found is None:
-        message = f"there is no rule or code `{code[:60]}`{nearest(code, names(packs))} `cqos packs ID` lists rules."
-        raise click.BadParameter(message, param_hint="'CODE'")
+        near = nearest(code, names(packs))
+        raise refused("CODE", f"there is no rule or code `{code[:60]}`{near} `cqos packs ID` lists rules.")
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 
@@ -58,11 +58,9 @@ def _page(found: tuple[BoundRule, RulePack] | Reported, form: str) -> str:
 
 
 def _as_json(found: tuple[BoundRule, RulePack] | Reported) -> str:
-    description: dict[str, Any]
     if isinstance(found, tuple):
-        bound, pack = found
-        description = {"pack": pack.id, **describe_rule(bound)}
+        pack: RulePack | None = found[1]
+        description = describe_rule(found[0])
     else:
-        owner = found.pack.id if found.pack is not None else None
-        description = {"pack": owner, **describe_code(found.info)}
-    return json.dumps({"version": 1, **description}, indent=2) + "\n"
+        pack, description = found.pack, describe_code(found.info)
+    return json.dumps({"version": 1, "pack": pack and pack.id, **description}, indent=2) + "\n"

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import click
-
-from cqos_core.cli.parameters import nearest
+from cqos_core.cli.parameters import nearest, refused
 from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import load_plugins
 
@@ -57,8 +55,8 @@ def _rules(option: str, values: Sequence[str], known: Mapping[str, Sequence[str]
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
         if not any(name.startswith(rule.lower()) for name in known):
-            message = f"no rule has the code or name `{rule}`{nearest(rule.lower(), known, listed=False)}"
-            raise click.BadParameter(message, param_hint=f"'{option}'")
+            near = nearest(rule.lower(), known, listed=False)
+            raise refused(option, f"no rule has the code or name `{rule}`{near}")
     return tuple(code for rule in rules for code in known.get(rule.lower(), (rule.lower(),)))
 
 
@@ -67,10 +65,8 @@ def _known(context: Context) -> Mapping[str, Sequence[str]]:
     from cqos_core.model.codes import CODES
 
     found: list[Rule | CodeInfo] = [*CODES.values()]
-    for pack_id in load_plugins().packs:
-        pack = context.find_pack(pack_id)
-        if pack is not None:
-            found += (*pack.rules, *pack.codes)
+    for pack in filter(None, map(context.find_pack, load_plugins().packs)):
+        found += (*pack.rules, *pack.codes)
     known: dict[str, list[str]] = {}
     for each in found:
         for text in (each.code, each.name, *each.aliases):

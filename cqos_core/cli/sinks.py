@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.parameters import refused
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
@@ -74,8 +75,7 @@ def pair_sinks(
         pairs[-1][place] = next(left[kind])
     unpaired = [output for name, output in pairs if name is None]
     if unpaired and len(pairs) > 1:
-        message = f"`{unpaired[0]}` has no format of its own: write --format before each --output."
-        raise click.BadParameter(message, param_hint="'--output'")
+        raise refused("--output", f"`{unpaired[0]}` has no format of its own: write --format before each --output.")
     sinks = [Sink(name or default, output or STDOUT) for name, output in pairs] or [Sink(default)]
     if also and all(sink.format != default for sink in sinks):
         sinks.append(Sink(default))
@@ -87,11 +87,10 @@ def _refuse_clashes(sinks: Sequence[Sink]) -> None:
     seen: dict[str, Sink] = {}
     for sink in sinks:
         other = seen.setdefault(STDOUT if sink.path == STDOUT else os.path.realpath(sink.path), sink)
-        if other is sink:
-            continue
-        where = "standard output" if sink.path == STDOUT else f"`{sink.path}`"
-        message = f"{other.format} and {sink.format} would both go to {where}; give each a file with --output."
-        raise click.BadParameter(message, param_hint="'--output'")
+        if other is not sink:
+            where = "standard output" if sink.path == STDOUT else f"`{sink.path}`"
+            message = f"{other.format} and {sink.format} would both go to {where}; give each a file with --output."
+            raise refused("--output", message)
 
 
 def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) -> None:
@@ -103,15 +102,13 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
     read = {os.path.realpath(path) for path in inputs}
     for target in targets:
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
-        if os.path.realpath(target) in read:
-            message = f"`{target}` is an input and would be overwritten."
-        elif os.path.isdir(target):  # noqa: PTH112
-            message = f"`{target}` is a folder; name a file in it."
-        elif not os.path.isdir(folder):  # noqa: PTH112
-            message = f"there is no folder `{folder}` to write `{target}` into."
-        else:
-            continue
-        raise click.BadParameter(message, param_hint=f"'{option}'")
+        for is_wrong, message in (
+            (os.path.realpath(target) in read, f"`{target}` is an input and would be overwritten."),
+            (os.path.isdir(target), f"`{target}` is a folder; name a file in it."),  # noqa: PTH112
+            (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into."),  # noqa: PTH112
+        ):
+            if is_wrong:
+                raise refused(option, message)
 
 
 def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:

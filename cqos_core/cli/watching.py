@@ -9,6 +9,7 @@ from typing import Final, TypeAlias
 
 import click
 
+from cqos_core.cli import UNUSABLE
 from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
@@ -16,7 +17,6 @@ from cqos_core.model.problems import CqosError, InputError, describe
 from cqos_core.plugins import load_plugins
 
 _PAUSE: Final = 0.3  # seconds
-_UNUSABLE: Final = 2
 _PART: Final = 0.1  # of the time is for looking, at most: a large folder is looked at less often
 
 _State = dict[str, tuple[int, int, int] | None]
@@ -53,7 +53,7 @@ def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
         say(describe(error), severity="error")
     except click.ClickException as error:
         error.show()
-    return _UNUSABLE, files
+    return UNUSABLE, files
 
 
 def _change(paths: Sequence[str], importer: str | None, files: Sequence[str], before: _State) -> list[str]:

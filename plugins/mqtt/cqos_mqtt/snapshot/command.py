@@ -13,6 +13,7 @@ from functools import partial
 
 import click
 
+from cqos_core.cli import UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
@@ -26,8 +27,6 @@ from cqos_mqtt.importers import mosquitto_log
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
 from cqos_mqtt.snapshot.brokers import BROKERS, Interface, clients_of
 from cqos_mqtt.snapshot.seen import fill
-
-_EMPTY = 2
 
 
 @click.command(
@@ -88,7 +87,7 @@ def mqtt(
     found = f"{plural(len(system.participants), 'client')}, {plural(len(system.endpoints), 'endpoint')}"
     if not system.endpoints:
         say(f"{source}: {found} found, so there is nothing to write", severity="error", choice=color)
-        ctx.exit(_EMPTY)
+        ctx.exit(UNUSABLE)
     say(f"{source}: {found} found", severity="note", choice=color)
     system.sources = {}
     write_snapshot(system, f"# What a broker of MQTT knew, by {source}.\n", output)
