@@ -20,7 +20,7 @@ from cqos_core.packs.meeting import NameContext
 from cqos_core.resolving.reader import spelled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.language.policy import Policy
@@ -225,7 +225,7 @@ class _Designer:
 
     def _lay_over(self, each: Judged, tongue: _Tongue, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""
-        laid = dict(_laid_over(each))
+        laid = _laid_over(each)
         for name, setting in tongue.translated(each.endpoint.overlay).items():
             laid[name] = ("", setting)
         if any(layer.overlay == "may_hold" for part in each.parts for layer in part.layers):
@@ -294,32 +294,20 @@ def _tongue(each: Judged) -> _Tongue:
     return _Tongue(pack, pack.dialects.get(each.endpoint.dialect), each.endpoint.dialect)
 
 
-def _laid_over(each: Judged) -> Iterator[tuple[str, tuple[str, Setting]]]:
-    """Yield policies whose value an overlay gives, alike for all that the endpoint stands for."""
-    found = [
-        {name: said for index in _overlaid(part) if (said := _over(part, index)) for name in [_name(part, index)]}
-        for part in each.parts
-    ]
-    for name, said in found[0].items() if found else ():
-        if all(other.get(name) == said for other in found):
-            yield name, said
+def _laid_over(each: Judged) -> dict[str, tuple[str, Setting]]:
+    """Return policies whose value an overlay gives, alike for all that the endpoint stands for: overlay and value."""
+    first, *others = map(_overlaid, each.parts) if each.parts else [{}]
+    return {name: given for name, given in first.items() if all(other.get(name) == given for other in others)}
 
 
-def _overlaid(part: Resolved) -> Iterable[int]:
-    return dict.fromkeys(index for layer in part.layers if layer.overlay == "holds" for index in layer.settings)
-
-
-def _over(part: Resolved, index: int) -> tuple[str, Setting] | None:
-    """The overlay that gives a policy its value, and the value; None where something nearer does."""
-    layer = next(each for each in part.layers if each.overlay != "may_hold" and index in each.settings)
-    if layer.overlay == "no":
-        return None
-    stated = layer.settings[index]
-    return layer.origin, Setting(stated.text, stated.setting.place)
-
-
-def _name(part: Resolved, index: int) -> str:
-    return part.pack.policies[index].name
+def _overlaid(part: Resolved) -> dict[str, tuple[str, Setting]]:
+    """Return policies whose value an overlay gives, and nothing nearer: overlay and value."""
+    found: dict[str, tuple[str, Setting] | None] = {}
+    for layer in (each for each in part.layers if each.overlay != "may_hold"):  # the nearest first
+        for index, stated in layer.settings.items():
+            given = (layer.origin, Setting(stated.text, stated.setting.place)) if layer.overlay == "holds" else None
+            found.setdefault(part.pack.policies[index].name, given)
+    return {name: given for name, given in found.items() if given is not None}
 
 
 def _key(part: Resolved, name: str) -> str | None:

@@ -89,10 +89,7 @@ def _end(report: Report, style: Style) -> Iterator[str]:
     not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
     for text in (*not_checked, *wording.assumed(report)):
         yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
-    if report.parts:
-        yield wording.total(report, style, paint)
-    else:
-        yield from wording.verdict(report, style, paint)
+    yield from wording.conclusion(report, style, paint)
 
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:

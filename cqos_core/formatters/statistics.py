@@ -23,5 +23,4 @@ def render_statistics(report: Report, style: Style) -> str:
         f"{count:>{digits}}  {paint(f'{severity:<7}', severity)}  {terminal.clean(f'{code:<{width}}  {name}')}"
         for (severity, code, name), count in sorted(rows.items(), key=lambda row: (row[0][0].rank, -row[1], row[0][1:]))
     ]
-    total = [wording.total(report, style, paint)] if report.parts else wording.verdict(report, style, paint)
-    return "\n".join([*lines, *total]) + "\n"
+    return "\n".join([*lines, *wording.conclusion(report, style, paint)]) + "\n"

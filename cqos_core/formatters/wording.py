@@ -180,6 +180,11 @@ def _loose_ends(report: Report) -> str:
     return f"part of a system: {loose}; name the files of the other participants beside it"
 
 
+def conclusion(report: Report, style: Style, paint: Paint) -> list[str]:
+    """Return the last lines of a report: its verdict, or the total of several systems."""
+    return [total(report, style, paint)] if report.parts else [*verdict(report, style, paint)]
+
+
 def total(report: Report, style: Style, paint: Paint) -> str:
     """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
     verdicts = [part.verdict for part in report.parts]

@@ -92,19 +92,12 @@ def _warn_of_lone_hashes(root: Node, reading: Reading) -> None:
 
 
 def _scalars(root: Node) -> Iterator[tuple[ScalarNode | None, ScalarNode]]:
-    """Yield every scalar value once, with its key where it has one."""
-    seen: set[int] = set()
-    waiting: list[tuple[ScalarNode | None, Node]] = [(None, root)]
-    while waiting:
-        key, node = waiting.pop()
-        if isinstance(node, ScalarNode):
-            yield key, node
-        elif id(node) not in seen:
-            seen.add(id(node))
-            if isinstance(node, SequenceNode):
-                waiting += [(None, item) for item in reversed(node.items)]
-            else:
-                waiting += reversed(node.entries.values())
+    """Yield the scalar values of every map and list, with their keys where they have some."""
+    for node in walk([root]):
+        if isinstance(node, MappingNode):
+            yield from ((key, value) for key, value in node.entries.values() if isinstance(value, ScalarNode))
+        elif isinstance(node, SequenceNode):
+            yield from ((None, item) for item in node.items if isinstance(item, ScalarNode))
 
 
 def _warn_of_hash_keys(root: Node, hashes: dict[int, int], reading: Reading, topic_maps: tuple[str, ...]) -> None:

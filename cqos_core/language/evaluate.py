@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.values import KNOWN, Depends, Range, Values, settled, worlds_of
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition
@@ -63,7 +64,6 @@ def known_value(judge: Judge, a: Values, b: Values) -> Any:
 
 
 _PLAIN: Final = KNOWN | {type(None)}
-_MEMORY: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,9 +152,8 @@ class BoundCondition:
         key = (*[a[index] for index in first], *[b[index] for index in second])
         outcome = self.memory.get(key)
         if outcome is None:
-            if len(self.memory) >= _MEMORY:
-                self.memory.clear()
-            outcome = self.memory[key] = self._over_worlds(a, b, signal)
+            outcome = self._over_worlds(a, b, signal)
+            keep(self.memory, key, outcome)
         return outcome
 
     def _over_worlds(self, a: Values, b: Values, signal: Signal) -> RuleAnswer:

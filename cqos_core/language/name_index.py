@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
+from cqos_core.model.grouping import grouped
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.wildcards import fits
 
@@ -24,22 +25,15 @@ class NameIndex(Generic[T]):
 
     def __init__(self, entries: Iterable[tuple[str, T]], wild: re.Pattern[str] = _WILD) -> None:
         """File each value under its pattern; ``wild`` finds the characters that do not stand for themselves."""
-        self._values: list[T] = []
-        self._exact: dict[str, list[int]] = {}
-        self._by_head: dict[str, list[tuple[int, str]]] = {}
-        self._by_tail: dict[str, list[tuple[int, str]]] = {}
-        for number, (pattern, value) in enumerate(entries):
-            self._values.append(value)
-            self._exact.setdefault(pattern, []).append(number)
-            found = [*wild.finditer(pattern)]
-            if not found:
-                continue
-            head, tail = pattern[: found[0].start()], pattern[found[-1].end() :]
-            filed = self._by_tail if not head and tail else self._by_head
-            filed.setdefault(tail if filed is self._by_tail else head, []).append((number, pattern))
+        listed = list(entries)
+        self._values = [value for _, value in listed]
+        self._exact = grouped((pattern, number) for number, (pattern, _) in enumerate(listed))
+        numbered = ((number, pattern, wild.split(pattern)) for number, (pattern, _) in enumerate(listed))
+        parted = [(parts[0], parts[-1], (number, pattern)) for number, pattern, parts in numbered if len(parts) > 1]
+        self._by_head = grouped((head, each) for head, tail, each in parted if head or not tail)
+        self._by_tail = grouped((tail, each) for head, tail, each in parted if tail and not head)
         self._heads = sorted({len(head) for head in self._by_head})
         self._tails = sorted({len(tail) for tail in self._by_tail})
-
         self._begins, self._ends = tuple(self._by_head), tuple(self._by_tail)
 
     def __bool__(self) -> bool:

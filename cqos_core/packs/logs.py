@@ -6,7 +6,7 @@ import io
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, cast
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
@@ -89,11 +89,10 @@ def misfits(
 
 def _lines(stream: BinaryIO) -> Iterator[str]:
     """Yield every line, or its beginning, whatever the bytes are."""
-    head = stream.read(2)
+    buffered = io.BufferedReader(cast("io.RawIOBase", stream))
     # A shell of Windows writes what is sent to a file in UTF-16.
-    marked = head in {BOM_UTF16_LE, BOM_UTF16_BE}
-    rest = _Resumed(head, stream)
-    text = io.TextIOWrapper(io.BufferedReader(rest), "utf-16" if marked else "utf-8", "replace", newline=None)
+    marked = buffered.peek(2)[:2] in {BOM_UTF16_LE, BOM_UTF16_BE}
+    text = io.TextIOWrapper(buffered, "utf-16" if marked else "utf-8", "replace", newline=None)
     try:
         while line := text.readline(_LONGEST):
             yield line
@@ -101,21 +100,4 @@ def _lines(stream: BinaryIO) -> Iterator[str]:
                 pass
     finally:
         text.detach()
-
-
-class _Resumed(io.RawIOBase):
-    """A stream from its beginning, whose first bytes are read already."""
-
-    def __init__(self, head: bytes, stream: BinaryIO) -> None:
-        self._head = head
-        self._stream = stream
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: object, /) -> int:
-        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
-        data = self._head[: len(view)] if self._head else self._stream.read(len(view))
-        self._head = self._head[len(data) :] if self._head else b""
-        view[: len(data)] = data
-        return len(data)
+        buffered.detach()

@@ -30,13 +30,9 @@ def _looks_like(key: str, names: tuple[str, ...]) -> str | None:
     written = folded(key)
     if len(written) < _SHORTEST:
         return None
-    best, found = _MOST + 1, None
-    for name in names:
-        letters = folded(name)
-        apart = _typing_errors(written, letters)
-        if apart < best:
-            best, found = apart, name
-    return found
+    errors = {name: _typing_errors(written, folded(name)) for name in names}
+    nearest = min(names, key=errors.__getitem__, default=None)
+    return nearest if nearest is not None and errors[nearest] <= _MOST else None
 
 
 def _typing_errors(written: str, name: str) -> int:
