@@ -48,11 +48,16 @@ def facts(package: Package, explored: Explored) -> Facts:
             for number, each in enumerate(explored.nodes[key])
             if number == 0 or each.made or each.uses or each.gaps
         ]
+        for record in records[1:]:
+            if isinstance(record.namespace, Unknown):
+                records[0].gaps[f"the node `{record.name}` inside", record.namespace.cause] = record.place
         for number, record in enumerate(records):
             name = key if number == 0 else f"{key}.{number + 1}"
             nodes[name] = _node(record, package, explored.plugins.get(key, "") if number == 0 else "")
         inside = [
-            _inside(package.name, f"{key}.{number + 1}", record) for number, record in enumerate(records) if number
+            _inside(package.name, f"{key}.{number + 1}", record)
+            for number, record in enumerate(records)
+            if number and isinstance(record.namespace, str)
         ]
         if inside:
             nodes[key]["inside"] = inside
@@ -75,6 +80,8 @@ def _node(record: NodeRecord, package: Package, plugin: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     if isinstance(record.name, str) and record.name:
         found["name"] = record.name
+    if isinstance(record.namespace, str) and record.namespace.strip("/"):
+        found["namespace"] = record.namespace
     if plugin:
         found["plugin"] = plugin
     if record.lifecycle:

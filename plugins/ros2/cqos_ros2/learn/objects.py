@@ -10,7 +10,7 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
-from cqos_ros2.learn.program import Call, Literal, Name, last_part, without_arguments
+from cqos_ros2.learn.program import Call, Literal, Name, call_name, last_part, without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord
 from cqos_ros2.learn.walking import run
 
@@ -172,6 +172,9 @@ def _library_node(instance: Instance, given: Given, walk: Walk) -> None:
     namespace = given.at(row.position("namespace"))
     if isinstance(namespace, str):
         node.namespace = namespace
+    made = (call_name(each) for each in given.call.arguments[1:] if isinstance(each, Call))
+    if not node.namespace and any(name and walk.program.find_functions(name) for name in made):
+        node.namespace = Unknown("a function makes its options, and may set its namespace")
 
 
 def plain_node(library: str, given: Given, walk: Walk) -> Instance:

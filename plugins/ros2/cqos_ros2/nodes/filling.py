@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from cqos_core.importers.reading import did_you_mean
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import EVERY_OTHER, Place, Setting
 from cqos_core.packs import normalise
 from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _MOST_PLUGINS: Final = 100
 _DEEPEST: Final = 8
 _HOLE: Final = "${"
+MISSPELT: Final = "a misspelt class"
+"""The subject of what is not known because no plugin has the class that a parameter names, and one of nearly that name is there."""
 VERBS: Final = {
     "publishes": "publishes",
     "subscribes": "subscribes to",
@@ -142,9 +144,9 @@ class Filling:
             texts = [scope.text(each.get(key) or "", each.place) for key in (form.NODE, form.NAME, form.NAMESPACE)]
             result.inside.append(Inside(*[text if isinstance(text, str) else "" for text in texts]))
         for each in scope.held(part.get(form.PLUGINS), result):
-            for plugin, name in scope.plugins(each, result):
+            for plugin, name, named_at in scope.plugins(each, result):
                 filling = replace(self, variables={**self.variables, "plugin": plugin})
-                filling.fragment(name, each.place, result, own_node=own_node, depth=depth)
+                filling.fragment(name, named_at, result, own_node=own_node, depth=depth)
         result.lifecycle |= part.get(form.LIFECYCLE) is True
         stated = part.get(form.ACTIVATES)
         if stated:
@@ -155,8 +157,11 @@ class Filling:
         """Add what a fragment has, by its name."""
         found = self.library.fragment(name)
         if found is None:
-            meant = did_you_mean(name, self.library.classes(name.partition("::")[0]))
-            result.gaps.append(Unknown(f"no node file has the class `{name[:120]}`{meant}", place))
+            meant = nearest(name, self.library.classes(name.partition("::")[0]))
+            cause = (
+                f"`{name[:120]}`, did you mean `{meant}`?" if meant else f"no node file has the class `{name[:120]}`"
+            )
+            result.gaps.append(Unknown(cause, place, MISSPELT if meant else ""))
             return
         file, part = found
         known = self.library.fit(file, self.distro) or not file.versions or not self.distro
@@ -267,8 +272,8 @@ class _Scope:
             elif held:
                 yield entry
 
-    def plugins(self, entry: Entry, result: FilledNode) -> Iterator[tuple[str, str]]:
-        """Yield the plugins of a slot, each with its class."""
+    def plugins(self, entry: Entry, result: FilledNode) -> Iterator[tuple[str, str, Place]]:
+        """Yield the plugins of a slot, each with its class and the place that names it."""
         names, _ = self.parameter_of(entry.require(form.NAMES))
         unknown = first_unknown(names)
         if unknown is not None:
@@ -286,7 +291,7 @@ class _Scope:
                     Unknown(f"the plugin `{plugin[:80]}`: {cause}", given.place if given else entry.place)
                 )
                 continue
-            yield plugin, name.replace("/", "::")
+            yield plugin, name.replace("/", "::"), (given.place if given else None) or entry.place
 
     # Endpoints
 

@@ -208,7 +208,9 @@ PLUGINS: Final = Key(
 )
 NODE: Final = Key("node", TEXT, "The node, as PACKAGE/EXECUTABLE.", required=True)
 NAME: Final = Key("name", TEXT, "Its name in the code.")
-NAMESPACE: Final = Key("namespace", TEXT, "Its namespace; `${namespace}` is that of the node around it.")
+NAMESPACE: Final = Key(
+    "namespace", TEXT, "Its namespace where the launch gives it none; `${namespace}` is that of the node around it."
+)
 INSIDE: Final = Key(
     "inside",
     ListOf(Form("node_inside", "a node inside", (NODE, NAME, NAMESPACE, WHEN)), "a list of nodes"),
@@ -237,7 +239,9 @@ ACCEPT: Final = Key(
     "Rules whose findings about its endpoints are known: its code decides, and its users cannot change it.",
 )
 NODE_FORM: Final = Form(
-    "node_facts", "what is known of a node", (NAME, PLUGIN, CONFIGURED_BY, ACTIVATES, ACCEPT, *_PARTS, INSIDE)
+    "node_facts",
+    "what is known of a node",
+    (NAME, NAMESPACE, PLUGIN, CONFIGURED_BY, ACTIVATES, ACCEPT, *_PARTS, INSIDE),
 )
 FRAGMENTS: Final = Key(
     "fragments",

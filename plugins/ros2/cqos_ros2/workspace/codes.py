@@ -86,5 +86,12 @@ CODES: Final = (
         "Nodes that start under an open condition are not checked.",
         help="decide with `--launch-arg NAME:=VALUE`, the environment with `--define NAME=VALUE`",
     ),
+    CodeInfo(
+        "ROS981",
+        "plugin-class-misspelt",
+        "warning",
+        "A parameter names the class of a plugin that its package does not have, and a class of nearly the same name is there.",
+        "The node fails when it loads the plugin.",
+    ),
 )
 BY_CODE: Final = {each.code: each for each in CODES}

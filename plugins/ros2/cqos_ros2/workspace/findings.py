@@ -11,7 +11,7 @@ from cqos_core.model.system import EVERY_OTHER, MESSAGE, ImportNote, Place
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
-from cqos_ros2.nodes.filling import VERBS
+from cqos_ros2.nodes.filling import MISSPELT, VERBS
 from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.nodes.versions import ANOTHER
 from cqos_ros2.workspace.agreeing import OPEN
@@ -42,6 +42,7 @@ def notes(found: Join) -> list[ImportNote]:
         *_remaps(found),
         *_overrides(found),
         *_lifecycle(found),
+        *_plugins(found),
         *open_ends(found, note),
         *_not_known(found),
         *_not_decided(found),
@@ -125,6 +126,9 @@ def _overrides(found: Join) -> Iterator[ImportNote]:
 
 def _refused(topic: str, role: str, policy: str, identity: str, node: JoinedNode) -> tuple[str, str] | None:
     """Return why no endpoint takes an override, and what to do; None where that is not known."""
+    plain, _, key = policy.partition(".")
+    if key:
+        return f"`{plain}` is one value, and no map", f"write a number of nanoseconds, or a word, under `{plain}`"
     there = [
         (each, named.full)
         for each, named, endpoint in node.endpoints
@@ -191,6 +195,16 @@ def _missing_includes(found: Join) -> bool:
     return any(each.about == "include" for each in found.launched.remarks)
 
 
+# Plugins
+
+
+def _plugins(found: Join) -> Iterator[ImportNote]:
+    misspelt = {gap: node for node in found.nodes for gap in node.filled.gaps if gap.subject == MISSPELT}
+    for gap, node in misspelt.items():
+        name, _, advice = gap.cause.partition(", ")
+        yield note("ROS981", f"`{node.placed.address}` loads {name}, which no plugin has", gap.place, advice)
+
+
 # What is not known
 
 
@@ -209,6 +223,8 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         for gap in node.filled.gaps:
             if gap.subject == OPEN:
                 differing.append(node)
+            elif gap.subject == MISSPELT:
+                continue  # a finding of its own
             elif gap.subject == ANOTHER:
                 others.setdefault(gap.cause, gap.place)
             else:

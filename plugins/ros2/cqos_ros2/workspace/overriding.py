@@ -52,7 +52,7 @@ def overrides_of(parameters: Mapping[str, Parameter]) -> list[Override]:
         if not name.startswith(PREFIX):
             continue
         topic, _, rest = name.removeprefix(PREFIX).partition(".")
-        side, _, policy = rest.rpartition(".")
+        side, _, policy = rest.partition(".")
         kind, _, identity = side.partition("_")
         text = _text(parameter.value, policy)
         found.append(Override(name, topic, _ROLES.get(kind), identity, policy, text, parameter.place))

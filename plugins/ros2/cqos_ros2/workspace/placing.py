@@ -134,7 +134,8 @@ class Placing:
         facts = found[1] if found else None
         name = instance.name if isinstance(instance.name, str) and instance.name else None
         name = name or (facts.get(form.NAME) if facts is not None else None)
-        namespace = str(instance.namespace) or "/"
+        stated = facts.get(form.NAMESPACE) if facts is not None else None
+        namespace = str(instance.namespace) or f"/{(stated or '').strip('/')}"
         process = self._process(instance, number)
         rules = rules_of(instance, number)
         known_name = name or f"({package}/{executable})"
@@ -172,7 +173,8 @@ class Placing:
         for each in filled.inside:
             package, _, executable = each.node.partition("/")
             found = self._library.node(package, executable)
-            namespace = f"/{each.namespace.strip('/')}"
+            stated = found[1].get(form.NAMESPACE) if found is not None else None
+            namespace = f"/{(each.namespace.strip('/') or stated or '').strip('/')}"
             address = f"{namespace.rstrip('/')}/{each.name}"
             process = placed.process
             inner = Placed(

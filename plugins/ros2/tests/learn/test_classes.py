@@ -191,3 +191,35 @@ def test_a_name_that_each_class_gives_its_own_type(node):
     members = 'using Spec = OneSpec; struct Values { std::string topic = "scan"; }; using Type = Values; Type values_;'
     body = f"{PUB}(Spec::name, qos_of<Spec>()); {PUB}(values_.topic, 1);"
     assert node(body, members, before) == {"one": {"depth": 4, "durability": "transient_local"}, "scan": {"depth": 1}}
+
+
+INNER = """
+rclcpp::NodeOptions child_options(const std::string & name)
+{
+  return rclcpp::NodeOptions().arguments({"--ros-args", "-r", "__ns:=/" + name});
+}
+class Map : public rclcpp::Node
+{
+public:
+  Map(const std::string & name, const rclcpp::NodeOptions & options) : Node(name, "", OPTIONS)
+  {
+    map_ = create_publisher<std_msgs::msg::String>("map", 1);
+  }
+};
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "inside", "unread"),
+    [("options", ["local"], []), ("child_options(name)", [], ["the node `local` inside"])],
+)
+def test_options_that_a_function_makes_may_set_a_namespace(learned, parser, options, inside, unread):
+    made = 'Map * map_ = new Map("local", rclcpp::NodeOptions());'
+    server = f'class Server : public rclcpp::Node {{ public: Server() : Node("server", "shop") {{ {made} }} }};'
+    main = "int main() { rclcpp::spin(std::make_shared<Server>()); }"
+    source = "\n".join((INNER.replace("OPTIONS", options), server, main))
+    files = {"CMakeLists.txt": "add_executable(server src/server.cpp)", "src/server.cpp": source}
+    found = learned(files).document["nodes"]["server"]
+    assert found["namespace"] == "shop"
+    assert [each["name"] for each in found.get("inside", [])] == inside
+    assert [each["what"] for each in found.get("unread", [])] == unread

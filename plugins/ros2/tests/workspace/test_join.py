@@ -189,11 +189,53 @@ def test_an_override_is_taken_only_where_the_endpoint_opts_in(joined, findings):
     [
         ("qos_overrides./chater.publisher.depth", "it has no topic `/chater`"),
         ("qos_overrides./chatter.subscription.depth", "it has no subscriber on `/chatter`"),
+        ("qos_overrides./chatter.publisher.deadline.sec", "`deadline` is one value, and no map"),
     ],
 )
 def test_an_override_that_no_endpoint_accepts(joined, findings, parameter, words):
     system = joined(launch_of(node(inner=f'<param name="{parameter}" value="5"/>')))
     assert [(code, words in text) for code, _, text in findings(system)] == [("ROS974", True)]
+
+
+SLOTS = """cqos_nodes: 1
+package: bot
+nodes:
+  server:
+    name: server
+    plugins: [{names: "${layers}", class: "${plugin}.plugin"}]
+fragments:
+  bot::Walls: {publishes: {walls: {type: std_msgs/msg/String}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "codes"), [("bot::Walls", []), ("bot/Wals", ["ROS981"]), ("bot::Doors", []), ("other::Walls", [])]
+)
+def test_a_plugin_with_a_class_that_is_nearly_one(joined, findings, name, codes):
+    inner = f'<param name="layers" value="[w]"/><param name="w.plugin" value="{name}"/>'
+    system = joined({**launch_of(node("server", inner=inner)), "bot/bot.node.yaml": SLOTS})
+    assert [code for code, _, _ in findings(system)] == codes
+    advice = [each.help for each in system.notes if each.code == "ROS981"]
+    assert advice == ["did you mean `bot::Walls`?"] * len(codes)
+    places = [each.place.line for each in system.notes if each.code == "ROS981"]
+    assert places == [2] * len(codes)
+
+
+NAMED = """cqos_nodes: 1
+package: bot
+nodes:
+  talker:
+    name: talker
+    namespace: own
+    publishes: {chatter: {type: std_msgs/msg/String}}
+"""
+
+
+@pytest.mark.parametrize(("given", "full"), [("", "/own/chatter"), ("there", "/there/chatter")])
+def test_the_namespace_of_the_code_holds_where_the_launch_gives_none(joined, given, full):
+    more = f'namespace="{given}"' if given else ""
+    system = joined({**launch_of(node(more=more)), "bot/bot.node.yaml": NAMED})
+    assert [each.topic for each in system.endpoints] == [full]
 
 
 def test_a_remap_that_matches_nothing(joined, findings):
