@@ -1,11 +1,14 @@
 """Values: what is read, what is refused, and that printing and reading are inverse."""
 
 import decimal
+from random import Random
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core.language import domains
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, flow
 from cqos_core.language.policy import Policy
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, is_plain, normalise
@@ -381,3 +384,17 @@ def test_a_policy_may_have_a_default_per_role():
 )
 def test_spellings_are_normalised(text, word):
     assert normalise(text) == word
+
+
+def test_short_flow_texts_are_read_as_yaml_reads_them():
+    words = ("sec", "nsec", "1", "_", "0x1", "null", "true", "1_000", "=", "<<", "-", "a b", "é")
+    draw, read = Random(1), 0  # noqa: S311 - no secrets
+    for _ in range(2000):
+        texts = [draw.choice(words) for _ in range(draw.randrange(4))]
+        text = "[" + ", ".join(texts) + "]"
+        if draw.random() < 1 / 2:
+            text = "{" + ", ".join(f"{each}: {draw.choice(words)}" for each in texts) + "}"
+        if domains._LIST.fullmatch(text) or domains._MAP.fullmatch(text):
+            read += 1
+            assert flow(text) == yaml.load(text, Loader=yaml.CBaseLoader), text  # noqa: S506 - makes text only
+    assert read > 500

@@ -9,18 +9,6 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-import yaml
-from yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-    StreamEndEvent,
-)
-
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_plain import plain_tree
@@ -29,6 +17,8 @@ from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    import yaml
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
@@ -75,6 +65,8 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     root = plain_tree(reading.source.data)
     if root is not None:
         return Tree([root])
+    import yaml  # small files of the plain form need none of it
+
     before = len(reading.problems)
     composer = _Composer(reading, repeated=repeated)
     try:
@@ -182,6 +174,17 @@ class _Composer:
 
     def compose(self, next_event: Callable[[], Any]) -> None:
         """Read events to the end of the stream; what the parser raises goes through."""
+        from yaml.events import (
+            AliasEvent,
+            DocumentStartEvent,
+            MappingEndEvent,
+            MappingStartEvent,
+            ScalarEvent,
+            SequenceEndEvent,
+            SequenceStartEvent,
+            StreamEndEvent,
+        )
+
         templates = self.tree.templates
         texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
         top = _OpenNode(None, [])

@@ -19,7 +19,11 @@ def flow(text: str, expected: str = "") -> Any:
     Raises:
         InvalidValueError: where the text is no YAML, or nested so deep that the parser's stack might not hold it.
     """
-    import yaml
+    if _LIST.fullmatch(text):
+        return text[1:-1].split(", ") if len(text) > len("[]") else []
+    if _MAP.fullmatch(text):
+        return dict(each.split(": ") for each in text[1:-1].split(", "))
+    import yaml  # 11 ms of a start, where no text needs it
 
     depths = accumulate(1 if bracket in "[{" else -1 for bracket in _BRACKETS.findall(text))
     if max(depths, default=0) > _MAXIMUM_DEPTH:
@@ -30,6 +34,8 @@ def flow(text: str, expected: str = "") -> Any:
         raise InvalidValueError(f"`{text[:60]}` cannot be read: {str(error).splitlines()[0]}", expected) from None
 
 
+_LIST: Final = regular_expression(r"\[(?:\w+(?:, \w+)*)?\]", re.ASCII)
+_MAP: Final = regular_expression(r"\{\w{1,99}: \w+(?:, \w{1,99}: \w+)*\}", re.ASCII)
 _BRACKETS: Final = regular_expression(r"[\[{}\]]")
 _MAXIMUM_DEPTH: Final = 200
 

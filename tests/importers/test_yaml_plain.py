@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 import cqos_core as cqos
-from cqos_core.importers import yaml_plain
+from cqos_core.importers import yaml_tree
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_plain import plain_tree
@@ -103,11 +103,6 @@ PARTS: Final = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _any_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(yaml_plain, "LEAST", 0)
-
-
 def shown(node: Node) -> Any:
     """All that a tree has."""
     if isinstance(node, ScalarNode):
@@ -166,7 +161,19 @@ def test_random_documents():
 
 
 @pytest.mark.parametrize(
-    "text", ["a: b\n---\nc: d\n", "a: ${x}\n", "a: b\na: c\n", "a:\n- b\n", "a: {b: 1, b: 2}\n", "a\n", "", "# c\n"]
+    "text",
+    [
+        "a: b\n---\nc: d\n",
+        "a: ${x}\n",
+        "a: b\na: c\n",
+        "a:\n- b\n",
+        "a: {b: 1, b: 2}\n",
+        "a: {b: %}\n",
+        "a: [b, ]c]\n",
+        "a\n",
+        "",
+        "# c\n",
+    ],
 )
 def test_what_is_left_to_the_events(text):
     assert plain_tree(text.encode()) is None
@@ -176,7 +183,7 @@ def test_a_system_is_the_same_either_way(monkeypatch):
     data = b"".join(inputs.system_file(400))
     assert isinstance(plain_tree(data), MappingNode)
     found = cqos.read(data)
-    monkeypatch.setattr(yaml_plain, "LEAST", len(data) + 1)
+    monkeypatch.setattr(yaml_tree, "plain_tree", lambda _: None)
     assert cqos.read(data) == found
 
 
