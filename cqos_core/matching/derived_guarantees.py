@@ -5,27 +5,24 @@ A number is given where the strongest need that all rules grant is that number, 
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.language.compiled import Common, Question, compiled
+from cqos_core.language.answers import WORTH_A_FUNCTION, Answers, all_known, asked_together, turning_values
+from cqos_core.language.compiled import Common
 from cqos_core.language.policy import BROKER, NEED
-from cqos_core.language.solve import turning_points
 from cqos_core.language.values import INFINITE, Depends, is_plain
-from cqos_core.matching.judge import ask
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import keep
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from cqos_core.language.compiled import Reporting
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
-    from cqos_core.language.vocabulary import Use
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import RulePack
@@ -120,7 +117,7 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
     """Return all guarantees with a rule in the pack, in the order of the words."""
     pack, found = publisher.pack, []
-    for name, word in WORDS.items():
+    for name in WORDS:
         if name not in pack.guaranteed or name not in pack.needs:
             continue
         # Pairs have values of their own, and most words read few of them.
@@ -134,7 +131,8 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
         )
         given = _GIVEN.get(key)
         if given is None:
-            given = _give(word, publisher, subscriber)
+            both = tuple([end.values[at] for end in (publisher, subscriber) for at in _both(pack)])
+            given = _alike(name, pack, publisher.frame, subscriber.frame, both).given(publisher, subscriber)
             keep(_GIVEN, key, given)
         found.append(given)
     return tuple(found)
@@ -146,24 +144,83 @@ _GIVEN: Final[dict[tuple[Any, ...], DerivedGuarantees]] = {}
 @lru_cache(maxsize=_CACHE)
 def _read(pack: RulePack, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return where a guarantee looks at the values of a publisher, and of a subscriber whatever that needs."""
-    restarts, survives = (pack.vocabulary.indices[NEED, policy.name] for policy in (RESTARTS_IN, SURVIVES))
-    both = (restarts, *([] if (at := _implementation(pack)) is None else [at]))
     first, second = (
-        {*both, *(at for rule in pack.guaranteed[word] for at in rule.bound.sides[side])} for side in (0, 1)
+        {*_both(pack), *(at for rule in pack.guaranteed[word] for at in rule.bound.sides[side])} for side in (0, 1)
     )
-    asked = {survives, *(index for index, _ in pack.needs.values())}
-    return tuple(sorted(first)), tuple(sorted(second - asked))
+    return tuple(sorted(first)), tuple(sorted(second.difference(_asked(pack))))
+
+
+@lru_cache
+def _both(pack: RulePack) -> tuple[int, ...]:
+    """Return where a guarantee looks on both sides, whatever its rules read."""
+    restarts, implementation = pack.vocabulary.indices[NEED, RESTARTS_IN.name], _implementation(pack)
+    return (restarts,) if implementation is None else (restarts, implementation)
+
+
+@lru_cache
+def _asked(pack: RulePack) -> frozenset[int]:
+    """Return the positions of needs, which differ from question to question."""
+    survives = pack.vocabulary.indices[NEED, SURVIVES.name]
+    return frozenset((survives, *(index for index, _ in pack.needs.values())))
+
+
+class _Alike:
+    """One guarantee of pairs with much in common: where all rules answer alike, as much is given."""
+
+    def __init__(self, word: Word, at: tuple[frozenset[int], frozenset[int]]) -> None:
+        """Take the word, and the positions of what the profiles have in common."""
+        self._word = word
+        self._at = at
+        self._left = WORTH_A_FUNCTION
+        self._function: Reporting | None = None
+        self._given: dict[tuple[int], DerivedGuarantees | None] = {}
+
+    def given(self, publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
+        """Return what is given; one function asks all rules once several pairs came."""
+        if self._function is None:
+            self._left -= 1
+            if not self._left:
+                self._function = self._of_all(publisher, subscriber)
+            return _give(self._word, publisher, subscriber)
+        answers = self._function(publisher.values, subscriber.values)
+        known = self._given.get((answers,))
+        if known is not None:
+            return known
+        given = _give(self._word, publisher, subscriber)
+        # Numbers follow from values, not from answers alone.
+        settled = self._word.kind == "holds" or all(each.lost for each in given.cells.values())
+        if settled and all_known(answers):
+            keep(self._given, (answers,), given)
+        return given
+
+    def _of_all(self, publisher: QosProfile, subscriber: QosProfile) -> Reporting:
+        asked = _AskedWord(self._word, publisher, subscriber)
+        found = {}
+        for faults in ((), *((each,) for each in FAULTS)):
+            common = Common(publisher.values, asked.asking(asked.least, faults), self._at)
+            for bound in asked.counting(faults)[1]:
+                found[id(bound), asked.read_by(bound, faults)] = bound.bound, common
+        return asked_together(found.values())
+
+
+@lru_cache(maxsize=256)
+def _alike(word: str, pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame, _values: Values) -> _Alike:
+    first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
+    return _Alike(WORDS[word], (first, second | _asked(pack)))
+
+
+@lru_cache(maxsize=64)
+def _one_by_one(pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame) -> Answers:
+    first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
+    return Answers((first, second - _asked(pack)))
 
 
 def _give(word: Word, publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
-    index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
-    restarts = _names(publisher.values[index]), _names(subscriber.values[index])
-    rules = publisher.pack.guaranteed[word.name]
     asked = _AskedWord(word, publisher, subscriber)
 
     def under(*faults: str) -> Cell:
-        befall, counting = _counting(publisher.pack, word.name, faults, restarts)
-        cell = asked.granted([rules[at] for at in counting], faults)
+        befall, rules = asked.counting(faults)
+        cell = asked.granted(rules, faults)
         if cell.value is None or cell.value == word.nothing:
             return cell
         return Cell(cell.value, cell.lost, *_evidence(word, befall or (LINK,), publisher, subscriber))
@@ -174,17 +231,13 @@ def _give(word: Word, publisher: QosProfile, subscriber: QosProfile) -> DerivedG
 
 @lru_cache(maxsize=_CACHE)
 def _counting(
-    pack: RulePack, word: str, faults: tuple[str, ...], restarts: tuple[tuple[str, ...], tuple[str, ...]]
+    pack: RulePack, word: str, faults: tuple[str, ...], restarts: tuple[tuple[str, ...], ...]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
     """Return which faults befall a pair, and the positions of the rules of a guarantee that count then."""
     befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
     named = [each.rule.survives for each in pack.guaranteed[word]]
     counting = (at for at, each in enumerate(named) if each == LINK or set(befall) & set(faults_of(each)))
     return befall, tuple(counting)
-
-
-def _names(value: Value) -> tuple[str, ...]:
-    return value if isinstance(value, tuple) else ()
 
 
 def _evidence(
@@ -231,8 +284,15 @@ class _AskedWord:
         """Begin with a subscriber that needs nothing."""
         pack = subscriber.pack
         self.word = word
+        # The weakest need there is.
+        self.least = INFINITE - 1 if word.kind == "at_most" else 1
+        restarts = pack.vocabulary.indices[NEED, RESTARTS_IN.name]
+        named = (end.values[restarts] for end in (publisher, subscriber))
+        self._restarts = tuple([each if isinstance(each, tuple) else () for each in named])
+        self._rules = publisher.pack.guaranteed[word.name]
+        self._pack = publisher.pack
         self.offered = publisher.values
-        self._functions = _functions(publisher.pack, publisher.frame, subscriber.frame)
+        self._one_by_one = _one_by_one(publisher.pack, publisher.frame, subscriber.frame)
         self.need = pack.needs[word.name][0]
         self.survives = pack.vocabulary.indices[NEED, SURVIVES.name]
         self._nothing: list[Value] = [*subscriber.values]
@@ -241,24 +301,28 @@ class _AskedWord:
         self._answers: dict[tuple[int, int, tuple[str, ...]], bool | None] = {}
         self._candidates: dict[tuple[int, tuple[str, ...]], tuple[Value, ...]] = {}
 
+    def counting(self, faults: tuple[str, ...]) -> tuple[tuple[str, ...], list[BoundRule]]:
+        """Return which faults befall the pair, and the rules that count then."""
+        befall, counting = _counting(self._pack, self.word.name, faults, self._restarts)
+        return befall, [self._rules[at] for at in counting]
+
     def granted(self, rules: Sequence[BoundRule], faults: tuple[str, ...]) -> Cell:
         """Return the strongest need that all rules grant under these faults."""
-        # The weakest need there is.
-        least = INFINITE - 1 if self.word.kind == "at_most" else 1
-        results = [(bound.rule, self.answer(bound, least, faults)) for bound in rules]
+        results = [(bound.rule, self.answer(bound, self.least, faults)) for bound in rules]
         lost = tuple(rule for rule, result in results if result is not True)
         if not lost:
-            found = self.strongest(rules, least, faults)
+            found = self.strongest(rules, self.least, faults)
             # A bound that no rule gives as a number is not known.
-            return Cell(None if self.word.kind == "at_most" and found == least else found)
+            return Cell(None if self.word.kind == "at_most" and found == self.least else found)
         refused = any(result is False for _, result in results)
         return Cell(self.word.nothing if refused else None, lost)  # type: ignore[arg-type]
 
     def answer(self, bound: BoundRule, need: int, faults: tuple[str, ...]) -> bool | None:
         """Ask a rule as if this were needed; False or None where it speaks."""
-        key = (id(bound), need, self._read_by(bound, faults))
+        key = (id(bound), need, self.read_by(bound, faults))
         if key not in self._answers:
-            self._answers[key] = self._functions.answer(bound, self.offered, self._asking(need, faults))
+            result = self._one_by_one.of(bound.bound, self.offered, self.asking(need, faults))
+            self._answers[key] = None if bound.rule.doubt and result is False else result
         return self._answers[key]
 
     def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
@@ -275,81 +339,22 @@ class _AskedWord:
 
     def candidates(self, bound: BoundRule, least: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
         """Return needs at which a rule may turn, also those of values that depend on an assumption."""
-        key = (id(bound), self._read_by(bound, faults))
+        key = (id(bound), self.read_by(bound, faults))
         if key not in self._candidates:
             use = next((use for use in bound.bound.uses if use.index == self.need), None)
-            found = () if use is None else tuple(_candidates(bound, use, self.offered, self._asking(least, faults)))
-            self._candidates[key] = found
+            sides = self.offered, self.asking(least, faults)
+            self._candidates[key] = () if use is None else tuple(turning_values(bound.bound, use, *sides))
         return self._candidates[key]
 
-    def _read_by(self, bound: BoundRule, faults: tuple[str, ...]) -> tuple[str, ...]:
+    def read_by(self, bound: BoundRule, faults: tuple[str, ...]) -> tuple[str, ...]:
+        """Return what a rule reads of faults."""
         return faults if self.survives in bound.bound.sides[1] else ()
 
-    def _asking(self, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
+    def asking(self, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
         """Return the values of a subscriber that needs this one word under these faults."""
         asking = self._nothing.copy()
         asking[self.need], asking[self.survives] = need, faults
         return tuple(asking)
-
-
-class _Functions:
-    """Rules asked of two profiles: each is compiled for what many profiles have in common once it was asked often."""
-
-    def __init__(self, publisher: ProfileFrame, subscriber: ProfileFrame, asked: Collection[int]) -> None:
-        """Begin without any; ``asked``: the positions of needs, which differ from question to question."""
-        first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
-        self._at = first, second.difference(asked)
-        self._uses = Counter[int]()
-        self._made: dict[int, tuple[BoundRule, Reporting]] = {}
-
-    def answer(self, bound: BoundRule, offered: Values, asking: Values) -> bool | None:
-        """Ask a rule; False or None where it speaks."""
-        # The rule is kept with what is remembered of it, so that no other one gets its identity.
-        made = self._made.get(id(bound))
-        if made is not None and (says := _SAYS[made[1](offered, asking)]) is not _OPEN:
-            return None if says is False and bound.rule.doubt else says
-        # Values that differ in what it does not read have one answer.
-        first, second = bound.bound.sides
-        key = (id(bound), *[offered[at] for at in first], *[asking[at] for at in second])
-        known = _ANSWERED.get(key)
-        if known is None:
-            self._uses[id(bound)] += 1
-            if self._uses[id(bound)] == _WORTH_A_FUNCTION:
-                self._made[id(bound)] = bound, _made(bound, Common(offered, asking, self._at))
-            said = ask(bound, offered, asking)
-            result = True if said is None else None if bound.rule.doubt else said.outcome.result
-            known = bound, result
-            keep(_ANSWERED, key, known)
-        return known[1]
-
-
-@lru_cache(maxsize=64)
-def _functions(pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame) -> _Functions:
-    survives = pack.vocabulary.indices[NEED, SURVIVES.name]
-    return _Functions(publisher, subscriber, (survives, *(index for index, _ in pack.needs.values())))
-
-
-def _made(bound: BoundRule, common: Common) -> Reporting:
-    """Compile whether a rule may be other than true, other than false, false for certain, and true for certain."""
-    ways = ((False, True), (True, True), (False, False), (True, False))
-    return compiled([Question(bound.bound, answer, undecided, common) for answer, undecided in ways]).reporting
-
-
-_ANSWERED: Final[dict[tuple[Any, ...], tuple[BoundRule, bool | None]]] = {}
-_WORTH_A_FUNCTION: Final = 12
-_OPEN: Final = "open"
-_SAYS: Final[list[Any]] = [
-    True if not bits & 0b1 else False if not bits & 0b10 else None if not bits & 0b1100 else _OPEN for bits in range(16)
-]
-"""By what a function may report, what a rule answers."""
-
-
-def _candidates(bound: BoundRule, use: Use, offered: Values, asking: Values) -> Iterator[Value]:
-    yield from turning_points(bound.bound, use, offered, asking)
-    for other in bound.bound.uses:
-        value = (asking if other.second else offered)[other.index]
-        if isinstance(value, Depends):
-            yield from (case for _, case in value.cases)
 
 
 def over(hops: Sequence[Sequence[DerivedGuarantees]], *, carried: bool) -> list[DerivedGuarantees]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
+from cqos_core.language import answers
 from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
@@ -221,21 +222,42 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS[1:], ids=lambda pack: pack.id)
 def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, monkeypatch):
-    monkeypatch.setattr(derived_guarantees, "_WORTH_A_FUNCTION", 1)
+    monkeypatch.setattr(answers, "WORTH_A_FUNCTION", 1)
     random = Random(seed)  # noqa: S311 - no secrets
     found = Counter[bool | None]()
     for opened in (0.05, 0.2):
         _, others = with_much_in_common(random, pack, opened)
         one, other = next(others)
-        asked = derived_guarantees._Functions(one.frame, other.frame, ())
+        here, there = (frozenset((*each.frame.open, *each.frame.options)) for each in (one, other))
+        asked = answers.Answers((here, there))
         for a, b in itertools.islice(others, 20):
             for each in itertools.chain(*pack.guaranteed.values()):
                 said = ask(each, a.values, b.values)
                 result = True if said is None else None if each.rule.doubt else said.outcome.result
-                derived_guarantees._ANSWERED.clear()
-                assert asked.answer(each, a.values, b.values) is result, each.rule.code
+                answers.ANSWERED.clear()
+                answered = asked.of(each.bound, a.values, b.values)
+                assert (None if answered is False and each.rule.doubt else answered) is result, each.rule.code
                 found[result] += 1
     assert len(found) == 3, found
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS[1:], ids=lambda pack: pack.id)
+def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monkeypatch):
+    monkeypatch.setattr(derived_guarantees, "WORTH_A_FUNCTION", 1)
+    derived_guarantees._alike.cache_clear()
+    derived_guarantees.give.cache_clear()
+    derived_guarantees._GIVEN.clear()
+    found = []
+    for opened in (0.0, 0.1):
+        _, others = with_much_in_common(Random(seed), pack, opened)  # noqa: S311 - no secrets
+        for a, b in itertools.islice(others, 30):
+            for each in derived_guarantees.give(a, b):
+                afresh = derived_guarantees._give(each.word, a, b)
+                assert (each.value, each.lost, each.cells) == (afresh.value, afresh.lost, afresh.cells), each.word.name
+                found.append(id(each))
+    assert len(set(found)) < len(found)
 
 
 def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:

@@ -11,6 +11,7 @@ from cqos_core import read
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking.checker import check_system
+from cqos_core.language import answers
 from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
@@ -34,7 +35,7 @@ def forget():
         memory_module._NUMBERED,
         plain_pairs._KNOWN,
         derived_guarantees._GIVEN,
-        derived_guarantees._ANSWERED,
+        answers.ANSWERED,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
@@ -59,7 +60,7 @@ def forget():
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
-        *(derived_guarantees.give, derived_guarantees._functions),
+        *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
     ):
         remembered.cache_clear()
 
