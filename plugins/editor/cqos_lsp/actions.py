@@ -6,7 +6,7 @@ import os
 import re
 from typing import TYPE_CHECKING
 
-from lsprotocol.types import CodeAction, CodeActionKind, Position, Range, TextEdit, WorkspaceEdit
+from lsprotocol.types import CodeAction, CodeActionKind, Range, TextEdit, WorkspaceEdit
 
 from cqos_core.files.applying import replacements_of
 from cqos_core.formatters import wording
@@ -65,11 +65,7 @@ def _touches(finding: Finding, path: str, extent: Range, analysis: Analysis, uni
     if place is None or os.path.realpath(place.source) != path:
         return False
     shown = units.of(place, analysis.sources)
-    return _key(shown.start) <= _key(extent.end) and _key(extent.start) <= _key(shown.end)
-
-
-def _key(position: Position) -> tuple[int, int]:
-    return position.line, position.character
+    return shown.start <= extent.end and extent.start <= shown.end
 
 
 def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, str]) -> WorkspaceEdit | None:

@@ -116,7 +116,6 @@ class Checker:
     _listed: dict[str, list[str]] = field(default_factory=dict)
     _claims: dict[str, tuple[object, ImporterInfo | None]] = field(default_factory=dict)
     _units: dict[tuple[str, ...], _Unit] = field(default_factory=dict)
-    _pack_problems: dict[str, tuple[bytes, tuple[Problem, ...]]] = field(default_factory=dict)
     _last: dict[str, Analysis] = field(default_factory=dict)
 
     def forget(self) -> None:
@@ -142,7 +141,7 @@ class Checker:
         problems = [
             *(problem for unit in units.values() for problem in unit.problems),
             *(problem for each in projects.values() for problem in each.problems),
-            *(problem for path, data in texts.items() if is_pack(data) for problem in self._of_pack(path, data)),
+            *(problem for path, data in texts.items() if is_pack(data) for problem in pack_problems(path, data)),
         ]
         current = frozenset(id(last) for unit, last in checked if unit.stamps)
         found = Checked(tuple(last for _, last in checked), tuple(dict.fromkeys(problems)), projects, current)
@@ -150,13 +149,6 @@ class Checker:
         lost = {path: self._last[path] for path in designs if path not in now and path in self._last}
         self._last = {**lost, **now}
         return replace(found, analyses=(*found.analyses, *lost.values()))
-
-    def _of_pack(self, path: str, data: bytes) -> tuple[Problem, ...]:
-        known, problems = self._pack_problems.get(path, (b"", ()))
-        if known != data:
-            problems = pack_problems(path, data)
-            self._pack_problems[path] = data, problems
-        return problems
 
     def _folder(self, path: str, folders: Sequence[str], texts: Texts) -> str:
         """Return the folder of the workspace in which a search finds a file; empty where none does."""

@@ -75,7 +75,7 @@ def ready(projects: Iterable[Project]) -> None:
     for project in projects:
         schema_of_systems(project.all_packs)
         for pack in project.all_packs:
-            schema_of_systems([pack])
+            schema_of_systems((pack,))
 
 
 def schema_at(path: str, text: str, at: Cursor, project: Project) -> Schema | None:
@@ -89,13 +89,13 @@ def schema_at(path: str, text: str, at: Cursor, project: Project) -> Schema | No
     return schema_of_systems(packs_at(text, at, project))
 
 
-def packs_at(text: str, at: Cursor, project: Project) -> Sequence[RulePack]:
+def packs_at(text: str, at: Cursor, project: Project) -> tuple[RulePack, ...]:
     """Return the packs of the protocol that holds at a cursor; all where none is stated."""
     stated = [at.scalars.get((*at.path[:length], "protocol")) for length in range(len(at.path), 0, -1)]
     found = _PROTOCOL.search(text)
     stated += [found[1] if found else None, project.config.protocol]
     protocol = next((each for each in stated if each is not None), None)
-    mine = [pack for pack in project.all_packs if pack.id == protocol]
+    mine = tuple(pack for pack in project.all_packs if pack.id == protocol)
     # The protocol itself is chosen among all, and options are by pack.
     everything = not mine or not at.path or at.path[0] == "options" or at.path[-1] == "protocol"
     return project.all_packs if everything else mine

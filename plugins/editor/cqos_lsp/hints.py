@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 from lsprotocol.types import InlayHint, MarkupContent, MarkupKind
 
 from cqos_core.formatters import wording
-from cqos_core.model.report import Fact
-from cqos_lsp.hover import endpoint_page, shown_policies
+from cqos_lsp.hover import endpoint_page, fact_of, shown_policies
 from cqos_lsp.marks import end_of_line
 from cqos_lsp.positions import lines_of
 
@@ -48,8 +47,6 @@ def _values(end: Resolved, *, defaults: bool) -> Iterator[str]:
     unstated = [index for index in shown_policies(end) if index not in stated]
     for index in sorted(unstated, key=lambda each: each not in elsewhere):
         if index in elsewhere or defaults:
-            policy = end.pack.policies[index]
-            origin, _ = end.origin(index)
-            text = wording.origin(Fact(policy.name, "", origin))
-            value = policy.format(end.profile.values[index])
-            yield f"{policy.name} {value}" + (f" ({text})" if text and index in elsewhere else "")
+            fact = fact_of(end, index)
+            text = wording.origin(fact) if index in elsewhere else ""
+            yield f"{fact.policy} {fact.value}" + (f" ({text})" if text else "")

@@ -103,7 +103,7 @@ def _setting(mark: Mark, analysis: Analysis) -> str:
         for end in _ends_of(mark, analysis):
             if end.pack is pack and policy.level in {ENDPOINT, NEED}:
                 index = pack.vocabulary.indices[policy.level, policy.name]
-                parts.append(f"In effect: {_value(end, index)}")
+                parts.append("In effect: {}, {}".format(*_value(end, index)))
                 break
     return "\n\n".join(parts)
 
@@ -120,11 +120,15 @@ def _ends_of(mark: Mark, analysis: Analysis) -> Iterable[Resolved]:
     )
 
 
-def _value(end: Resolved, index: int) -> str:
+def fact_of(end: Resolved, index: int) -> Fact:
+    """Return a policy of an endpoint with its value, and where that came from."""
     policy = end.pack.policies[index]
-    origin, _ = end.origin(index)
-    fact = Fact(policy.name, policy.format(end.profile.values[index]), origin)
-    return f"`{fact.value}`, {wording.origin(fact) or 'stated here'}"
+    return Fact(policy.name, policy.format(end.profile.values[index]), end.origin(index)[0])
+
+
+def _value(end: Resolved, index: int) -> tuple[str, str]:
+    fact = fact_of(end, index)
+    return f"`{fact.value}`", wording.origin(fact) or "stated here"
 
 
 def _name(name: Name, analysis: Analysis) -> str:
@@ -161,14 +165,10 @@ def _owner(mark: Mark, analysis: Analysis) -> str:
 
 def endpoint_page(end: Resolved, analysis: Analysis) -> str:
     """Return the values of an endpoint with their origins, and who matches it."""
-    rows = ["| policy | value | from |", "| --- | --- | --- |"]
-    for index in shown_policies(end):
-        policy = end.pack.policies[index]
-        origin, _ = end.origin(index)
-        fact = Fact(policy.name, policy.format(end.profile.values[index]), origin)
-        rows.append(f"| {policy.name} | `{fact.value}` | {wording.origin(fact) or 'stated here'} |")
+    shown = ((end.pack.policies[index].name, *_value(end, index)) for index in shown_policies(end))
+    rows = [" | ".join(row) for row in (("policy", "value", "from"), ("---",) * 3, *shown)]
     head = f"**{end.role} `{end.id}`** on `{end.shown}` ({end.pack.title})"
-    return "\n\n".join([head, "\n".join(rows), _partners(end, analysis)])
+    return "\n\n".join([head, "\n".join(f"| {row} |" for row in rows), _partners(end, analysis)])
 
 
 def shown_policies(end: Resolved) -> list[int]:

@@ -12,7 +12,7 @@ from cqos_core.model.excerpt import exact, is_xml, key_of
 from cqos_lsp.positions import lines_of, where
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
     from cqos_core.model.system import Endpoint, Participant, Place, Profile, Setting, Settings
@@ -41,7 +41,7 @@ class Mark:
     policies: tuple[tuple[RulePack, Policy], ...] = ()
 
 
-def packs_of(analysis: Analysis) -> list[RulePack]:
+def packs_of(analysis: Analysis) -> Sequence[RulePack]:
     """Return the packs of the protocols that a system has."""
     found = {endpoint.pack.id: endpoint.pack for endpoint in analysis.endpoints}
     return [*found.values()] or analysis.project.all_packs

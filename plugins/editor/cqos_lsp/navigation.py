@@ -20,10 +20,10 @@ from cqos_lsp.names import Name, name_at, names_of
 from cqos_lsp.positions import encoded, lines_of, where
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.model.report import Report
-    from cqos_core.model.system import Place, System
+    from cqos_core.model.system import Bridge, Broker, Place, Profile, Topic
     from cqos_lsp.checking import Analysis
     from cqos_lsp.positions import Units
 
@@ -178,44 +178,36 @@ def _shape(report: Report) -> tuple[object, ...]:
 def symbols(analysis: Analysis, source: str, units: Units) -> list[DocumentSymbol]:
     """Return the outline of a document: participants with their endpoints, profiles, topics, brokers, bridges."""
     system, found = analysis.system, []
-    names = {
-        (each.kind, each.text): each.place for each in names_of({source: analysis.sources[source]}) if each.defines
-    }
+    names = names_of({source: analysis.sources[source]})
+    named: dict[tuple[str, str], Place] = {(each.kind, each.text): each.place for each in names if each.defines}
     for one in system.participants.values():
         ends = [
             _symbol(f"{end.topic or end.id}", end.role, SymbolKind.Event, end.place, source, analysis, units)
             for end in system.endpoints
             if end.participant == one.id
         ]
-        place = names.get(("participant", one.id), one.place)
+        place = named.get(("participant", one.id), one.place)
         whole = _symbol(one.id, "participant", SymbolKind.Module, place, source, analysis, units)
         inside = [each for each in ends if each is not None]
         if whole is not None:
             whole.children = inside
-            last = max(
-                (each.range.end for each in inside), key=lambda end: (end.line, end.character), default=whole.range.end
-            )
-            if (last.line, last.character) > (whole.range.end.line, whole.range.end.character):
-                whole.range = Range(whole.range.start, last)
+            last = max([whole.range.end, *(each.range.end for each in inside)])
+            whole.range = Range(whole.range.start, last)
             found.append(whole)
         else:
             found += inside
-    for name, kind, place in _others(system):
-        symbol = _symbol(name, kind, SymbolKind.Struct, names.get((kind, name), place), source, analysis, units)  # type: ignore[arg-type]
-        if symbol is not None:
-            found.append(symbol)
-    return sorted(found, key=lambda each: (each.range.start.line, each.range.start.character))
-
-
-def _others(system: System) -> Iterator[tuple[str, str, Place | None]]:
-    for profile in system.profiles.values():
-        yield profile.name, "profile", profile.place
-    for topic in system.topics.values():
-        yield topic.name, "topic", topic.place
-    for broker in system.brokers.values():
-        yield broker.id, "broker", broker.place
-    for bridge in system.bridges.values():
-        yield bridge.id, "bridge", bridge.place
+    others: dict[str, Mapping[str, Profile | Topic | Broker | Bridge]] = {
+        "profile": system.profiles,
+        "topic": system.topics,
+        "broker": system.brokers,
+        "bridge": system.bridges,
+    }
+    for kind, things in others.items():
+        for name, thing in things.items():
+            place = named.get((kind, name), thing.place)
+            symbol = _symbol(name, kind, SymbolKind.Struct, place, source, analysis, units)
+            found += [] if symbol is None else [symbol]
+    return sorted(found, key=lambda each: each.range.start)
 
 
 def _symbol(

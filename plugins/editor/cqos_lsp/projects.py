@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import field
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -50,10 +51,10 @@ class Project:
     problems: tuple[Problem, ...] = ()
 
     @property
-    def all_packs(self) -> list[RulePack]:
+    def all_packs(self) -> tuple[RulePack, ...]:
         """The installed packs, and those of the configuration in place of those with their ids."""
         names = {*load_plugins().packs, *(pack.id for pack in self.packs)}
-        return [pack for name in sorted(names) if (pack := self.where.find_pack(name)) is not None]
+        return tuple(pack for name in sorted(names) if (pack := self.where.find_pack(name)) is not None)
 
 
 @dataclass(slots=True, eq=False)
@@ -99,6 +100,7 @@ def _source(path: str, texts: Mapping[str, bytes]) -> Source:
     return read_path(path) if data is None else Source(path, data)
 
 
+@lru_cache(maxsize=16)
 def pack_problems(path: str, data: bytes) -> tuple[Problem, ...]:
     """Return what is wrong with a rule pack file."""
     try:

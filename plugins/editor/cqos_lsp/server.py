@@ -236,12 +236,8 @@ def _documents(server: CqosServer) -> None:
         server.changed()
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
-    def saved(_params: types.DidSaveTextDocumentParams) -> None:
-        server.checker.forget()
-        server.changed()
-
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    def changed(_params: types.DidChangeWatchedFilesParams) -> None:
+    def written(_params: types.DidSaveTextDocumentParams | types.DidChangeWatchedFilesParams) -> None:
         server.checker.forget()
         server.changed()
 

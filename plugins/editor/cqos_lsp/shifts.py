@@ -37,12 +37,14 @@ class Shift:
 
     def after(self, line: int) -> int | None:
         """Return where a line of the old text is in the new one; None where it was edited."""
-        if line <= self.first:
-            return line
-        return line - self.old + self.new if line >= self.old else None
+        return _moved(line, self.first, self.old, self.new)
 
     def before(self, line: int) -> int | None:
         """Return where a line of the new text was in the old one; None where it was edited."""
-        if line <= self.first:
-            return line
-        return line - self.new + self.old if line >= self.new else None
+        return _moved(line, self.first, self.new, self.old)
+
+
+def _moved(line: int, first: int, old: int, new: int) -> int | None:
+    if line <= first:
+        return line
+    return line - old + new if line >= old else None

@@ -16,7 +16,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.packs.pack_file import PackModel
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator
 
     from cqos_core.packs.pack import RulePack
     from cqos_lsp.cursor import Path
@@ -35,24 +35,16 @@ class Word:
 
 
 @lru_cache(maxsize=32)
-def _system_schema(packs: tuple[RulePack, ...]) -> Schema:
+def schema_of_systems(packs: tuple[RulePack, ...]) -> Schema:
+    """Return the schema of system files with what some packs suggest."""
     return system_schema(packs)
 
 
-def schema_of_systems(packs: Sequence[RulePack]) -> Schema:
-    """Return the schema of system files with what some packs suggest."""
-    return _system_schema(tuple(packs))
-
-
 @lru_cache(maxsize=8)
-def _config_schema(packs: tuple[RulePack, ...]) -> Schema:
+def schema_of_configurations(packs: tuple[RulePack, ...]) -> Schema:
+    """Return the schema of `cqos.toml` with what some packs suggest."""
     shared: Schema = {}
     return {**CONFIG.definition(shared), "$defs": {**system_schema(packs)["$defs"], **shared}}
-
-
-def schema_of_configurations(packs: Sequence[RulePack]) -> Schema:
-    """Return the schema of `cqos.toml` with what some packs suggest."""
-    return _config_schema(tuple(packs))
 
 
 @lru_cache(maxsize=1)
