@@ -15,6 +15,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.engines import DOT
+from cqos_bulk.numbered import Numbered
 from cqos_bulk.profiles import SEVERITIES, endpoint_of, setting_name, settings_of, stated_twice
 from cqos_bulk.writers import pattern_of
 from cqos_core.matching.judge import ask
@@ -128,9 +129,8 @@ class Clients:
         assert pack.folding is not None  # noqa: S101 - asked by the caller
         self.folding: Folding = pack.folding
         self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
-        self.known: list[KnownEnd] = []
+        self.known = Numbered[KnownEnd]()
         self.nameless = Counter[tuple[str, str, int]]()
-        self._numbers: dict[tuple[object, ...], int] = {}
         self._topics: dict[tuple[object, ...], int] = {}
         self._kinds: dict[tuple[object, ...], _Answer] = {}
         patterns = "|".join(pattern_of(each.pattern) for each in pack.conventions)
@@ -288,7 +288,4 @@ class Clients:
         """Return the number of an end."""
         each = end.resolved
         key = (each.role, id(each.profile), end.texts["version"], end.remarks, each.external, each.key is None)
-        number = self._numbers.setdefault(key, len(self.known))
-        if number == len(self.known):
-            self.known.append(end)
-        return number
+        return self.known.number(key, end)

@@ -174,8 +174,7 @@ def write_findings(found: Audited, store: TableStore, output: Path) -> None:
     import pyarrow as pa
     from pyarrow import parquet
 
-    kept = store.keep("written", found.findings)
-    del kept
+    store.keep("written", found.findings)
     texts = [json.dumps(_stated(found.texts, at), sort_keys=True) for at in range(len(found.texts))]
     part = output.with_name(f"{output.name}.part")
     writer = None

@@ -12,6 +12,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_bulk.numbered import Numbered
 from cqos_core.language.policy import ENDPOINT
 
 if TYPE_CHECKING:
@@ -29,22 +30,6 @@ NEAR: Final = {"system": "text", "topic": "text", "p": "number", "owner": "numbe
 _Amount = tuple[tuple[int, int], ...]
 
 
-class Numbers:
-    """Numbers of values, in the order in which they came."""
-
-    def __init__(self) -> None:
-        """Begin with the empty tuple, as 0."""
-        self.values: list[Any] = [()]
-        self._numbers: dict[Any, int] = {(): 0}
-
-    def of(self, value: Any) -> int:
-        """Return the number of a value."""
-        number = self._numbers.setdefault(value, len(self.values))
-        if number == len(self.values):
-            self.values.append(value)
-        return number
-
-
 class Hearing:
     """Which topics match others, and who publishes there.
 
@@ -57,9 +42,7 @@ class Hearing:
         """Index the topics that match others, by system and name."""
         self.clients = clients
         self.far = {each: number for number, each in enumerate(far)}
-        self.met = Numbers()
-        self._publishers = Numbers()
-        self._amounts = Numbers()
+        self.met, self._publishers, self._amounts = (Numbered[Any]([()]) for _ in range(3))
         self._heard: list[int] = []
         self._answers: dict[_Amount, dict[int, int]] = {}
 
@@ -79,14 +62,14 @@ class Hearing:
             finding = self.clients.folding.finder(filters) if filters else None
             for (_, topic), ends in of_system:
                 heard = sorted([self.far[system, each] for each in finding(topic)]) if finding is not None else ()
-                publishers, met = self._publishers.of(tuple(ends)), self.met.of(tuple(heard))
+                publishers, met = _number(self._publishers, ends), _number(self.met, heard)
                 pairs[publishers, met] += 1
                 out.add(system, topic, publishers, met)
         publishing: list[Counter[int]] = [Counter() for _ in self.far]
         for (publishers, met), number in pairs.items():
-            for each in self.met.values[met]:
+            for each in self.met[met]:
                 publishing[each][publishers] += number
-        self._heard = [self._amounts.of(tuple(sorted(each.items()))) for each in publishing]
+        self._heard = [_number(self._amounts, sorted(each.items())) for each in publishing]
 
     def write_subscribers(self, subscribers: Rows, out: Spool, far: Spool) -> None:
         """Write subscribers with the values that follow from what all those of their participant hear.
@@ -99,7 +82,11 @@ class Hearing:
         for _, of_owner in groupby(subscribers, itemgetter(3)):
             rows = [*of_owner]
             heard = [
-                (self._heard[self.far[row[0], row[1]]] if row[5] else self._amounts.of(((row[6], 1),) * (row[6] > 0)))
+                (
+                    self._heard[self.far[row[0], row[1]]]
+                    if row[5]
+                    else _number(self._amounts, ((row[6], 1),) * (row[6] > 0))
+                )
                 for row in rows
             ]
             key = tuple(sorted([(each, row[2]) for each, row in zip(heard, rows, strict=True)]))
@@ -116,7 +103,7 @@ class Hearing:
         """Return the ends with what follows from all of them."""
         clients, known = self.clients, self.clients.known
         asked = [
-            ([(self._profiles(by), number) for by, number in self._amounts.values[heard]], known[p].resolved.profile)
+            ([(self._profiles(by), number) for by, number in self._amounts[heard]], known[p].resolved.profile)
             for heard, p in key
         ]
         indices = clients.pack.vocabulary.indices
@@ -130,9 +117,15 @@ class Hearing:
 
     def _profiles(self, publishers: int) -> Mapping[Any, int]:
         found = Counter[Any]()
-        for p, number in self._publishers.values[publishers]:
+        for p, number in self._publishers[publishers]:
             found[self.clients.known[p].resolved.profile] += number
         return found
+
+
+def _number(known: Numbered[Any], values: Iterable[Any]) -> int:
+    """Return the number of some values."""
+    together = tuple(values)
+    return known.number(together, together)
 
 
 def by_topic(rows: Rows) -> Iterator[tuple[tuple[str, str], list[tuple[Any, ...]]]]:

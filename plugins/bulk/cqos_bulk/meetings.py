@@ -182,11 +182,11 @@ class Meetings:
 
     def _visitors(self, met: int) -> Visitors:
         """Return the subscribers of a set of far topics."""
-        return self.far.visitors(met, self.hearing.met.values[met])
+        return self.far.visitors(met, self.hearing.met[met])
 
     def _with_owners(self, rows: Sequence[tuple[Any, ...]], met: int) -> Outcome:
         """Judge a topic on which it counts whose its endpoints are."""
-        known, topics = self.clients.known, self.hearing.met.values[met]
+        known, topics = self.clients.known, self.hearing.met[met]
         visitors, overlapping = self._visitors(met)
         visitors = Counter(visitors)
         groups = Counter[End]()

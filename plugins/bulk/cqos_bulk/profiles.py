@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_bulk.engines import DOT
+from cqos_bulk.numbered import Numbered
 from cqos_core.matching.judge import ask, judge_endpoint
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
@@ -83,8 +84,7 @@ class FleetProfiles:
         """Begin without any; rules below ``severity`` are not asked."""
         self.pack, self.where, self.options = pack, where, options
         self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
-        self.known: list[KnownProfile] = []
-        self._numbers: dict[tuple[object, ...], int] = {}
+        self.known = Numbered[KnownProfile]()
 
     def add(self, rows: Sequence[Mapping[str, str]]) -> list[tuple[int, str | None]]:
         """Resolve rows of texts; return for each the number of its profile, and the name on which its topic matches.
@@ -131,10 +131,7 @@ class FleetProfiles:
     def _number(self, each: Resolved, row: Mapping[str, str], said: Sequence[Remark]) -> int:
         remarks = tuple(dict.fromkeys((*said, *self._of_one(each))))
         key = (each.role, id(each.profile), row["version"], remarks)
-        number = self._numbers.setdefault(key, len(self.known))
-        if number == len(self.known):
-            self.known.append(KnownProfile(each, row["version"], remarks, row))
-        return number
+        return self.known.number(key, KnownProfile(each, row["version"], remarks, row))
 
     def _of_one(self, each: Resolved) -> tuple[Remark, ...]:
         """Return what rules say of one endpoint by itself, and of its participant."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_bulk.forms import forms_of
 from cqos_bulk.writers import javascript, sql, written
@@ -74,12 +74,8 @@ def _columns(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
 
 def _described(pack: RulePack, index: int, part: str) -> str:
     domain = pack.policies[index].domain
-    if part == "word":
-        return "text, how it was written, '' where nothing states it"
-    if part == "here":
-        return "1 where it is written at the endpoint itself"
-    if part == "unmatched":
-        return "1 where the middleware refuses no pair for it"
+    if part != "value":
+        return _PARTS[part]
     if isinstance(domain, Choice):
         return ", ".join(f"{rank} {name}" for rank, name in enumerate(domain.names))
     if isinstance(domain, Flag):
@@ -88,6 +84,13 @@ def _described(pack: RulePack, index: int, part: str) -> str:
         kind = "nanoseconds, " if isinstance(domain, Duration) else ""
         return f"{kind}{domain.lowest} to {domain.highest}"
     return "text"
+
+
+_PARTS: Final = {
+    "word": "text, how it was written, '' where nothing states it",
+    "here": "1 where it is written at the endpoint itself",
+    "unmatched": "1 where the middleware refuses no pair for it",
+}
 
 
 def answers(rules: Sequence[RuleForm]) -> Iterator[tuple[str, RuleForm]]:

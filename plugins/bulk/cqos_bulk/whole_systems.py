@@ -11,6 +11,7 @@ from hashlib import blake2b
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_bulk.numbered import Numbered
 from cqos_bulk.profiles import SEVERITIES, endpoint_of, settings_of, stated_twice
 from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
@@ -59,9 +60,8 @@ class WholeSystems:
 
     where: Context
     severity: str
-    texts: list[Mapping[str, str]] = field(default_factory=list)
+    texts: Numbered[Mapping[str, str]] = field(default_factory=Numbered)
     totals: Counter[str] = field(default_factory=Counter)
-    _numbers: dict[tuple[tuple[str, str], ...], int] = field(default_factory=dict)
     _known: dict[object, tuple[Counter[str], list[dict[str, Any]]]] = field(default_factory=dict)
 
     def findings(self, systems: Iterable[NamedSystem]) -> Iterator[dict[str, Any]]:
@@ -128,10 +128,7 @@ class WholeSystems:
         if endpoint.profiles:
             texts["profile"] = ", ".join(each.name for each in endpoint.profiles)
         texts["version"] = of.versions.get(endpoint.id, "")
-        number = self._numbers.setdefault(tuple(texts.items()), len(self.texts))
-        if number == len(self.texts):
-            self.texts.append(texts)
-        return number
+        return self.texts.number(tuple(texts.items()), texts)
 
 
 def _by_topic(finding: Finding, made: Sequence[Finding]) -> Sequence[Finding]:

@@ -9,13 +9,12 @@ from cqos_core.files.exporting import ExportContext, Exported, Judged
 from cqos_core.files.yaml_text import Block, Node, Raw, document
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 from cqos_ros2.exporters.values import QOS, Unsayable, Value, kind_of, ros_endpoints, stated
+from cqos_ros2.importers.qos_overrides import BY_DEFAULT, OVERRIDES, PARAMETERS
 from cqos_ros2.importers.rviz import NODE as RVIZ
 from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
 from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
-_BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
-"""What a program takes from parameters where it lists nothing (rclcpp, QosOverridingOptions::with_default_policies)."""
 _TRANSFORMS: Final = frozenset(("/tf", "/tf_static"))  # tf2's listener lets them be overridden, in RViz as anywhere
 _ID: Final = re.compile(r"\w+", re.ASCII)
 _Slot: TypeAlias = tuple[str, str, str]
@@ -55,25 +54,22 @@ class _Overrides:
     def _slot(self, each: Judged) -> _Slot | None:
         """Return where the parameters of an endpoint stand; None where it has none."""
         part = each.whole
-        wanted = self.context.wants(each.id)
         if part is None:
-            if wanted:
-                self.notes[
-                    f"`{each.id}` is {kind_of(each)}, and only publishers and subscriptions have `qos_overrides`"
-                ] = None
-            return None
-        address = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
-        elsewhere = _elsewhere(address, part.key)
-        if elsewhere is not None:
-            if wanted:
-                self.notes[f"`{each.id}`: {elsewhere}, not from parameters"] = None
-            return None
-        if part.key is None or not is_legal(part.key) or not is_legal(address):
-            if wanted:
-                wrong = f"topic `{part.shown}`" if part.key is None or not is_legal(part.key) else f"node `{address}`"
-                self.notes[f"`{each.id}`: {wrong} has no legal name, so no parameter can name it"] = None
-            return None
-        return address, part.key, _ENTITIES[part.endpoint.role]
+            wrong = f" is {kind_of(each)}, and only publishers and subscriptions have `qos_overrides`"
+        else:
+            address = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
+            elsewhere = _elsewhere(address, part.key)
+            if elsewhere is not None:
+                wrong = f": {elsewhere}, not from parameters"
+            elif part.key is None or not is_legal(part.key):
+                wrong = f": topic `{part.shown}` has no legal name, so no parameter can name it"
+            elif not is_legal(address):
+                wrong = f": node `{address}` has no legal name, so no parameter can name it"
+            else:
+                return address, part.key, _ENTITIES[part.endpoint.role]
+        if self.context.wants(each.id):
+            self.notes[f"`{each.id}`{wrong}"] = None
+        return None
 
     def _policies(self, each: Judged) -> dict[str, Node]:
         """Return the policies to override."""
@@ -92,7 +88,7 @@ class _Overrides:
             if policy is LIFESPAN and part.endpoint.role == SUBSCRIBER:
                 self.notes[f"`{each.id}`: subscriptions have no parameter `lifespan`"] = None
                 continue
-            if self.context.changed is not None and policy.name not in _BY_DEFAULT:
+            if self.context.changed is not None and policy.name not in BY_DEFAULT:
                 self.notes[
                     f"`{each.id}`: {policy.name} is left out: a program takes it from parameters only where it lists it in "
                     "its QosOverridingOptions, so change the program"
@@ -148,15 +144,8 @@ def _value(value: Value) -> Raw:
 
 
 def _file(nodes: dict[str, dict[str, dict[str, Node]]]) -> Block:
-    return Block(
-        {
-            node: Block(
-                {
-                    "ros__parameters": Block(
-                        {"qos_overrides": Block({topic: Block(entities) for topic, entities in topics.items()})}
-                    )
-                }
-            )
-            for node, topics in nodes.items()
-        }
-    )
+    found: dict[str, Node] = {}
+    for node, topics in nodes.items():
+        overrides = Block({topic: Block(entities) for topic, entities in topics.items()})
+        found[node] = Block({PARAMETERS: Block({OVERRIDES: overrides})})
+    return Block(found)

@@ -30,12 +30,8 @@ def write(system: System, context: ExportContext) -> Exported:
     """Write a module of constants."""
     notes: dict[str, None] = {}
     found = list(snippets(system, context, notes))
-    used = {name for each in found for name in each.values}
-    imports = sorted({"QoSProfile", *(_ENUMERATIONS[name] for name in used & _ENUMERATIONS.keys())})
-    lines = [f"# QoS profiles{comment_text(f' of {system.name}' if system.name else '')}", ""]
-    if used & DURATIONS:
-        lines.append("from rclpy.duration import Duration")
-    lines += [f"from rclpy.qos import {', '.join(imports)}"]
+    head = f"# QoS profiles{comment_text(f' of {system.name}' if system.name else '')}"
+    lines = [head, "", *imports(name for each in found for name in each.values)]
     for each in found:
         lines += ["", *_profile(each)]
     return Exported("\n".join(lines) + "\n" if found else "", len(found), tuple(notes))
@@ -46,11 +42,12 @@ def profile_arguments(values: Mapping[str, Value]) -> list[str]:
     return [f"{name}={_value(value)}" for name, value in values.items()]
 
 
-def used_names(policies: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return the import of durations, where some policies need it, and the enumerations of `rclpy.qos` that they need."""
+def imports(policies: Iterable[str], *others: str) -> list[str]:
+    """Return the imports that profiles of some policies need, in order, with ``others`` among them."""
     used = set(policies)
     durations = ["from rclpy.duration import Duration"] if used & DURATIONS else []
-    return durations, sorted(_ENUMERATIONS[name] for name in used & _ENUMERATIONS.keys())
+    names = sorted({"QoSProfile", *(_ENUMERATIONS[name] for name in used & _ENUMERATIONS.keys())})
+    return [*durations, *others, f"from rclpy.qos import {', '.join(names)}"]
 
 
 def _profile(snippet: Snippet) -> list[str]:

@@ -13,7 +13,7 @@ from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, System
 from cqos_ros2.exporters.code import comment_text, identifier, values_of
 from cqos_ros2.exporters.order import followers
-from cqos_ros2.exporters.rclpy import profile_arguments, used_names
+from cqos_ros2.exporters.rclpy import imports, profile_arguments
 from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
 from cqos_ros2.policies import DEADLINE
 
@@ -139,13 +139,7 @@ def _module(node: _Node, after: Mapping[str, tuple[str, ...]]) -> str:
     lines += [f"import {each}" for each in types]
     if any(part.kind.startswith("action") for part in node.parts):
         lines += ["from rclpy.action import ActionClient, ActionServer"]
-    durations, enumerations = used_names(used)
-    lines += durations
-    lines += [
-        "from rclpy.node import Node",
-        f"from rclpy.qos import {', '.join(sorted({'QoSProfile', *enumerations}))}",
-        "",
-    ]
+    lines += [*imports(used, "from rclpy.node import Node"), ""]
     lines += ["try:", "    from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks"]
     lines += [
         "except ImportError:  # Humble",

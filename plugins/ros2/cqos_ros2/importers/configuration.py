@@ -97,3 +97,9 @@ def as_integer(node: Node) -> int | None:
     """Return the integer of 64 bits that a plain scalar is."""
     number = whole_number(node) if isinstance(node, ScalarNode) else None
     return number if number is not None and -LARGEST <= number <= LARGEST else None
+
+
+def as_count(node: Node) -> str | None:
+    """Return the integer of 64 bits that a plain scalar is, as text; None where it is negative."""
+    number = as_integer(node)
+    return None if number is None or number < 0 else str(number)

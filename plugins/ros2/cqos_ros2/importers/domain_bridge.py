@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import described, listed, read_switches, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
 from cqos_core.packs.documents import Field, word_field
-from cqos_ros2.importers.configuration import Configuration, as_integer
+from cqos_ros2.importers.configuration import Configuration, as_count, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS
 
 if TYPE_CHECKING:
@@ -221,11 +221,6 @@ def _is_auto(node: Node) -> bool:
     return isinstance(node, ScalarNode) and node.text == _AUTO
 
 
-def _depth(node: Node) -> str | None:
-    number = as_integer(node)
-    return flow_text(node) if number is not None and number >= 0 else None
-
-
 def _duration(policy: str, auto: str) -> Field:
     """Return a field with whole nanoseconds, negative for infinite, or ``auto``."""
 
@@ -245,7 +240,7 @@ _FIELDS: Final = {
         word_field("reliability", "reliable", "best_effort"),
         word_field("durability", "volatile", "transient_local"),
         word_field("liveliness", "automatic", "manual_by_topic", "system_default"),
-        Field("depth", _depth, "expected a whole number"),
+        Field("depth", as_count, "expected a whole number"),
         _duration("deadline", FROM_PUBLISHERS),
         _duration("lifespan", FROM_PUBLISHERS),
         _duration(_LEASE, "unspecified"),  # it is never taken from publishers

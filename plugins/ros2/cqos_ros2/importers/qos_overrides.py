@@ -14,7 +14,7 @@ from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, is_null
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Role, Room, Setting, Settings
 from cqos_core.packs.documents import Field, word_field
-from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
+from cqos_ros2.importers.configuration import Configuration, as_count, as_flag
 from cqos_ros2.names import NOT_BY_PARAMETERS
 
 PARAMETERS: Final = "ros__parameters"
@@ -29,11 +29,6 @@ def _flag(node: Node) -> str | None:
     return None if value is None else str(value).lower()
 
 
-def _number(node: Node) -> str | None:
-    number = as_integer(node)
-    return None if number is None or number < 0 else str(number)
-
-
 _FIELDS: Final = {
     field.policy: field
     for field in (
@@ -41,12 +36,13 @@ _FIELDS: Final = {
         word_field("reliability", "reliable", "best_effort", "system_default", "best_available"),
         word_field("durability", "volatile", "transient_local", "system_default", "best_available"),
         word_field("liveliness", "automatic", "manual_by_topic", "system_default", "best_available", "manual_by_node"),
-        Field("depth", _number, "expected a whole number"),
-        *(Field(name, _number, "expected whole nanoseconds") for name in _DURATIONS),
+        Field("depth", as_count, "expected a whole number"),
+        *(Field(name, as_count, "expected whole nanoseconds") for name in _DURATIONS),
         Field("avoid_ros_namespace_conventions", _flag, "expected true or false"),
     )
 }
-_BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
+BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
+"""What a program takes from parameters where it lists nothing (rclcpp, QosOverridingOptions::with_default_policies)."""
 _EVENTS: Final = "/parameter_events"
 
 
@@ -114,7 +110,7 @@ class _Reader(Configuration):
                     "ros2",
                     dialect="parameters",
                     place=self.place(keys[entity]),
-                    room=Room(self.place(keys[entity]), tuple(sorted(_BY_DEFAULT))),
+                    room=Room(self.place(keys[entity]), tuple(sorted(BY_DEFAULT))),
                 )
             )
 
@@ -160,7 +156,7 @@ class _Reader(Configuration):
 
     def opt_in(self, entity: _Entity, settings: Settings) -> None:
         """Tell policies that a node does not let be overridden by default."""
-        allowed = _BY_DEFAULT | {"durability"} if entity.topic == _EVENTS else _BY_DEFAULT
+        allowed = BY_DEFAULT | {"durability"} if entity.topic == _EVENTS else BY_DEFAULT
         further = [policy for policy in settings if policy not in allowed]
         if further:
             names = listed((f"`{policy}`" for policy in further), "and")
