@@ -161,13 +161,18 @@ def _lines(data: bytes) -> Lines:
 
 
 def tag_lines(text: str) -> Iterator[int]:
-    """Yield the one-based line where each start tag of an XML document ends, in their order."""
+    """Return the one-based line where each start tag of an XML document ends, in their order."""
+    return (line for line, _ in _start_tags(text))
+
+
+def _start_tags(text: str) -> Iterator[tuple[int, re.Match[str]]]:
+    """Yield each start tag, after the line where it ends."""
     line, counted = 1, 0
     for match in _TAG.finditer(text):
         line += text.count("\n", counted, match.end())
         counted = match.end()
         if match["name"] is not None:
-            yield line
+            yield line, match
 
 
 def is_xml(source: bytes | str) -> bool:
@@ -296,13 +301,8 @@ def _find(wanted: list[Place], lines: Lines) -> dict[Place, Place]:
 def _collect(lines: Lines, look: _Wanted) -> _Found:
     """Read the source once and keep the start tags that are looked for."""
     found = _Found()
-    line, counted = 1, 0
-    for number, match in enumerate(_TAG.finditer(lines.text)):
-        line += lines.text.count("\n", counted, match.end())
-        counted = match.end()
+    for number, (line, match) in enumerate(_start_tags(lines.text)):
         name, attributes = match["name"], match["attributes"]
-        if name is None:
-            continue
         identity = _identity(attributes) if look.ids else None
         if line in look.lines or name in look.tags or identity in look.ids:
             tag = _Tag(number, name, match.start(), attributes, match.start("attributes"), line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
@@ -17,11 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.planning.plan import RepairPlan
-    from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
-
-    Reread = Callable[[Mapping[str, bytes]], System]
-    Make = Callable[[Mapping[str, bytes], Reread, Context, str | None], RepairPlan]
 
 
 def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.SuggestResponse:
@@ -32,10 +29,8 @@ def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.Suggest
     """
     from cqos_core.analysis.planning.suggestion import find_suggestion
 
-    def make(sources: Mapping[str, bytes], again: Reread, where: Context, importer: str | None) -> RepairPlan:
-        return find_suggestion(sources, again, where, importer=importer)
-
-    return check_pb2.SuggestResponse(revision=request.revision, plan=_planned(request.documents, most, make))
+    plan = _planned(request.documents, most, find_suggestion)
+    return check_pb2.SuggestResponse(revision=request.revision, plan=plan)
 
 
 def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairResponse:
@@ -46,13 +41,11 @@ def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairRes
     """
     from cqos_core.analysis.planning.search import find_repair
 
-    def make(sources: Mapping[str, bytes], again: Reread, where: Context, importer: str | None) -> RepairPlan:
-        return find_repair(sources, again, where, keep=tuple(request.keep), decide=request.decide, importer=importer)
-
+    make = partial(find_repair, keep=tuple(request.keep), decide=request.decide)
     return check_pb2.RepairResponse(revision=request.revision, plan=_planned(request.documents, most, make))
 
 
-def _planned(documents: check_pb2.Documents, most: int, make: Make) -> plan_pb2.Plan:
+def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., RepairPlan]) -> plan_pb2.Plan:
     """Read documents and make a plan for them.
 
     Raises:
@@ -76,7 +69,7 @@ def _planned(documents: check_pb2.Documents, most: int, make: Make) -> plan_pb2.
     importer = documents.reading.importer if documents.reading.HasField("importer") else None
     try:
         load()
-        return plan_message(make(system.sources, again, where, importer))
+        return plan_message(make(system.sources, again, where, importer=importer))
     except InputError:
         raise
     except CqosError as error:
