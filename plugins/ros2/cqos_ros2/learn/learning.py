@@ -67,13 +67,12 @@ def learn(
         InputError: a table of calls cannot be read.
         NoParserError: it has sources in C++, and the extra ``source`` is not installed.
     """
-    known = tables(calls)
     folder = workspace.packages[package]
     parsed = Parsed() if parsed is None else parsed
     key = key_of(package, workspace, calls, parsed)
     found = kept(package, folder, key)
     if found is None:
-        found = _learn(package, workspace, known, parsed)
+        found = _learn(package, workspace, tables(calls), parsed)
         keep(package, folder, key, found)
     document = found["document"] if before is None else with_confirmed(found["document"], before)
     text = found["text"] if before is None else written(document)
