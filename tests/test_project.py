@@ -141,6 +141,10 @@ PINNED = pytest.mark.skipif(
 )
 
 
+LEFT_OUT = {"ortools"} if sys.version_info >= (3, 13) else set()
+"""What dev.py does not install: the pinned solver has no wheel for these Pythons, and later ones refuse our protobuf."""
+
+
 @PINNED
 @each_project
 def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
@@ -156,13 +160,13 @@ def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
 
 @PINNED
 def test_every_indirect_dependency_is_pinned():
-    ours = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS}
+    passed_over = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS} | LEFT_OUT
     waiting = [requirement for project in PROJECTS for requirement in requirements(project)]
     seen = set()
     while waiting:
         requirement = waiting.pop()
         name = canonicalize_name(requirement.name)
-        if (name, *sorted(requirement.extras)) in seen or name in ours:
+        if (name, *sorted(requirement.extras)) in seen or name in passed_over:
             continue
         seen.add((name, *sorted(requirement.extras)))
         waiting += [

@@ -303,7 +303,7 @@ MODELS: Final = {
     baseline: 100,
     best_available: 30,
     best_available_each: 60,
-    bridge_clique: 200,
+    bridge_clique: 400,
     bridge_ring: 50,
     broken_topics: 150,
     brokers: 100,

@@ -47,7 +47,7 @@ def package(built, tmp_path):
     (host / "node_modules").mkdir(parents=True)
     for each in (MODELER / "node_modules").iterdir():
         (host / "node_modules" / each.name).symlink_to(each)
-    shutil.unpack_archive(packed, host / "node_modules", "gztar")
+    shutil.unpack_archive(packed, host / "node_modules", "gztar", filter="data")
     (host / "node_modules" / "package").rename(host / "node_modules" / "cqos-modeler")
     return host
 
