@@ -171,13 +171,10 @@ def _has_our_table(path: str) -> bool:
     try:
         with open(path, "rb") as file:  # noqa: PTH123
             text = decode(file.read())
-    except OSError:
-        return False
-    try:
         return _OURS.search(text) is not None or (
             _UNUSUAL.search(text) is not None and _our_table(_parsed(text)) is not None
         )
-    except (ValueError, RecursionError):
+    except (OSError, ValueError, RecursionError):
         return False
 
 

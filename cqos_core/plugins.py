@@ -317,12 +317,12 @@ class Plugins:
 
     def culprit(self, error: BaseException) -> Origin | None:
         """Return the foreign plugin in whose code ``error`` was raised, or that called what raised it, if any."""
+        import traceback  # only where something failed
+
         foreign = {origin.package: origin for origin in self.owners.values() if not origin.shipped}
-        found, step = None, error.__traceback__
-        while step is not None:
-            package = step.tb_frame.f_globals.get("__name__", "").partition(".")[0]
-            found, step = foreign.get(package, found), step.tb_next
-        return found
+        modules = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__))
+        owners = [foreign[name] for name in (module.partition(".")[0] for module in modules) if name in foreign]
+        return owners[-1] if owners else None
 
     def pack(self, pack_id: str) -> RulePack | None:
         """Return the installed pack ``pack_id``, imported on first use; None if it is missing or broken."""

@@ -115,10 +115,7 @@ def _rename_broker(system: System, names: Mapping[str, str]) -> None:
 
 def _join_addresses(whole: System) -> None:
     """Take an address that a client names for the broker that says it is there, where only one does."""
-    there: dict[str, set[str]] = {}
-    for broker in whole.brokers.values():
-        for address in broker.addresses:
-            there.setdefault(address, set()).add(broker.id)
+    there = grouped((address, broker.id) for broker in whole.brokers.values() for address in {*broker.addresses})
     if not there:
         return
     bare = {name for name, each in whole.brokers.items() if not (each.addresses or each.settings or each.profiles)}
@@ -220,12 +217,13 @@ _JOINED: Final[dict[str, Callable[[System, Any, Any], None]]] = {
 
 def _with_own_options(systems: Sequence[System]) -> list[System]:
     """Return ``systems``, with options that they state differently at the participants of each."""
-    stated: dict[tuple[str, str], set[str]] = {}
-    for system in systems:
-        for pack, settings in system.options.items():
-            for name, setting in settings.items():
-                stated.setdefault((pack, name), set()).add(setting.text)
-    several = {key for key, texts in stated.items() if len(texts) > 1}
+    stated = grouped(
+        ((pack, name), setting.text)
+        for system in systems
+        for pack, settings in system.options.items()
+        for name, setting in settings.items()
+    )
+    several = {key for key, texts in stated.items() if len({*texts}) > 1}
     return [_with_options_at_participants(system, several) for system in systems] if several else [*systems]
 
 

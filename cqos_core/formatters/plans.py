@@ -80,14 +80,14 @@ def _indented(columns: int, text: str, indent: str) -> list[str]:
 
 
 def _about(change: PlannedChange) -> str:
-    parts = [f"was {change.old}"]
-    if change.kind == "needs_code":
-        parts.append("a promise that the program must keep")
-    if change.weakens:
-        parts.append("weaker than before")
-    if change.shared:
-        parts.append("shared by several endpoints" if len(change.members) > 1 else "stands in a shared place")
-    return "; ".join([*parts, f"weight {change.weight}"])
+    parts = (
+        (True, f"was {change.old}"),
+        (change.kind == "needs_code", "a promise that the program must keep"),
+        (change.weakens, "weaker than before"),
+        (change.shared, "shared by several endpoints" if len(change.members) > 1 else "stands in a shared place"),
+        (True, f"weight {change.weight}"),
+    )
+    return "; ".join(text for holds, text in parts if holds)
 
 
 def plan_as_json(plan: RepairPlan, *, written: bool) -> str:

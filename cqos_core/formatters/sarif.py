@@ -134,14 +134,14 @@ class _Result:
 
     def _accepted_beside(self) -> bool:
         """Whether a comment of the source accepts the finding, at one of its places."""
-        for side in self._finding.sides:
-            for place in (side.place, *(fact.place for fact in side.facts)):
-                if place is None or place.line is None or place.source not in self._style.sources:
-                    continue
-                text = Lines(decode(self._style.sources[place.source])).line(place.line)
-                if _IGNORES.search(text) and (self._finding.accepted or "") in text:
-                    return True
-        return False
+        sources, reason = self._style.sources, self._finding.accepted or ""
+        lines = (
+            Lines(decode(sources[place.source])).line(place.line)
+            for side in self._finding.sides
+            for place in (side.place, *(fact.place for fact in side.facts))
+            if place is not None and place.line is not None and place.source in sources
+        )
+        return any(_IGNORES.search(line) and reason in line for line in lines)
 
     def _locations(self) -> list[Json]:
         """Return the one place to show the result at; services refuse a result that has none."""
@@ -159,9 +159,7 @@ class _Result:
 
     def _logical(self, place: Place | None) -> Iterator[tuple[str, str]]:
         """Yield names and kinds: the members of the primary side, then the element to mark."""
-        for side in self._finding.sides[:1]:
-            for member in side.members:
-                yield member, side.role
+        yield from ((member, side.role) for side in self._finding.sides[:1] for member in side.members)
         if place is not None and place.element is not None:
             yield place.element, "element"
 

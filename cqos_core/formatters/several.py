@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pipeline import context
+from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
 
 if TYPE_CHECKING:
@@ -23,20 +24,18 @@ def said_once(reports: Sequence[Report], configurations: Sequence[Collection[str
     ``configurations`` are the files of that of each report. An exception that one of the systems needs is not unused,
     although the others under the same configuration do not need it.
     """
-    alike: dict[frozenset[str], list[set[tuple[str, str]]]] = {}
-    for report, files in zip(reports, configurations, strict=True):
-        keys = {key for finding in report.findings if (key := _key(finding, files)) is not None}
-        alike.setdefault(frozenset(files), []).append(keys)
-    said: set[tuple[str, str]] = set()
+    alike = grouped(
+        (frozenset(files), {_key(finding, files) for finding in report.findings})
+        for report, files in zip(reports, configurations, strict=True)
+    )
+    said = set()
     kept = []
     for report, files in zip(reports, configurations, strict=True):
         everywhere = set.intersection(*alike[frozenset(files)])
         findings = []
         for finding in report.findings:
             key = _key(finding, files)
-            if key is None:
-                findings.append(finding)
-            elif key not in said and (finding.code != _UNUSED or key in everywhere):
+            if key is None or (key not in said and (finding.code != _UNUSED or key in everywhere)):
                 findings.append(finding)
                 said.add(key)
         kept.append(replace(report, findings=tuple(findings)))

@@ -97,15 +97,12 @@ def fix(remedy: Remedy) -> str:
 
 
 def _remarks(remedy: Remedy) -> str:
-    remarks = []
-    if remedy.weakens:
-        remarks.append("weakens the design")
-    if remedy.kind == "needs_code":
-        remarks.append("the program must keep this promise")
-    if remedy.breaks:
-        remarks.append(f"makes {plural(remedy.breaks, 'other pair')} worse")
-    remarks += remedy.costs
-    return "; ".join(remarks)
+    remarks = (
+        (remedy.weakens, "weakens the design"),
+        (remedy.kind == "needs_code", "the program must keep this promise"),
+        (remedy.breaks, f"makes {plural(remedy.breaks or 0, 'other pair')} worse"),
+    )
+    return "; ".join([*(text for holds, text in remarks if holds), *remedy.costs])
 
 
 def worlds(verdicts: Mapping[str, Verdict]) -> str:

@@ -172,17 +172,10 @@ def _undecodable(source: Source, name: str, error: UnicodeDecodeError) -> InputE
     at = Lines(before).position(len(before))
     found = bytes(error.object[error.start : max(error.end, error.start + 1)][:4]).hex(" ")
     message = f"the bytes `{found}` are not {name}, in which the file says or seems to be written"
-    guess = "UTF-8" if _is_utf8(bytes(error.object)) else "windows-1252"
+    is_utf8 = bytes(error.object).decode("utf-8", "ignore").encode() == error.object
+    guess = "UTF-8" if is_utf8 else "windows-1252"
     advice = f'save the file as UTF-8, or declare what it is, perhaps `encoding="{guess}"`'
     return _error(source, "CQ001", message, at, advice=advice)
-
-
-def _is_utf8(data: bytes) -> bool:
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        return False
-    return True
 
 
 def _without_document_type(source: Source, data: bytes) -> bytes:

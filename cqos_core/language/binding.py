@@ -42,8 +42,7 @@ def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     key = (vocabulary, node.key)
     found = _OPERANDS.get(key)
     if found is None:
-        found = tuple(form.open for form in Binder(vocabulary).operands(node, None))
-        keep(_OPERANDS, key, found)
+        found = keep(_OPERANDS, key, tuple(form.open for form in Binder(vocabulary).operands(node, None)))
     return found
 
 

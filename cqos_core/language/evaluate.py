@@ -152,8 +152,7 @@ class BoundCondition:
         key = (*[a[index] for index in first], *[b[index] for index in second])
         outcome = self.memory.get(key)
         if outcome is None:
-            outcome = self._over_worlds(a, b, signal)
-            keep(self.memory, key, outcome)
+            outcome = keep(self.memory, key, self._over_worlds(a, b, signal))
         return outcome
 
     def _over_worlds(self, a: Values, b: Values, signal: Signal) -> RuleAnswer:

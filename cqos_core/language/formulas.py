@@ -17,6 +17,7 @@ from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import AGGREGATES, Condition
 from cqos_core.language.values import WrittenValue, normalise, settled, worlds_of
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
@@ -207,11 +208,10 @@ class _Translation:
         )
         found = _ANSWERS.get(key)
         if found is None:
-            if len(_ANSWERS) >= _MOST_ANSWERS:
-                _ANSWERS.clear()
             allowed = {answer, None} if self.lenient else {answer}
             rows = product(*(range(each.size) for each in variables))
-            found = _ANSWERS[key] = frozenset(row for row in rows if self._answer(part, variables, row) not in allowed)
+            excluded = frozenset(row for row in rows if self._answer(part, variables, row) not in allowed)
+            found = keep(_ANSWERS, key, excluded, _MOST_ANSWERS)
         return found
 
     def _answer(

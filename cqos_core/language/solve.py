@@ -167,8 +167,8 @@ def _compared(bound: BoundCondition, term: Term) -> tuple[Node, ...]:
     found = _COMPARED.get(key)
     if found is None:
         compared = (node for node in bound.condition.walk() if node.name in COMPARISONS)
-        found = tuple(node for node in compared if any(part.key == term.key for part in node.walk()))
-        keep(_COMPARED, key, found)
+        reading = tuple(node for node in compared if any(part.key == term.key for part in node.walk()))
+        found = keep(_COMPARED, key, reading)
     return found
 
 
