@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.report import Finding, Report, Severity
 from cqos_core.model.system import Place
@@ -70,12 +71,10 @@ class Baseline:
     path: str
     entries: tuple[BaselineEntry, ...]
     _met: set[BaselineEntry] = field(default_factory=set)
-    _filed: dict[tuple[str, ...], list[BaselineEntry]] = field(default_factory=dict)
+    _filed: dict[tuple[str, ...], list[BaselineEntry]] = field(init=False)
 
     def __post_init__(self) -> None:
-        for entry in self.entries:
-            for name in entry.names():
-                self._filed.setdefault(name, []).append(entry)
+        self._filed = grouped((name, entry) for entry in self.entries for name in entry.names())
 
     def mark(self, report: Report, file: str | None = None) -> Report:
         """Return ``report`` with every known finding accepted, which says so; ``file`` is the path of its input."""

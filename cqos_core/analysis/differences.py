@@ -17,6 +17,7 @@ from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.model.difference import ComparedSide, Diff, Different, Missing, Named
+from cqos_core.model.grouping import grouped
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
@@ -189,10 +190,8 @@ def _why_not(end: _End, here: _KnownValues, there: _KnownValues) -> str | None:
 
 
 def _by_participant(ends: Iterable[_End]) -> dict[str, list[_End]]:
-    found: dict[str, list[_End]] = {}
-    for end in sorted(ends, key=lambda end: (end.named.participant, end.named.id)):
-        found.setdefault(end.named.participant, []).append(end)
-    return found
+    ordered = sorted(ends, key=lambda end: (end.named.participant, end.named.id))
+    return grouped((end.named.participant, end) for end in ordered)
 
 
 def _matched(a: Sequence[_End], b: Sequence[_End], *, by_id: bool) -> tuple[_Pairs, list[_End], list[_End]]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Pair, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Group, Report
+    from cqos_core.model.report import Finding, Report
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Misfit, Occurrence
     from cqos_core.packs.pack import RulePack
@@ -77,18 +78,19 @@ class _KnownEnds:
     """
 
     def __init__(self, endpoints: Sequence[Resolved], report: Report) -> None:
-        self.endpoints: dict[tuple[str, str | None], list[Resolved]] = {}
-        for each in endpoints:
-            for name in _topic_names(each):
-                self.endpoints.setdefault((each.pack.id, name), []).append(each)
-        self.groups: dict[str, list[tuple[int, Group]]] = {}
-        for number, group in enumerate(report.groups):
-            for publisher in group.publishers if group.verdict is not Verdict.COMPATIBLE else ():
-                self.groups.setdefault(publisher, []).append((number, group))
-        self.findings: dict[str, list[tuple[int, Finding]]] = {}
-        for number, finding in enumerate(report.findings):
-            for member in dict.fromkeys(finding.endpoints) if finding.verdict is not None else ():
-                self.findings.setdefault(member, []).append((number, finding))
+        self.endpoints = grouped(((each.pack.id, name), each) for each in endpoints for name in _topic_names(each))
+        self.groups = grouped(
+            (publisher, (number, group))
+            for number, group in enumerate(report.groups)
+            if group.verdict is not Verdict.COMPATIBLE
+            for publisher in group.publishers
+        )
+        self.findings = grouped(
+            (member, (number, finding))
+            for number, finding in enumerate(report.findings)
+            if finding.verdict is not None
+            for member in dict.fromkeys(finding.endpoints)
+        )
 
 
 def _topic_names(endpoint: Resolved) -> Iterable[str | None]:

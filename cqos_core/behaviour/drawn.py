@@ -15,6 +15,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.judge import apart
 from cqos_core.model.codes import CODES
+from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Finding, Remedy, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
@@ -48,11 +49,8 @@ class Drawn:
         """Find out which nodes throw to and catch from which endpoints."""
         self.topics: Mapping[TopicKey, Sequence[Resolved]] = pipeline.topics
         self._names = _DrawnNames(pipeline.system)
-        self._ends: dict[EndpointKey, list[Resolved]] = {}
-        for each in pipeline.endpoints:
-            key = self._names.key(each)
-            if key is not None:
-                self._ends.setdefault(key, []).append(each)
+        keyed = ((self._names.key(each), each) for each in pipeline.endpoints)
+        self._ends = grouped((key, each) for key, each in keyed if key is not None)
         self.behaviour: Behaviour = analysed(pipeline.system.flows, self._signals(pipeline))
 
     def _signals(self, pipeline: Pipeline) -> Wiring:
@@ -88,11 +86,7 @@ class Drawn:
 
     @cached_property
     def _nodes(self) -> Mapping[str, Sequence[int]]:
-        found: dict[str, list[int]] = {}
-        for at in range(len(self.behaviour.graph.nodes)):
-            for end in self.ends(at):
-                found.setdefault(end.id, []).append(at)
-        return found
+        return grouped((end.id, at) for at in range(len(self.behaviour.graph.nodes)) for end in self.ends(at))
 
     def nodes(self, ends: Iterable[Resolved]) -> list[int]:
         """Return the nodes that throw to or catch from some endpoints."""
@@ -121,11 +115,8 @@ class _DrawnNames:
     """Tells which endpoint of a file a resolved one is: several files may use one id."""
 
     def __init__(self, system: System) -> None:
-        self._sources: dict[str, set[str]] = {}
-        for flow in system.flows:
-            for node in flow.nodes:
-                for name in node.endpoints:
-                    self._sources.setdefault(name, set()).add(flow.source)
+        drawn = ((name, flow.source) for flow in system.flows for node in flow.nodes for name in node.endpoints)
+        self._sources = {name: {*sources} for name, sources in grouped(drawn).items()}
         self._stated = Counter(each.id for each in system.endpoints)
 
     def key(self, end: Resolved) -> EndpointKey | None:

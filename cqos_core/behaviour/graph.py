@@ -8,6 +8,7 @@ from typing import Final, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN, ControlFlow, FlowNode, TriggerKind
+from cqos_core.model.grouping import grouped
 
 EndpointKey: TypeAlias = tuple[str, str]
 """The name of a file and the id of an endpoint in it."""
@@ -125,12 +126,25 @@ def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
             graph.loose.update(graph.parent[each] for each in graph.before[at])
         if graph.before[at] and (node.kind in UNENTERED or node.by_event):
             graph.loose.add(graph.parent[at])
-        for topic in graph.throws[at]:
-            graph.thrown_at.setdefault(topic, []).append(at)
-        if node.kind in {"start", "catch", "boundary"}:
-            for topic in graph.catches[at] or ():
-                graph.caught_at.setdefault(topic, []).append(at)
+    graph.thrown_at = grouped((topic, at) for at, topics in enumerate(graph.throws) for topic in topics)
+    graph.caught_at = grouped(
+        (topic, at)
+        for at, (node, topics) in enumerate(zip(graph.nodes, graph.catches, strict=True))
+        if node.kind in {"start", "catch", "boundary"}
+        for topic in topics or ()
+    )
     return graph
+
+
+def link_catches(graph: Graph) -> dict[tuple[int, str], list[int]]:
+    """Return the events that catch links, by their process and the name of the link."""
+    return grouped(
+        ((graph.process[at], each.link), at)
+        for at, node in enumerate(graph.nodes)
+        if node.kind == "catch"
+        for each in node.triggers
+        if each.kind == "link"
+    )
 
 
 def _add(graph: Graph, flow: ControlFlow, signals: Wiring) -> None:
@@ -184,10 +198,7 @@ def _find_processes(graph: Graph, first: int, drawing: set[int]) -> None:
 
 def _call(graph: Graph) -> None:
     """Join call activities with processes, also with those of other files that have the name."""
-    by_name: dict[str, list[int]] = {}
-    for at, node in enumerate(graph.nodes):
-        if node.kind == "process" and node.id:
-            by_name.setdefault(node.id, []).append(at)
+    by_name = grouped((node.id, at) for at, node in enumerate(graph.nodes) if node.kind == "process" and node.id)
     for at, node in enumerate(graph.nodes):
         if node.kind != "call":
             continue

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator
 from typing import Final
 
-from cqos_core.behaviour.graph import ENTERED, Graph, Wiring
+from cqos_core.behaviour.graph import ENTERED, Graph, Wiring, link_catches
 from cqos_core.behaviour.waiting import Waits, least, timer_wait
 from cqos_core.model.flow import WITHIN
+from cqos_core.model.grouping import grouped
 
 _FARTHEST: Final = 6
 """How many signals an order is followed over."""
@@ -84,11 +85,7 @@ class Order:
         """Return where tokens go: a position beyond those of the nodes is the end of a sub-process."""
         graph, root = self._graph, self._root
         steps: dict[int, list[tuple[int, int]]] = {at: [] for at in (*range(self._size), root)}
-        links: dict[tuple[int, str], list[int]] = {}
-        for at, node in enumerate(graph.nodes):
-            if node.kind == "catch":
-                for each in node.triggers:
-                    links.setdefault((graph.process[at], each.link), []).append(at)
+        links = link_catches(graph)
         for at, node in enumerate(graph.nodes):
             done = at
             if node.kind in WITHIN and node.kind != "process":
@@ -144,10 +141,7 @@ def _dominators(root: int, steps: dict[int, list[tuple[int, int]]]) -> dict[int,
             work.pop()
             order.append(at)
     rank = {at: number for number, at in enumerate(order)}
-    before: dict[int, list[int]] = {}
-    for at in order:
-        for other, _ in steps.get(at, ()):
-            before.setdefault(other, []).append(at)
+    before = grouped((other, at) for at in order for other, _ in steps.get(at, ()))
     found = {root: root}
     changed = True
     while changed:

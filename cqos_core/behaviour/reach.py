@@ -14,6 +14,7 @@ from functools import reduce
 from operator import and_, or_
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.behaviour.graph import link_catches
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
@@ -95,13 +96,7 @@ class _Search:
         self._thrown: dict[Hashable, int] = {}
         self._incoming: dict[int, dict[int, int]] = {}
         self._waiting: dict[int, None] = {}
-        links: dict[tuple[int, str], list[int]] = {}
-        for at, node in enumerate(graph.nodes):
-            if node.kind == "catch":
-                for each in node.triggers:
-                    if each.kind == "link":
-                        links.setdefault((graph.process[at], each.link), []).append(at)
-        self._links = links
+        self._links = link_catches(graph)
 
     def found(self) -> Reached:
         """Return what is reached."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.counting import added
 from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
+from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Fact, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -28,14 +29,14 @@ MEAN_PERIOD = "mean_period_at_least"
 
 def timer_findings(drawn: Drawn) -> list[Finding]:
     """Report deadlines, leases and requirements that timers exclude."""
-    thrown: dict[tuple[str, TopicKey], list[Resolved]] = {}
-    sending: dict[str, list[Resolved]] = {}
-    for topic, ends in drawn.topics.items():
-        for each in ends:
-            if each.role == PUBLISHER and not each.is_copy:
-                owner = each.participant.participant.id
-                thrown.setdefault((owner, topic), []).append(each)
-                sending.setdefault(owner, []).append(each)
+    publishing = [
+        (each.participant.participant.id, topic, each)
+        for topic, ends in drawn.topics.items()
+        for each in ends
+        if each.role == PUBLISHER and not each.is_copy
+    ]
+    thrown = grouped(((owner, topic), each) for owner, topic, each in publishing)
+    sending = grouped((owner, each) for owner, _, each in publishing)
     found: list[Finding] = []
     for (owner, topic), ends in thrown.items():
         found += _offered(drawn, ends)

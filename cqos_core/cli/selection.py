@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.cli.parameters import nearest, refused
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
@@ -67,8 +68,6 @@ def _known(context: Context) -> Mapping[str, Sequence[str]]:
     found: list[Rule | CodeInfo] = [*CODES.values()]
     for pack in filter(None, map(context.find_pack, load_plugins().packs)):
         found += (*pack.rules, *pack.codes)
-    known: dict[str, list[str]] = {}
-    for each in found:
-        for text in (each.code, each.name, *each.aliases):
-            known.setdefault(text.lower(), []).append(each.code.lower())
-    return known
+    return grouped(
+        (text.lower(), each.code.lower()) for each in found for text in (each.code, each.name, *each.aliases)
+    )

@@ -142,7 +142,6 @@ def rule_message(code: str, revision: int) -> catalogue_pb2.GetRuleResponse | No
 
 
 @cache
-@cache
 def versions() -> Mapping[str, str]:
     """Return the versions of C-QoS and of the distributions that rule packs come from."""
     plugins = load_plugins()

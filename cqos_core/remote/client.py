@@ -49,8 +49,7 @@ from cqos_core.remote.requests import (
     SessionLostError,
     Written,
     asked_of_report,
-    document_request,
-    documents_of,
+    document_fields,
     input_fields,
     metadata,
     pair_answer,
@@ -190,7 +189,9 @@ class _Service:
         system, files = split_inputs(inputs)
         if system is None:
             asked = asked_of_report(fields, least_severe)
-            request = document_request(files, importer, protocol, options or {}, asked)
+            request = check_pb2.CheckDocumentRequest(
+                **document_fields(files, importer, protocol, options or {}), **asked
+            )
             return _Call(self._checks.CheckDocument, request, lambda response: report_value(response.report))
         if importer is not None or protocol is not None or options:
             raise TypeError("importer, protocol and options are for files; a system has its own")
@@ -322,7 +323,7 @@ class _Service:
             InputError: a file cannot be read or understood.
             ServiceError: the service has no solver, or there is no answer.
         """
-        documents = documents_of(files, importer, protocol, options or {})
+        documents = check_pb2.Documents(**document_fields(files, importer, protocol, options or {}))
         request = check_pb2.SuggestRequest(documents=documents)
         return _Call(self._checks.Suggest, request, lambda response: response.plan)
 
@@ -342,7 +343,7 @@ class _Service:
             InputError: a file cannot be read or understood.
             ServiceError: the service has no solver, or there is no answer.
         """
-        documents = documents_of(files, importer, protocol, options or {})
+        documents = check_pb2.Documents(**document_fields(files, importer, protocol, options or {}))
         request = check_pb2.RepairRequest(documents=documents, keep=keep, decide=decide)
         return _Call(self._checks.Repair, request, lambda response: response.plan)
 

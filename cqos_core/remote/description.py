@@ -9,6 +9,7 @@ from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import normalise
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
@@ -79,19 +80,12 @@ class Description:
 def describe(system: System, where: Context) -> Description:
     """Describe a system: all its endpoints, those of bridges and those that no rule pack judges too."""
     pipeline = Pipeline(system, where)
-    found: dict[str, list[Resolved]] = {}
-    for each in pipeline.endpoints:
-        if not each.is_copy:
-            found.setdefault(each.stated_id, []).append(each)
+    found = grouped((each.stated_id, each) for each in pipeline.endpoints if not each.is_copy)
     endpoints = [
         each for stated in pipeline.system.endpoints for each in described_endpoints(stated, found.get(stated.id, ()))
     ]
-    return Description(system.name, tuple(endpoints), described_participants(system, where))
-
-
-def described_participants(system: System, where: Context) -> tuple[DescribedParticipant, ...]:
-    """Describe the participants of a system."""
-    return tuple(_participant(each, system, where) for each in system.participants.values())
+    participants = (_participant(each, system, where) for each in system.participants.values())
+    return Description(system.name, tuple(endpoints), tuple(participants))
 
 
 def _participant(participant: Participant, system: System, where: Context) -> DescribedParticipant:

@@ -97,9 +97,7 @@ def read_documents(
 def _refuse_unknown(request: check_pb2.CheckDocumentRequest | check_pb2.Documents, path: str) -> None:
     plugins = load_plugins()
     reading = request.reading
-    wrong = []
-    if not request.documents:
-        wrong.append(FieldProblem(f"{path}documents", "at least one is needed"))
+    wrong = [] if request.documents else [FieldProblem(f"{path}documents", "at least one is needed")]
     wrong += [
         FieldProblem(f"{path}included[{index}].name", "a name is needed, by which it is included")
         for index, each in enumerate(request.included)

@@ -7,14 +7,15 @@ open: so an edit of one event costs what it touches, and an edit of nothing that
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final, TypeAlias
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.bpmn.plain_endpoints import PlainEndpoint
 from cqos_core.checking.session import Session
 from cqos_core.matching.pipeline import Context, context
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report, Severity
 from cqos_core.model.system import NAMED, Endpoint, System
@@ -26,10 +27,12 @@ from cqos_core.remote.documents import read_documents, read_system
 from cqos_core.remote.messages import EVERYTHING, below, report_message, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
-from cqos_core.remote.session_answers import OpenNames, changed, difference
+from cqos_core.remote.session_answers import OpenNames, answer_with, changed
 
 _WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes", "flows")
 """Parts of a system that one edit replaces."""
+_LOCAL: Final = frozenset({"put_endpoint", "remove_endpoint", "set_notes", "set_name", "set_flows"})
+"""Edits after which no endpoint is described otherwise than those that they name."""
 _NESTED = "values are nested too deep, which is refused"
 
 
@@ -136,32 +139,23 @@ class OpenModel:
         return [each.put_endpoint.id or each.remove_endpoint for each in request.changes.changes]
 
     def _put_documents(self, documents: _Documents, changes: session_pb2.DocumentChanges) -> list[str] | None:
-        after = documents.changed(changes)
+        before, after = documents.system, documents.changed(changes)
         _, system = after.read(self._most)
-        edits = None if documents.system is None else list(_edits(documents.system, system))
-        if edits is None or None in edits:
+        edits = None if before is None else _edits(before, system)
+        if before is not None and edits is not None:
+            try:
+                for kind, value in edits:
+                    self._session.edit(kind, value)
+                self._session.report()
+            except (InputError, KeyError, RecursionError):
+                # What went wrong halfway is found again from the beginning, or the session is what it was.
+                self._session, edits = self._afresh(before), None
+        if edits is None:
             self._session = self._new_session(system)
-            self._documents = after
-            return None
-        before = documents.system
-        assert before is not None  # noqa: S101 - else there are no edits
-        done = [each for each in edits if each is not None]
-        try:
-            for kind, value in done:
-                self._session.edit(kind, value)
-            self._session.report()
-        except (InputError, KeyError, RecursionError):
-            # What went wrong halfway is found again from the beginning, or the session is what it was.
-            self._session = self._afresh(before)
-            self._session = self._new_session(system)
-            self._documents = after
-            return None
         self._documents = after
-        if any(
-            kind not in {"put_endpoint", "remove_endpoint", "set_notes", "set_name", "set_flows"} for kind, _ in done
-        ):
+        if edits is None or any(kind not in _LOCAL for kind, _ in edits):
             return None
-        return [value if kind == "remove_endpoint" else value.id for kind, value in done if kind.endswith("endpoint")]
+        return [value if kind == "remove_endpoint" else value.id for kind, value in edits if kind.endswith("endpoint")]
 
     def _new_session(self, system: System) -> Session:
         try:
@@ -187,26 +181,18 @@ class OpenModel:
         response: session_pb2.EditSessionResponse,
         touched: list[str] | None,
     ) -> None:
-        judged = self._session.judged
+        response.judged = self._session.judged
         whole = self._written.message(self._session.report())
-        delta = difference(self._told, whole) if request.base_revision == self._revision else None
-        if delta is None:
-            response.report.CopyFrom(whole)
-        else:
-            delta.base_revision = self._revision
-            response.delta.CopyFrom(delta)
-        response.judged = judged
+        known = self._told if request.base_revision == self._revision else None
+        answer_with(response, known, self._revision, whole)
         self._told, self._revision = whole, request.revision
         if self._described is not None:
-            changes = self._described.follow(self._session, self._where, touched)
-            if delta is None:
-                response.endpoints.extend(self._described.endpoints)
-                response.participants.extend(self._described.participants)
-            else:
-                put, removed, participants = changes
-                response.endpoints.extend(put)
-                response.removed_endpoints.extend(removed)
-                response.participants.extend(participants)
+            put, removed, participants = self._described.follow(self._session, self._where, touched)
+            if response.HasField("report"):
+                put, removed, participants = self._described.endpoints, (), self._described.participants
+            response.endpoints.extend(put)
+            response.removed_endpoints.extend(removed)
+            response.participants.extend(participants)
 
 
 # --- documents ---
@@ -278,23 +264,24 @@ class _Documents:
         return where, self.system
 
 
-def _edits(before: System, after: System) -> Iterator[tuple[str, Any] | None]:
-    """Yield the edits that make one system of another, None for a part that no edit changes."""
+def _edits(before: System, after: System) -> list[tuple[str, Any]] | None:
+    """Return the edits that make one system of another; None where they differ in a part that no edit changes."""
     old, new = _by_id(before.endpoints), _by_id(after.endpoints)
     if old is None or new is None or before.sources != after.sources or before.options != after.options:
-        yield None
-        return
+        return None
+    put: list[tuple[str, Any]] = []
     gone: list[tuple[str, Any]] = []
     for kind in NAMED:
         was, now = getattr(before, kind), getattr(after, kind)
-        yield from ((f"put_{kind[:-1]}", each) for name, each in now.items() if was.get(name) != each)
+        put += [(f"put_{kind[:-1]}", each) for name, each in now.items() if was.get(name) != each]
         gone += [(f"remove_{kind[:-1]}", name) for name in was if name not in now]
-    yield from (("remove_endpoint", name) for name in old if name not in new)
-    yield from (("put_endpoint", each) for name, each in new.items() if name not in old or not _alike(old[name], each))
-    yield from gone
-    yield from (
-        (f"set_{each}", getattr(after, each)) for each in _WHOLE if getattr(before, each) != getattr(after, each)
-    )
+    return [
+        *put,
+        *(("remove_endpoint", name) for name in old if name not in new),
+        *(("put_endpoint", each) for name, each in new.items() if name not in old or not _alike(old[name], each)),
+        *gone,
+        *((f"set_{each}", getattr(after, each)) for each in _WHOLE if getattr(before, each) != getattr(after, each)),
+    ]
 
 
 def _by_id(endpoints: Sequence[Endpoint]) -> dict[str, Endpoint] | None:
@@ -356,6 +343,12 @@ class _ReportWriter:
         return made
 
 
+_Differences: TypeAlias = """tuple[
+    Iterable[check_pb2.DescribedEndpoint], Sequence[str], Sequence[check_pb2.DescribedParticipant]
+]"""
+"""New and other endpoints, ids of those that are gone, and participants."""
+
+
 class _Described:
     """The description of a system, as its caller has it."""
 
@@ -369,9 +362,7 @@ class _Described:
         """All endpoints."""
         return self._endpoints.values()
 
-    def follow(
-        self, session: Session, where: Context, touched: list[str] | None
-    ) -> tuple[list[check_pb2.DescribedEndpoint], list[str], list[check_pb2.DescribedParticipant]]:
+    def follow(self, session: Session, where: Context, touched: list[str] | None) -> _Differences:
         """Describe what an edit touched, None for anything; return new and other endpoints, ids that are gone, and participants."""
         resolved = None if touched is None else session.resolved(touched)
         if touched is None or resolved is None:
@@ -389,15 +380,11 @@ class _Described:
         self._endpoints |= messages
         return put, removed, []
 
-    def _afresh(
-        self, system: System, where: Context
-    ) -> tuple[list[check_pb2.DescribedEndpoint], list[str], list[check_pb2.DescribedParticipant]]:
+    def _afresh(self, system: System, where: Context) -> _Differences:
         found = describe(system, where)
         before, participants = self._endpoints, self.participants
         self._endpoints = {each.id: _message(each) for each in found.endpoints}
-        self._of = {}
-        for each in found.endpoints:
-            self._of.setdefault(each.stated, []).append(each.id)
+        self._of = grouped((each.stated, each.id) for each in found.endpoints)
         self.participants = [to_message(each, check_pb2.DescribedParticipant) for each in found.participants]
         put = [each for name, each in self._endpoints.items() if before.get(name) != each]
         removed = [name for name in before if name not in self._endpoints]

@@ -145,23 +145,6 @@ def asked_of_report(fields: Iterable[str], least_severe: str = "note") -> dict[s
     return asked
 
 
-def document_request(
-    files: Iterable[File],
-    importer: str | None,
-    protocol: str | None,
-    options: OptionValues,
-    asked: Mapping[str, Any] = _NONE,
-) -> check_pb2.CheckDocumentRequest:
-    """Return the request to check files.
-
-    Raises:
-        InputError: a file cannot be read.
-    """
-    documents, included = _documents(files, importer, protocol)
-    reading = _reading(importer, protocol, options)
-    return check_pb2.CheckDocumentRequest(documents=documents, included=included, reading=reading, **asked)
-
-
 def _documents(
     files: Iterable[File], importer: str | None, protocol: str | None
 ) -> tuple[list[check_pb2.Document], list[check_pb2.Document]]:
@@ -194,14 +177,6 @@ def _document(source: Source) -> check_pb2.Document:
     return check_pb2.Document(name=source.name, content=source.data)
 
 
-def _reading(importer: str | None, protocol: str | None, options: OptionValues) -> check_pb2.Reading:
-    return check_pb2.Reading(
-        importer=importer,
-        protocol=protocol,
-        options={pack: system_pb2.Options(settings=_texts(settings)) for pack, settings in options.items()},
-    )
-
-
 def _texts(values: Values) -> dict[str, str]:
     return {name: as_text(value) for name, value in values.items()}
 
@@ -223,20 +198,21 @@ def input_fields(inputs: Sequence[File | System], protocol: str | None, options:
     system, files = split_inputs(inputs)
     if system is not None:
         return {"system": system_message(system)}
-    return {"documents": documents_of(files, None, protocol, options)}
+    return {"documents": check_pb2.Documents(**document_fields(files, None, protocol, options))}
 
 
-def documents_of(
+def document_fields(
     files: Iterable[File], importer: str | None, protocol: str | None, options: OptionValues
-) -> check_pb2.Documents:
-    """Return the message that brings files, and how to read them.
+) -> dict[str, Any]:
+    """Return the fields of a message that bring files, and say how to read them.
 
     Raises:
         InputError: a file cannot be read.
     """
     documents, included = _documents(files, importer, protocol)
-    reading = _reading(importer, protocol, options)
-    return check_pb2.Documents(documents=documents, included=included, reading=reading)
+    stated = {pack: system_pb2.Options(settings=_texts(settings)) for pack, settings in options.items()}
+    reading = check_pb2.Reading(importer=importer, protocol=protocol, options=stated)
+    return {"documents": documents, "included": included, "reading": reading}
 
 
 def split_inputs(inputs: Sequence[File | System]) -> tuple[System | None, list[File]]:

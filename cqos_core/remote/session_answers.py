@@ -69,15 +69,12 @@ class EditSession:
         if self._session is not None:
             if kind != "changes":
                 raise unfit([FieldProblem("changes", "after the first message, changes are needed")])
-            self._change(self._session, request.changes)
+            self._known = changed(self._session, self._known, request.changes, self._most)
             return
         if kind != "open":
             raise unfit([FieldProblem("open", "the first message of a stream opens a system")])
         system = read_system(request.open, self._most, "open")
         self._session, self._known = Session(system, most_endpoints=self._most), OpenNames(system)
-
-    def _change(self, session: Session, changes: session_pb2.Changes) -> None:
-        self._known = changed(session, self._known, changes, self._most)
 
     def _report(self, revision: int, response: session_pb2.EditResponse) -> None:
         session = self._session
@@ -89,12 +86,23 @@ class EditSession:
                 [FieldProblem("changes" if self._told else "open", str(each)) for each in error.problems]
             ) from None
         response.judged = session.judged
-        if self._told is None or (delta := difference(self._told, whole)) is None:
-            response.report.CopyFrom(whole)
-        else:
-            delta.base_revision = self._revision
-            response.delta.CopyFrom(delta)
+        answer_with(response, self._told, self._revision, whole)
         self._told, self._revision = whole, revision
+
+
+def answer_with(
+    response: session_pb2.EditResponse | session_pb2.EditSessionResponse,
+    known: report_pb2.Report | None,
+    revision: int,
+    whole: report_pb2.Report,
+) -> None:
+    """Answer with a report, or with what makes it of the one that the caller has from a ``revision`` if that is smaller."""
+    delta = None if known is None else difference(known, whole)
+    if delta is None:
+        response.report.CopyFrom(whole)
+    else:
+        delta.base_revision = revision
+        response.delta.CopyFrom(delta)
 
 
 def changed(session: Session, known: OpenNames, changes: session_pb2.Changes, most: int) -> OpenNames:

@@ -26,6 +26,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.solver import Task
 from cqos_core.language.values import FromPeers
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -261,9 +262,7 @@ class _Places:
     def __post_init__(self) -> None:
         """Count the topics of each endpoint, and find the endpoints that share a place."""
         self.times = Counter(each.id for endpoints in self.topics.values() for each in endpoints)
-        self.indices: dict[tuple[str, str], list[int]] = {}
-        for pack, topic, index in self.pools:
-            self.indices.setdefault((pack, topic), []).append(index)
+        self.indices = grouped(((pack, topic), index) for pack, topic, index in self.pools)
         for endpoints in self.topics.values():
             for endpoint in endpoints:
                 if endpoint.carried is None:
@@ -358,12 +357,8 @@ def _variable(places: Sequence[Hashable], slots: Sequence[Slot]) -> Variable:
 def _loosen(model: RepairModel) -> None:
     """Note what else may change values: those that are copied from others, and those that follow from several."""
     everything = tuple(model.slots)
-    by_policy: dict[str, list[Hashable]] = {}
-    by_endpoint: dict[str, list[Hashable]] = {}
-    for place, slot in model.slots.items():
-        by_policy.setdefault(slot.policy.name, []).append(place)
-        for endpoint in slot.endpoints:
-            by_endpoint.setdefault(endpoint.id, []).append(place)
+    by_policy = grouped((slot.policy.name, place) for place, slot in model.slots.items())
+    by_endpoint = grouped((each.id, place) for place, slot in model.slots.items() for each in slot.endpoints)
     for end in dict.fromkeys(end for each in model.constraints for _, end in ends_of(each)):
         found: dict[int, tuple[Hashable, ...]] = {}
         pack, carried = end.profile.pack, end.first.carried

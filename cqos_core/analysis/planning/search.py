@@ -18,6 +18,7 @@ from cqos_core.language.solver import conflict, solve
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -219,10 +220,7 @@ class Search:
 
     def _changes(self, model: RepairModel, chosen: Mapping[Hashable, int]) -> tuple[PlannedChange, ...]:
         made = []
-        reading: dict[int, list[Constraint]] = {}
-        for each in model.constraints:
-            for _, end in ends_of(each):
-                reading.setdefault(id(end), []).append(each)
+        reading = grouped((id(end), each) for each in model.constraints for _, end in ends_of(each))
         for place, number in chosen.items():
             slot, new = model.slots[place], model.slots[place].candidates[number]
             without = {other: at for other, at in chosen.items() if other != place}

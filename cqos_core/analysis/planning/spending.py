@@ -13,6 +13,7 @@ from cqos_core.language.solve import restated
 from cqos_core.language.values import is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import apart
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
@@ -48,11 +49,8 @@ class _Prices:
     def __init__(self, before: CheckedSystem, after: CheckedSystem) -> None:
         self._old = {each.id: each for each in before.pipeline.endpoints}
         self._topics = after.pipeline.topics
-        self._keys: dict[str, list[TopicKey]] = {}
+        self._keys = grouped((each.id, key) for key, endpoints in self._topics.items() for each in endpoints)
         self._settled: dict[TopicKey, MatchedTopic] = {}
-        for key, endpoints in self._topics.items():
-            for each in endpoints:
-                self._keys.setdefault(each.id, []).append(key)
 
     def _topic(self, key: TopicKey) -> MatchedTopic:
         if key not in self._settled:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
-from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, Way, repetition
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import DerivedGuarantees, give
 from cqos_core.matching.hops import Hop, Meetings, Topics
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.spelling import KnownNames
@@ -160,9 +161,7 @@ def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
 
 def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
     """Warn where several topics end in one that stores less for late subscribers than there are topics."""
-    together: dict[tuple[str, str, str], list[Hop]] = {}
-    for hop in hops:
-        together.setdefault((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), []).append(hop)
+    together = grouped(((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), hop) for hop in hops)
     for same in together.values():
         sources = {
             publisher.key
@@ -195,12 +194,13 @@ def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
     if not (hops and needing):
         return
     arrivals = Arrivals(hops, by_topic)
-    found: dict[tuple[str, bool], list[tuple[str, list[Way]]]] = {}
-    for publisher in sorted(everybody):
-        if everybody[publisher].role == PUBLISHER and not everybody[publisher].bridge:
-            for name, (sure, ways) in arrivals.repeats(everybody[publisher]).items():
-                if name in needing:
-                    found.setdefault((name, sure), []).append((publisher, ways))
+    found = grouped(
+        ((name, sure), (publisher, ways))
+        for publisher, end in sorted(everybody.items())
+        if end.role == PUBLISHER and not end.bridge
+        for name, (sure, ways) in arrivals.repeats(end).items()
+        if name in needing
+    )
     for (name, sure), ((publisher, ways), *more) in sorted(found.items()):
         subscriber = everybody[name]
         message = repetition(publisher, "it", ways, sure=sure)

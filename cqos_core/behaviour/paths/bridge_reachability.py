@@ -79,9 +79,8 @@ def _behind(topic: MatchedTopic) -> dict[int, set[int]]:
         for endpoint in members.endpoints
         if endpoint.bridge is not None
     }
-    found: dict[int, set[int]] = {}
-    for index, members in enumerate(topic.subscribers if ends else ()):
-        for endpoint in members.endpoints:
-            if endpoint.bridge in ends:
-                found.setdefault(index, set()).add(ends[endpoint.bridge])
-    return found
+    met = (
+        (index, {ends[endpoint.bridge] for endpoint in members.endpoints if endpoint.bridge in ends})
+        for index, members in enumerate(topic.subscribers if ends else ())
+    )
+    return {index: others for index, others in met if others}

@@ -14,6 +14,7 @@ from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -141,10 +142,9 @@ class _Follower:
     def __init__(self, pipeline: Pipeline) -> None:
         self.system = pipeline.system
         self.arrivals = Arrivals(pipeline.hops, pipeline.topics)
-        self.of: dict[str, list[Resolved]] = {}
-        for each in pipeline.endpoints:
-            for name in {each.endpoint.participant, each.id, each.stated_id}:
-                self.of.setdefault(name, []).append(each)
+        self.of = grouped(
+            (name, each) for each in pipeline.endpoints for name in {each.endpoint.participant, each.id, each.stated_id}
+        )
 
     def follow(self, chain: Chain) -> ChainTimes:
         """Add up the times of the steps."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import bind
 from cqos_core.matching.judge import apart
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_condition, broker, is_plain
@@ -144,11 +145,8 @@ class _Queues:
 
     def __init__(self, published: Mapping[str, Counter[QosProfile]], filters: set[str]) -> None:
         self._published = published
-        self._topics: dict[str, list[str]] = {}
-        for topic, written in match(published.keys(), filters):
-            self._topics.setdefault(written, []).append(topic)
-        for topic in published.keys() & filters:
-            self._topics.setdefault(topic, []).append(topic)
+        matched = ((written, topic) for topic, written in match(published.keys(), filters))
+        self._topics = grouped([*matched, *((topic, topic) for topic in published.keys() & filters)])
         self._streams: dict[tuple[str, QosProfile], tuple[Alike, ...]] = {}
         self._facts: dict[Client, Mapping[str, Value]] = {}
         self._bursts: dict[str, bool] = {}

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
+from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting, Settings
 from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
@@ -99,11 +100,9 @@ class _Control:
     """The access control of one broker; what is for one user is filed once."""
 
     def __init__(self, lines: Iterable[str]) -> None:
-        self._lines: dict[str, list[tuple[str, str]]] = {}
+        split = (line.split(" ", 2) for line in lines)
+        self._lines = grouped((who, (access, written)) for access, who, written in split)
         self._filed: dict[str, _Filters] = {}
-        for line in lines:
-            access, who, written = line.split(" ", 2)
-            self._lines.setdefault(who, []).append((access, written))
         self._names_users = not self._lines.keys() <= {EVERY_USER, NO_USER}
 
     def rights(self, user: Setting | None, client_id: Setting | None) -> list[_Filters] | None:
@@ -217,10 +216,7 @@ def _of_the_client(client: str, endpoints: Sequence[Known]) -> dict[str, Setting
 
 def _of_several(own: Sequence[tuple[int, Known]], found: dict[int, dict[str, Setting]]) -> None:
     """Tell subscriptions that replace each other, and publications with several QoS."""
-    alike: dict[tuple[str, str | None], list[tuple[int, Known]]] = {}
-    for position, endpoint in own:
-        if endpoint.kind != WILL:
-            alike.setdefault((endpoint.role, endpoint.topic), []).append((position, endpoint))
+    alike = grouped(((each.role, each.topic), (position, each)) for position, each in own if each.kind != WILL)
     for (role, _), several in alike.items():
         if len(several) == 1:
             continue

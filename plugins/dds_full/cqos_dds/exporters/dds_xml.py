@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.exporting import Exported, unique
+from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
@@ -206,10 +207,11 @@ class _File:
             attributes = {"register_type_ref": stated_type} if stated_type else {}
             below(element, "topic", name=topic, **attributes)
         for role, (group, inner) in _ENTITIES.items():
-            by_profile: dict[str, list[tuple[str, str, _Profile]]] = {}
-            for own_role, topic, name, profile in owner.endpoints:
-                if own_role == role:
-                    by_profile.setdefault(profile.name, []).append((topic, name, profile))
+            by_profile = grouped(
+                (profile.name, (topic, name, profile))
+                for own_role, topic, name, profile in owner.endpoints
+                if own_role == role
+            )
             names: set[str] = set()
             for number, (profile_name, members) in enumerate(by_profile.items(), 1):
                 base = f"{_LIBRARY}::{profile_name}"

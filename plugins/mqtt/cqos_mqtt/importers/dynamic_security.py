@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.grouping import grouped
 from cqos_mqtt.filters import has_wildcards
 from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
@@ -86,10 +87,11 @@ def _entries_of_users(document: dict[str, Any]) -> Iterator[tuple[str, list[dict
     """Yield each user with the entries of all its roles, also those of its groups."""
     roles = {str(each.get("rolename")): _list(each, "acls") for each in _list(document, "roles")}
     groups = {str(each.get("groupname")): _names(each, "roles", "rolename") for each in _list(document, "groups")}
-    members: dict[str, set[str]] = {}
-    for group in _list(document, "groups"):
-        for name in _names(group, "clients", "username"):
-            members.setdefault(name, set()).add(str(group.get("groupname")))
+    members = grouped(
+        (name, str(group.get("groupname")))
+        for group in _list(document, "groups")
+        for name in _names(group, "clients", "username")
+    )
     for client in _active(document):
         name = client["username"]
         its = {*_names(client, "groups", "groupname"), *members.get(name, ())}
