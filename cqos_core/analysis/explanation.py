@@ -352,14 +352,11 @@ def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
         if _is_fact(policy) and offered.origin == requested.origin == "default":
             continue
         said = [spoken[bound.rule.code] for bound in comparing if bound.rule.code in spoken]
-        verdict = None
-        if comparing:
-            verdict = Verdict.COMPATIBLE
-            if said:
-                doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
-                verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
-        rules_over_it = tuple(bound.rule.code for bound in comparing)
-        yield PolicyComparison(policy.name, offered, requested, verdict, rules_over_it)
+        verdict = Verdict.COMPATIBLE if comparing else None
+        if said:
+            doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
+            verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
+        yield PolicyComparison(policy.name, offered, requested, verdict, tuple(each.rule.code for each in comparing))
 
 
 def _is_fact(policy: Policy) -> bool:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.planning.constraints import Constraint, Goals
-    from cqos_core.analysis.planning.slots import Candidate, Statement
+    from cqos_core.analysis.planning.slots import Statement
     from cqos_core.language.values import Plain
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
@@ -374,8 +374,3 @@ def _loosen(model: RepairModel) -> None:
                 places = (place for name in policy.follows for place in by_policy.get(name, ()))
                 found[index] = tuple(place for place in places if policy.together or place in near)
         model.loose[end] = {index: Variable(places, any_change=True) for index, places in found.items() if places}
-
-
-def candidate(model: RepairModel, place: Hashable, number: int) -> Candidate:
-    """Return a candidate by the number of the choice."""
-    return model.slots[place].candidates[number]

@@ -177,7 +177,8 @@ def budgets(pipeline: Pipeline) -> Budgets:
     arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), Meetings(pipeline.topics)
     publishers = [each for each in pipeline.endpoints if each.role == PUBLISHER]
     streams = tuple(stream for each in publishers if (stream := _stream(each, meeting, arrivals)) is not None)
-    histories = tuple(kept for each in pipeline.endpoints if (kept := _history(each, arrivals)) is not None)
+    own = [each for each in pipeline.endpoints if not each.is_copy]
+    histories = tuple(kept for each in own if (kept := history_of(each, arrivals.profile(each))) is not None)
     links = [facts_of(link) for _, link in sorted(pipeline.system.links.items())]
     known = {each.participant for each in streams}.union(*(each.receivers | each.perhaps for each in streams))
     known |= {each.broker for each in streams if each.broker is not None}
@@ -296,11 +297,6 @@ def _framing(profile: QosProfile) -> Framing | None:
     return next((each for each in pack.costs.framings if each.value == name), None)
 
 
-def _history(endpoint: Resolved, arrivals: Arrivals) -> History | None:
-    """Return how much an endpoint keeps at most; None where the size of its samples is not stated."""
-    return None if endpoint.is_copy else history_of(endpoint, arrivals.profile(endpoint))
-
-
 def history_of(endpoint: Resolved, profile: QosProfile) -> History | None:
     """Return how much an endpoint with these values keeps at most; None where the size of its samples is not stated."""
     costs, size = profile.pack.costs, _value(profile, "topic", "size")
@@ -323,13 +319,13 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
     link = facts.link
     inside = {name for name in known if any(fnmatchcase(name, each) for each in link.participants)}
     there = inside if inward else known - inside
-    over = [way for each in streams if (way := each.towards(there)) is not None and _goes(each, link)]
-    over = [each for each in over if each.receivers or each.perhaps]
+    ways = [way for each in streams if (way := each.towards(there)) is not None and _goes(each, link)]
+    over = [each for each in ways if each.receivers or each.perhaps]
     # A period is that of a topic: several publishers may share it, some of them on this side.
     shared = {each.topic for each in streams if each.participant in there}
     certain = sum({each.topic: each.payload for each in over if each.receivers and each.topic not in shared}.values())
     wires = [
-        None if each.wire(facts.mtu) is None or not each.single else (each.wire(facts.mtu) or 0) * _copies(each)
+        None if (wire := each.wire(facts.mtu)) is None or not each.single else wire * len(each.receivers | each.perhaps)
         for each in over
     ]
     back = (
@@ -346,10 +342,6 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
 def _goes(stream: Stream, link: StatedLink) -> bool:
     """Whether a link carries the topic of a stream."""
     return not link.topics or any(fnmatchcase(name, want) for name in stream.names for want in link.topics)
-
-
-def _copies(stream: Stream) -> int:
-    return len(stream.receivers | stream.perhaps)
 
 
 def _lost(streams: Sequence[Stream], facts: LinkFacts) -> Iterator[tuple[str, float]]:

@@ -102,17 +102,18 @@ _READ: Final[dict[str, Callable[[str], float]]] = {"rate": _rate, "loss": _loss,
 
 def rate_text(rate: float) -> str:
     """Return a rate in bytes a second as bits: ``7.4Mbit/s``."""
-    bits = rate * 8
-    factor, letter = next(((size, name) for size, name in _LETTERS if bits >= size), (1, ""))
-    number = f"{bits / factor:.3g}" if bits < _THREE_DIGITS * factor else f"{bits / factor:.0f}"
-    return f"{number}{letter}bit/s"
+    return f"{_with_letter(rate * 8)}bit/s"
 
 
 def size_text(size: float) -> str:
     """Return a number of bytes: ``1.5MB``."""
-    factor, letter = next(((many, name) for many, name in _LETTERS if size >= many), (1, ""))
-    number = f"{size / factor:.3g}" if size < _THREE_DIGITS * factor else f"{size / factor:.0f}"
-    return f"{number}{letter}B"
+    return f"{_with_letter(size)}B"
+
+
+def _with_letter(number: float) -> str:
+    """Return three digits of a number, with a letter for its size."""
+    factor, letter = next(((many, name) for many, name in _LETTERS if number >= many), (1, ""))
+    return f"{number / factor:{'.3g' if number < _THREE_DIGITS * factor else '.0f'}}{letter}"
 
 
 _LETTERS: Final = ((1e9, "G"), (1e6, "M"), (1e3, "k"))

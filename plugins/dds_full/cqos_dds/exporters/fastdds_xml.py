@@ -77,7 +77,9 @@ def write(system: System, context: ExportContext) -> Exported:
         count += 1
     if count:
         facts_left_out(system, notes)
-        _say_domains(system, notes)
+        settled = sum("domain" in each.settings for each in system.participants.values())
+        said = f"the domains of {settled} participants are chosen by the program, not by these profiles"
+        notes |= {said: None} if settled else {}
     whose = f" of {system.name}" if system.name else ""
     return Exported(form.text(root, f"Profiles{whose}, one for each endpoint") if count else "", count, tuple(notes))
 
@@ -106,9 +108,3 @@ def _goes_without_saying(name: str, values: Stated, part: Resolved) -> bool:
         return False
     meant = policy.domain.parse(default)
     return values[name] == (policy.domain.format(meant) if policy.domain.kind == "choice" else meant)
-
-
-def _say_domains(system: System, notes: dict[str, None]) -> None:
-    stated_in = [each.id for each in system.participants.values() if "domain" in each.settings]
-    if stated_in:
-        notes[f"the domains of {len(stated_in)} participants are chosen by the program, not by these profiles"] = None

@@ -227,23 +227,21 @@ def unsayable(text: str) -> bool:
 
 def facts_left_out(system: System, notes: dict[str, None]) -> None:
     """Note what is known of a system beside QoS, which no XML form of DDS has a place for."""
-    if any(set(topic.settings) - {"type"} for topic in system.topics.values()):
-        notes["what is known of topics as such (keys, periods, sizes) has no place in the form"] = None
-    outside = (
-        any(topic.external for topic in system.topics.values())
-        or any(participant.external for participant in system.participants.values())
-        or any(endpoint.external for endpoint in system.endpoints)
-    )
-    if outside:
-        notes["that some have partners outside of this system has no place in the form"] = None
+    parts = (*system.topics.values(), *system.participants.values(), *system.endpoints)
     implementations = {
         setting.text
         for settings in (system.options.get(PROTOCOL, {}), *(each.settings for each in system.participants.values()))
         for name, setting in settings.items()
         if name == "implementation"
     }
-    if implementations:
-        named = ", ".join(sorted(implementations))
-        notes[f"the implementation ({named}) has no place in the form: state it with --option dds.implementation=…"] = (
-            None
-        )
+    rows = (
+        (any(set(topic.settings) - {"type"} for topic in system.topics.values()), _OF_TOPICS),
+        (any(each.external for each in parts), _PARTNERS),
+        (implementations, _IMPLEMENTATION.format(", ".join(sorted(implementations)))),
+    )
+    notes |= dict.fromkeys(text for applies, text in rows if applies)
+
+
+_OF_TOPICS: Final = "what is known of topics as such (keys, periods, sizes) has no place in the form"
+_PARTNERS: Final = "that some have partners outside of this system has no place in the form"
+_IMPLEMENTATION: Final = "the implementation ({}) has no place in the form: state it with --option dds.implementation=…"

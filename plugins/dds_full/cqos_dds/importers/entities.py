@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
@@ -105,9 +106,7 @@ class Entities:
         self.participants: dict[str, Element] = {}
         self.applied: dict[str, Element] = {}
         self.keyed: dict[str, bool] = {}
-        self.ids: set[str] = set()
         self.elsewhere: set[str] = set()
-        self._bases: set[str] | None = None
 
     # What the file defines
 
@@ -163,20 +162,18 @@ class Entities:
         near = [each for each in found if _folder(each) == _folder(self)] or found
         return near[0] if len(near) == 1 else None
 
+    @cached_property
     def bases(self) -> set[str]:
-        """Return the full names of what participants of this file are based on."""
-        if self._bases is None:
-            named = (*self.participants.items(), *self.applied.items())
-            self._bases = {self.base_of(element, name) for name, element in named}
-        return self._bases
+        """The full names of what participants of this file are based on."""
+        return {self.base_of(element, name) for name, element in (*self.participants.items(), *self.applied.items())}
 
     # Participants
 
     def make(self) -> None:
         """Make the participants of applications, and those of libraries that no other is based on."""
-        used = set(self.bases())
+        used = set(self.bases)
         libraries = {name.rpartition(SEPARATOR)[0] for name in self.participants}
-        used.update(*(each.bases() for library in libraries for each in self.beside(library)))
+        used.update(*(each.bases for library in libraries for each in self.beside(library)))
         for name, element in (*self.participants.items(), *self.applied.items()):
             if name not in used:
                 self.participant(self.chain(name, element, "participants"))
@@ -318,7 +315,7 @@ class Entities:
         for part, chain in ((side.group_qos, group), (side.endpoint_qos, endpoint)):
             refs += self.qos(chain, part, settings)
         made = Endpoint(
-            id=self.identity(owner, group, endpoint),
+            id=self.reading.numbered("/".join(filter(None, (owner.id, group.short, endpoint.short)))),
             role=side.role,
             topic=name,
             participant=owner.id,
@@ -331,23 +328,13 @@ class Entities:
         )
         self.reading.system.endpoints.append(made)
 
-    def identity(self, owner: Participant, group: _Chain, endpoint: _Chain) -> str:
-        """Return ``participant/publisher/writer``, with a number where that is taken."""
-        wanted = "/".join(filter(None, (owner.id, group.short, endpoint.short)))
-        name, number = wanted, 2
-        while name in self.ids:
-            name, number = f"{wanted}#{number}", number + 1
-        self.ids.add(name)
-        return name
-
     def qos(self, chain: _Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
         stated = [(name, qos) for name, each in chain.links for qos in elements(each) if part_of(qos) == part]
         if not stated and self.profiles.default is not None:
             yield ProfileRef(self.profiles.default, self.reading.place(chain.own), Scope(part=part))
         for name, qos in stated:
-            library = ""
-            profile = self.profiles.part(f"{name}/{part}", qos, part, library)
+            profile = self.profiles.part(f"{name}/{part}", qos, part, library="")
             for ref in profile.base:
                 if ref.scope.part in {None, part}:
                     yield ProfileRef(ref.name, ref.place, Scope(part=part))

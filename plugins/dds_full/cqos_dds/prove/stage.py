@@ -141,11 +141,11 @@ class _Stage:
         plan = self.plan
         number = plan.samples - plan.early
         before = (number - plan.during) // 3
+        gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
         during = plan.early + before
-        after = during + (plan.during or before)
+        after = during if gone == PUBLISHER else during + (plan.during or before)
         self.send(plan.early, during)
         self.wait(lambda: not self.outcome().lost, self.cast.settle)
-        gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
         if gone is not None:
             self.processes[gone].end()
             self.happen(gone, "killed")
@@ -153,10 +153,7 @@ class _Stage:
             self.write_both("cut")
             self.happen("link", "cut")
         until = time.monotonic() + fault.seconds
-        if gone == PUBLISHER:
-            after = during
-        else:
-            self.send(during, after)
+        self.send(during, after)
         self.wait(lambda: False, until - time.monotonic())
         if gone is not None:
             self.start(gone)
@@ -314,11 +311,9 @@ class _Process:
 
     def write(self, line: str) -> None:
         """Give the program a line; where it has ended, its output says so."""
-        try:
+        with suppress(BrokenPipeError):
             self.process.stdin.write(line + "\n")
             self.process.stdin.flush()
-        except BrokenPipeError:
-            return
 
     def end(self) -> None:
         """Kill the program; what it has written is still read."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from cqos_core.cli import UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from cqos_dds.snapshot.discovery import Discovery
     from cqos_dds.snapshot.seen import Seen
 
-_EMPTY: Final = 2
 _HIGHEST_DOMAIN: Final = 232
 
 
@@ -69,7 +69,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
             severity="error",
             choice=color,
         )
-        ctx.exit(_EMPTY)
+        ctx.exit(UNUSABLE)
     say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
     system = system_of(seen, with_ros=ros.PROTOCOL in load_plugins().packs)
     write_snapshot(system, f"# What ran in DDS domain {domain}, as discovery tells it.\n", output)

@@ -39,7 +39,8 @@ class Mosquitto:
     def __init__(self, directives: Sequence[str], access: Sequence[str] = ()) -> None:
         """Prepare it with these lines of configuration, and those of an acl_file."""
         self.folder = tempfile.TemporaryDirectory(prefix="cqos-prove-")
-        self.port = _free_port()
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            self.port: int = free.getsockname()[1]
         folder = Path(self.folder.name)
         lines = [f"listener {self.port} 127.0.0.1", "allow_anonymous true", f"persistence_location {folder}/"]
         if os.geteuid() == 0:
@@ -154,10 +155,3 @@ class Link:
                     await writer.drain()
         if not self.silent:
             writer.close()
-
-
-def _free_port() -> int:
-    with socket.socket() as listening:
-        listening.bind(("127.0.0.1", 0))
-        port: int = listening.getsockname()[1]
-        return port
