@@ -54,27 +54,21 @@ class Drawn:
         self.behaviour: Behaviour = analysed(pipeline.system.flows, self._signals(pipeline))
 
     def _signals(self, pipeline: Pipeline) -> Wiring:
-        thrown: dict[EndpointKey, set[Hashable]] = {}
-        caught: dict[EndpointKey, set[Hashable]] = {}
-        others: set[Hashable] = set()
-        replayed: set[EndpointKey] = set()
-        for topic, ends in self.topics.items():
-            kept = any(each.role == PUBLISHER and _may_be_kept(each) for each in ends)
-            for each in ends:
-                key = self._names.key(each)
-                if key is not None and kept and each.role == SUBSCRIBER and _may_be_kept(each):
-                    replayed.add(key)
-                if each.external or (key is None and each.role == PUBLISHER):
-                    others.add(topic)
-                if key is not None:
-                    (thrown if each.role == PUBLISHER else caught).setdefault(key, set()).add(topic)
+        ends = [(self._names.key(each), topic, each) for topic, on_it in self.topics.items() for each in on_it]
+        own = [(key, topic, each) for key, topic, each in ends if key is not None]
+        thrown, caught = (
+            grouped((key, topic) for key, topic, each in own if each.role == role) for role in (PUBLISHER, SUBSCRIBER)
+        )
+        keeping = {topic for _, topic, each in ends if each.role == PUBLISHER and _may_be_kept(each)}
+        others = {topic for key, topic, each in ends if each.external or (key is None and each.role == PUBLISHER)}
+        catching = (each for each in own if each[2].role == SUBSCRIBER and each[1] in keeping)
         known = {each.stated_id for each in pipeline.endpoints if each.key is not None}
         anything = any(each.role == PUBLISHER and each.id not in known for each in pipeline.system.endpoints)
         return Wiring(
             {key: frozenset(topics) for key, topics in thrown.items()},
             {key: frozenset(topics) for key, topics in caught.items()},
             frozenset(others),
-            frozenset(replayed),
+            frozenset(key for key, _, each in catching if _may_be_kept(each)),
             anything,
         )
 

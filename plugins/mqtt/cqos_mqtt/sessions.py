@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from cqos_core.model.grouping import grouped
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
 from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
 from cqos_mqtt.broker_policies import ACCESS
@@ -43,15 +43,9 @@ _TRUE: Final = Setting("true", derived=True)
 def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers: Mapping[str, Known]) -> Completion:
     """Add to clients and endpoints what only the whole says of them."""
     of_participants: dict[str, dict[str, Setting]] = {}
-    of_endpoints: dict[int, dict[str, Setting]] = {}
+    of_endpoints = {position: _of_the_topic(endpoint) for position, endpoint in enumerate(endpoints)}
     _client_ids(participants, of_participants)
-    by_client: dict[str, list[tuple[int, Known]]] = {}
-    for position, endpoint in enumerate(endpoints):
-        if endpoint.role == SUBSCRIBER and endpoint.topic is not None:
-            _of_the_filter(endpoint.topic, of_endpoints.setdefault(position, {}))
-        elif endpoint.topic is not None:
-            of_endpoints.setdefault(position, {}).update(_of_the_publication(endpoint, endpoint.topic))
-        by_client.setdefault(endpoint.participant, []).append((position, endpoint))
+    by_client = grouped((each.participant, (position, each)) for position, each in enumerate(endpoints))
     for client, own in by_client.items():
         facts = _of_the_client(client, [endpoint for _, endpoint in own])
         if facts:
@@ -67,7 +61,7 @@ def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers:
         if rights is None:
             continue
         for position, endpoint in by_client.get(client, ()):
-            of_endpoints.setdefault(position, {}).update(_allowed(endpoint, rights))
+            of_endpoints[position].update(_allowed(endpoint, rights))
         if client in sent:
             allowed = _allowed(sent[client], rights)
             sent[client].settings.update(allowed)
@@ -85,15 +79,10 @@ class _Filters:
     """Filters by what access control lets a client do there."""
 
     def __init__(self, lines: Iterable[tuple[str, str]]) -> None:
-        self.readable, self.writable, self.denied = Trie(), Trie(), Trie()
-        for access, written in lines:
-            for trie, words in (
-                (self.readable, ("read", "readwrite")),
-                (self.writable, ("write", "readwrite")),
-                (self.denied, ("deny",)),
-            ):
-                if access in words and names.is_filter(written):
-                    trie.add(written)
+        valid = [(access, written) for access, written in lines if names.is_filter(written)]
+        self.readable = Trie(written for access, written in valid if access in {"read", "readwrite"})
+        self.writable = Trie(written for access, written in valid if access in {"write", "readwrite"})
+        self.denied = Trie(written for access, written in valid if access == "deny")
 
 
 class _Control:
@@ -174,19 +163,16 @@ def _with_dollar(topic: str) -> tuple[str, ...]:
     return (bare(topic),) if bare(topic).startswith("$") else ()
 
 
-def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
-    if written.startswith(SHARE):
-        facts["shared"] = _TRUE
-    if has_wildcards(bare(written)):
-        facts["wildcards"] = _TRUE
-
-
-def _of_the_publication(endpoint: Known, topic: str) -> Settings:
-    """Say whether only the broker publishes there."""
-    facts: Settings = {}
-    if _is_reserved(topic) and endpoint.kind != BY_BROKER:
-        facts["reserved_topic"] = _TRUE
-    return facts
+def _of_the_topic(endpoint: Known) -> dict[str, Setting]:
+    """Say what kind of filter a subscription has, and whether only the broker may publish on a topic."""
+    topic = endpoint.topic
+    if topic is None:
+        return {}
+    if endpoint.role == SUBSCRIBER:
+        facts = {"shared": topic.startswith(SHARE), "wildcards": has_wildcards(bare(topic))}
+    else:
+        facts = {"reserved_topic": _is_reserved(topic) and endpoint.kind != BY_BROKER}
+    return {name: _TRUE for name, holds in facts.items() if holds}
 
 
 def _client_ids(participants: Iterable[Known], found: dict[str, dict[str, Setting]]) -> None:
@@ -220,13 +206,10 @@ def _of_several(own: Sequence[tuple[int, Known]], found: dict[int, dict[str, Set
     for (role, _), several in alike.items():
         if len(several) == 1:
             continue
-        if role == SUBSCRIBER and len({_written(endpoint) for _, endpoint in several}) > 1:
-            for position, _ in several:
-                found.setdefault(position, {})["repeated"] = _TRUE
         levels = {level.text for _, endpoint in several if (level := endpoint.setting(QOS)) is not None}
-        if role == PUBLISHER and len(levels) > 1:
-            for position, _ in several:
-                found.setdefault(position, {})["mixed_qos"] = _TRUE
+        different: set[object] = {_written(each) for _, each in several} if role == SUBSCRIBER else {*levels}
+        for position, _ in several if len(different) > 1 else ():
+            found[position]["repeated" if role == SUBSCRIBER else "mixed_qos"] = _TRUE
 
 
 def _written(endpoint: Known) -> tuple[object, ...]:
@@ -241,10 +224,8 @@ def _wills(participants: Iterable[Known], by_client: Mapping[str, Sequence[tuple
         if topic is None or not topic.text or any(endpoint.kind == WILL for endpoint in own):
             continue
         settings = {WILL: _TRUE}
-        for policy, name in ((WILL_QOS, "qos"), (WILL_RETAIN, "retain"), (WILL_EXPIRY, "message_expiry_interval")):
-            value = each.setting(policy)
-            if value is not None:
-                settings[name] = value
+        stated = {"qos": WILL_QOS, "retain": WILL_RETAIN, "message_expiry_interval": WILL_EXPIRY}
+        settings |= {name: value for name, policy in stated.items() if (value := each.setting(policy)) is not None}
         payload = each.setting(WILL_PAYLOAD)
         if payload is not None and payload.unknown:
             settings["max_payload"] = payload

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import System
+    from cqos_core.model.system import Endpoint, Participant, System, Topic
     from cqos_core.packs import Policy, Value
     from cqos_core.resolving.resolved import Resolved
 
@@ -227,7 +227,11 @@ def unsayable(text: str) -> bool:
 
 def facts_left_out(system: System, notes: dict[str, None]) -> None:
     """Note what is known of a system beside QoS, which no XML form of DDS has a place for."""
-    parts = (*system.topics.values(), *system.participants.values(), *system.endpoints)
+    parts: tuple[Topic | Participant | Endpoint, ...] = (
+        *system.topics.values(),
+        *system.participants.values(),
+        *system.endpoints,
+    )
     implementations = {
         setting.text
         for settings in (system.options.get(PROTOCOL, {}), *(each.settings for each in system.participants.values()))
