@@ -10,8 +10,9 @@ import importlib
 import os
 from dataclasses import field
 from functools import cache
-from inspect import signature
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import pluggy
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.installed import AUTHORS, entry_points, normalised
@@ -40,14 +41,8 @@ NOT_LOADED: Final = "could not be loaded and is left out"
 FAULTS: Final = (Exception, SystemExit)
 """What to expect of a foreign plugin: it may also call ``sys.exit``."""
 
-_MARK: Final = f"{GROUP}_impl"
-_Hook = TypeVar("_Hook", bound="Callable[..., None]")
-
-
-def hookimpl(function: _Hook) -> _Hook:
-    """Mark a function as the hook of its name, one of `KINDS`: it receives ``register``, and calls it once per descriptor."""
-    setattr(function, _MARK, True)
-    return function
+hookspec = pluggy.HookspecMarker(GROUP)
+hookimpl = pluggy.HookimplMarker(GROUP)
 
 
 def named(path: str) -> Any:
@@ -232,6 +227,34 @@ class CommandInfo:
     def load(self) -> click.Command:
         """Import the command."""
         return named(self.command)  # type: ignore[no-any-return]
+
+
+class Hooks:
+    """What a plugin may implement. Each hook receives a ``register`` callable and calls it once per descriptor."""
+
+    @hookspec
+    def register_rule_packs(self, register: Callable[[RulePackInfo], None]) -> None:
+        """Register rule packs."""
+
+    @hookspec
+    def register_importers(self, register: Callable[[ImporterInfo], None]) -> None:
+        """Register importers."""
+
+    @hookspec
+    def register_exporters(self, register: Callable[[ExporterInfo], None]) -> None:
+        """Register exporters."""
+
+    @hookspec
+    def register_formatters(self, register: Callable[[FormatterInfo], None]) -> None:
+        """Register formatters."""
+
+    @hookspec
+    def register_translators(self, register: Callable[[TranslatorInfo], None]) -> None:
+        """Register languages into which rule packs are translated."""
+
+    @hookspec
+    def register_commands(self, register: Callable[[CommandInfo], None]) -> None:
+        """Register subcommands."""
 
 
 class _Kind(NamedTuple):
@@ -424,12 +447,15 @@ def _load(plugins: Plugins, origin: Origin, entry: EntryPoint) -> None:
 
 def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
     """Call one plugin's hooks into ``plugins``; all or nothing, so that a broken one leaves no half behind."""
-    hooks = _hooks_of(module, origin)
+    manager = pluggy.PluginManager(GROUP)
+    manager.add_hookspecs(Hooks)
+    manager.register(module, origin.plugin)
+    manager.check_pending()
+    _refuse_idle(manager, module)
     taken: dict[tuple[str, str], Any] = {}
     for kind in KINDS.values():
         infos: list[Any] = []
-        if kind.hook in hooks:
-            hooks[kind.hook](register=infos.append)
+        getattr(manager.hook, kind.hook)(register=infos.append)
         for info in infos:
             if not origin.shipped:  # tests hold our own
                 _refuse_malformed(kind, info)
@@ -445,18 +471,14 @@ def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
         plugins.owners[kind_name, name] = origin
 
 
-def _hooks_of(plugin: Any, origin: Origin) -> dict[str, Callable[..., None]]:
-    """Return the hooks of a plugin, and refuse one that cannot register anything, which is hardly what its author meant."""
-    stated = ((name, getattr(plugin, name)) for name in dir(plugin))
-    found = {name: each for name, each in stated if getattr(each, "__dict__", {}).get(_MARK)}
-    if not found:
+def _refuse_idle(manager: pluggy.PluginManager, module: Any) -> None:
+    """Refuse a plugin that cannot register anything, which is hardly what its author meant."""
+    callers = manager.get_hookcallers(module) or []
+    if not callers:
         raise CqosError("it implements no hook; is `@hookimpl` missing?")
-    for name, each in () if origin.shipped else found.items():
-        if name not in {kind.hook for kind in KINDS.values()}:
-            raise CqosError(f"its `{name}` is marked with `@hookimpl`, and there is no such hook")
-        if "register" not in signature(each).parameters:
-            raise CqosError(f"its `{name}` lacks the argument `register`")
-    return found
+    for caller in callers:
+        if any("register" not in implementation.argnames for implementation in caller.get_hookimpls()):
+            raise CqosError(f"its `{caller.name}` lacks the argument `register`")
 
 
 def _refuse_malformed(kind: _Kind, info: Any) -> None:

@@ -97,12 +97,6 @@ def test_everything_is_registered_under_its_kind(site):
     assert not plugins.shipped("commands", "five")
 
 
-def test_a_plugin_may_be_marked_by_pluggy(site):
-    text = formatter("theirs").replace("from cqos_core.plugins import hookimpl", "from pluggy import HookimplMarker")
-    install(site, ("marked", text.replace("@hookimpl", '@HookimplMarker("cqos")')))
-    assert load(site).owner("formatters", "theirs") == "marked 1.0"
-
-
 def test_what_is_registered_is_imported_on_use(site):
     (site / "lazy_parts.py").write_text("def write(system):\n    return system.name\n")
     install(
@@ -207,10 +201,6 @@ def test_a_requested_distribution_that_is_missing_is_reported(site):
             "it registers formatter `twice`, which it itself already provides",
         ),
         ("", "it implements no hook; is `@hookimpl` missing?"),
-        (
-            plugin("None", "register_formats"),
-            "its `register_formats` is marked with `@hookimpl`, and there is no such hook",
-        ),
         (
             formatter("a").replace("(register)", "()").replace("register(F", "print(F"),
             "its `register_formatters` lacks the argument `register`",
