@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.engines import DOT
 from cqos_bulk.numbered import Numbered
-from cqos_bulk.profiles import SEVERITIES, endpoint_of, setting_name, settings_of, stated_twice
+from cqos_bulk.profiles import SEVERITIES, endpoint_of, remarked, setting_name, settings_of, stated_twice
 from cqos_bulk.writers import pattern_of
 from cqos_core.matching.judge import ask
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
@@ -250,23 +250,14 @@ class Clients:
     def _resolved(self, system: System, placed: Mapping[str, tuple[int, int]], stated: Sequence[str]) -> _Answer:
         where = self.where
         resolver = Resolver(system, where.find_pack, self.pack.id, {}, where.known_packs)
-        result = resolver.run()
-        said: dict[str, list[tuple[str, str]]] = {}
-        for finding in result.findings:
-            for member in {member for side in finding.sides for member in side.members}:
-                said.setdefault(member, []).append((finding.code, finding.severity.value))
-        of_system = {finding.code: (finding.code, finding.severity.value) for finding in result.findings}
         ends: dict[int, list[int]] = {number: [] for number, _ in placed.values()}
         more: list[tuple[int, int]] = []
         hears_others = False
-        for each in result.endpoints:
+        for each, said in remarked(resolver.run(), NAME):
             if each.endpoint.participant != NAME:
                 continue
-            own = [*said.get(each.id, ()), *said.get(NAME, ())]
-            codes = {code for code, _ in own}
-            own += [of_system[code] for code in each.profile.unread if code in of_system and code not in codes]
             text = self.texts[placed[each.id][1]] if each.id in placed else {"version": ""}
-            p = self._number(each, text, own)
+            p = self._number(each, text, [(one.code, one.severity) for one in said])
             hears_others |= each.role == SUBSCRIBER and each.key is not None and self.folding.reaches(each.key)
             if each.id in placed:
                 ends[placed[each.id][0]].append(p)

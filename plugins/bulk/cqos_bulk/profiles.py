@@ -12,11 +12,11 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant,
 from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved import Resolved, ResolvedSystem
 
 SEVERITIES: Final = ("error", "warning", "note")
 NO_SETTINGS: Final = ("id", "system", "version", "role", "protocol", "participant", "topic", "type", "profile")
@@ -77,6 +77,21 @@ def stated_twice(system: str, participant: str, setting: str, one: str, other: s
     return CqosError(f"participant `{participant}`{where} has {setting} `{one}` in one row and `{other}` in another")
 
 
+def remarked(result: ResolvedSystem, *owners: str) -> Iterator[tuple[Resolved, list[Remark]]]:
+    """Yield endpoints with what reading settings reported of them, of ``owners``, or of the system about what they leave unread."""
+    said: dict[str, list[Remark]] = {}
+    of_system: dict[str, Remark] = {}
+    for finding in result.findings:
+        remark = of_system[finding.code] = Remark(finding.code, finding.severity.value, finding.message)
+        for member in {member for side in finding.sides for member in side.members}:
+            said.setdefault(member, []).append(remark)
+    for each in result.endpoints:
+        own = [remark for name in (each.id, *owners) for remark in said.get(name, ())]
+        codes = {remark.code for remark in own}
+        unread = [of_system[code] for code in each.profile.unread if code in of_system and code not in codes]
+        yield each, [*own, *unread]
+
+
 class FleetProfiles:
     """The distinct profiles of one protocol; the number of one is its position in ``known``."""
 
@@ -111,22 +126,11 @@ class FleetProfiles:
             system.participants[owner] = Participant(owner, self.pack.id, {n: Setting(t) for n, t in owned.items()})
             system.endpoints.append(endpoint_of(self.pack, row, str(at), row["topic"], owner))
         resolver = Resolver(system, self.where.find_pack, self.pack.id, {}, self.where.known_packs, completed=True)
-        result = resolver.run()
-        said: dict[str, list[Remark]] = {each.id: [] for each in result.endpoints}
-        for finding in result.findings:
-            for member in {member for side in finding.sides for member in side.members}:
-                said.setdefault(member, []).append(Remark(finding.code, finding.severity.value, finding.message))
-        of_system = {each.code: Remark(each.code, each.severity.value, each.message) for each in result.findings}
-        numbered = {}
-        for (at, row), each in zip(rows.items(), result.endpoints, strict=True):
-            own = said[each.id]
-            own += (
-                of_system[code]
-                for code in each.profile.unread
-                if code in of_system and code not in {r.code for r in own}
-            )
-            numbered[at] = (self._number(each, row, own), each.key)
-        return numbered
+        ends = remarked(resolver.run())
+        return {
+            at: (self._number(each, row, said), each.key)
+            for (at, row), (each, said) in zip(rows.items(), ends, strict=True)
+        }
 
     def _number(self, each: Resolved, row: Mapping[str, str], said: Sequence[Remark]) -> int:
         remarks = tuple(dict.fromkeys((*said, *self._of_one(each))))

@@ -63,47 +63,25 @@ class FastDdsProfile:
     unread: dict[str, Place] = field(default_factory=dict)
 
 
-@dataclass(slots=True)
-class FastDdsProfiles:
-    """What an XML file says about writers and readers.
-
-    Attributes:
-        profiles: in the order of the file.
-    """
-
-    profiles: list[FastDdsProfile] = field(default_factory=list)
-
-    @property
-    def unread(self) -> dict[str, Place]:
-        """Return the paths of elements that no profile has a policy for, each with its first place."""
-        return {path: place for profile in reversed(self.profiles) for path, place in profile.unread.items()}
-
-
-def read_fastdds_profiles(source: Source) -> FastDdsProfiles:
-    """Read all profiles of data writers and data readers in an XML file.
+def read_fastdds_profiles(source: Source) -> list[FastDdsProfile]:
+    """Read all profiles of data writers and data readers in an XML file, in its order.
 
     Raises:
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
     """
     root = parse_xml(source)
-    reader = _Reader(source)
+    reader = _Reader(source, ReadContext())
     if local(root) not in {"dds", "profiles"}:
         message = f"this is no file of Fast DDS profiles: its first element is {shown(local(root))}"
         reader.problem("CQ001", message, root, "expected `dds` or `profiles`")
-    for profiles in [root] if local(root) == "profiles" else children(root, "profiles"):
-        for element in elements(profiles):
-            if local(element) in _ROLES:
-                reader.found.profiles.append(reader.profile(element))
+    lists = [root] if local(root) == "profiles" else children(root, "profiles")
+    found = [reader.profile(each) for profiles in lists for each in elements(profiles) if local(each) in _ROLES]
     reader.finish()
-    return reader.found
+    return found
 
 
 class _Reader(ElementReading):
     """Reads the profiles of one file, collecting problems."""
-
-    def __init__(self, source: Source) -> None:
-        super().__init__(source, ReadContext())
-        self.found = FastDdsProfiles()
 
     def profile(self, element: Element) -> FastDdsProfile:
         """Read one profile."""

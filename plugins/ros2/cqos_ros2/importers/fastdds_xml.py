@@ -97,11 +97,11 @@ class _Profiles(RosFile):
     def run(self) -> None:
         """Make an overlay of every profile that is looked up."""
         found = read_fastdds_profiles(self.source)
-        for profile in found.profiles:
+        for profile in found:
             _tell(profile, self)
             _keep_apart(profile, self)
             _limit(profile, self)
-        ordered = [(_topic(profile), profile) for profile in found.profiles]
+        ordered = [(_topic(profile), profile) for profile in found]
         # A later one wins: the default, then those of services as such, then those of single topics.
         ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
         for topic, profile in ordered:
@@ -115,10 +115,8 @@ class _Profiles(RosFile):
                 "these profiles take effect with Fast DDS only, and only where a node leaves a policy to the middleware"
             )
             self.note("ROS962", message, place, "state `--option ros2.rmw=fastdds` if it is in use")
-        limits = (
-            each.place for profile in found.profiles for name, each in profile.settings.items() if "limits" in name
-        )
-        unread = dict(found.unread)
+        limits = (each.place for profile in found for name, each in profile.settings.items() if "limits" in name)
+        unread = {path: place for profile in reversed(found) for path, place in profile.unread.items()}
         if limited := next(filter(None, limits), None):
             unread["topic/resourceLimitsQos"] = limited
         if unread:

@@ -197,7 +197,7 @@ class TestReading:
     def test_the_reader_knows_nothing_of_ros_2(self):
         qos = "<ownershipStrength><value>7</value></ownershipStrength><liveliness><lease_duration>DURATION_INFINITY</lease_duration></liveliness>"
         found = read_fastdds_profiles(Source("p.xml", profiles(writer("w", qos)).encode()))
-        (profile,) = found.profiles
+        (profile,) = found
         assert {name: setting.text for name, setting in profile.settings.items()} == {
             "ownership_strength": "7",
             "liveliness.lease_duration": "infinite",
