@@ -97,13 +97,13 @@ class FarEnds:
                     break
                 yield far, at
 
-    def meet(self, far: int, p: int, only: Callable[[int], bool]) -> None:
+    def pair(self, far: int, p: int, only: Callable[[int], bool]) -> None:
         """Note that subscribers of a far topic and an end have a partner: those whose owner is wanted."""
         for at in self.positions(far) if self._open[far] else ():
             if self.p[at] == p and not self.met[at] and only(self.owner[at]):
-                self.meet_one(far, at)
+                self.pair_one(far, at)
 
-    def meet_one(self, far: int, at: int) -> None:
+    def pair_one(self, far: int, at: int) -> None:
         """Note that the subscriber at a position has a partner."""
         self._open[far] -= not self.met[at]
         self.met[at] = True

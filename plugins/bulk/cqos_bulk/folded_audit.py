@@ -17,11 +17,11 @@ from cqos_bulk.clients import ENDS, Alike, Clients, folded_columns
 from cqos_bulk.engines import DOT
 from cqos_bulk.far_ends import FAR, FarEnds
 from cqos_bulk.hearing import HEARD, NEAR, Hearing
-from cqos_bulk.lonely import write_lonely
 from cqos_bulk.meetings import ALONE, FoundRows, Meetings, Written, remarks_of
 from cqos_bulk.profiles import settings_of
 from cqos_bulk.similar_names import NAMED
 from cqos_bulk.topic_frames import FINDING
+from cqos_bulk.unmatched import write_unmatched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -79,7 +79,7 @@ def audit_folded(
                 meetings.out.found.write(system, topic, row)
     step(FOLDED_STAGES[4])
     with store.spooled("lonely", FINDING) as out:
-        write_lonely(clients, hearing, store.scan("alone"), store.scan("names"), store, FoundRows(out))
+        write_unmatched(clients, hearing, store.scan("alone"), store.scan("names"), store, FoundRows(out))
     parts = [store.scan(each) for each in ("found", "lonely")]
     findings = nw.concat(parts, how="vertical").with_columns(nw.lit(pack.id).alias("protocol")).select(*FINDING)
     totals = {"endpoints": 0, "topics": 0, **meetings.totals, "profiles": len(clients.known)}
@@ -113,7 +113,7 @@ def _ends(
 
 
 def _heard(clients: Clients, ends: Frame, store: TableStore) -> tuple[Hearing, Frame]:
-    """Return who hears which topics, and the published topics with the others that match them."""
+    """Return which subscribers hear which topics, and the published topics with the others that match them."""
     far = ends.filter(nw.col("far") == 1).group_by(*_TOPIC).agg(nw.len().alias("number"))
     store.keep("far", far.select(*_TOPIC).sort(*_TOPIC))
     hearing = Hearing(clients, store.tuples("far"))

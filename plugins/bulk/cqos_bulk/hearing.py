@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 HEARD: Final = {"system": "text", "topic": "text", "publishers": "number", "met": "number"}
 """The columns of published topics: numbers of their publishers, and of the other topics that match them."""
 NEAR: Final = {"system": "text", "topic": "text", "p": "number", "owner": "number", "own": "number"}
-"""The columns of endpoints that meet others on their own topic only."""
+"""The columns of endpoints that match others on their own topic only."""
 _Amount = tuple[tuple[int, int], ...]
 
 
 class Hearing:
-    """Which topics match others, and who publishes there.
+    """Which topics match others, and the publishers there.
 
     Attributes:
         far: numbers of the topics that match others, by system and name.

@@ -1,4 +1,4 @@
-"""Topics with all that meet there, others' subscribers among them: each distinct topic is judged once, as a check does.
+"""Topics with all that match there, subscribers of other topics among them: each distinct topic is judged once, as a check does.
 
 Beside profiles, a check reads of a topic which endpoints have one participant. That counts where values name the participant, or where
 several subscribers of it are there. Only such owners are looked at one by one.
@@ -226,7 +226,7 @@ class Meetings:
         for far, at, of_part, end in taken:
             whole = end._replace(owner=numbers[of_part]) if end.owner >= 0 else end
             if listed.index(whole) in outcome.met:
-                self.far.meet_one(far, at)
+                self.far.pair_one(far, at)
         return outcome
 
     def _note(
@@ -243,7 +243,7 @@ class Meetings:
         for far, p, several in visitors:
             if End(p, True, several) in partners:
                 wanted = overlapping - without if several else overlapping | without
-                self.far.meet(far, p, lambda owner, some=wanted, among=several: (owner in some) is among)  # type: ignore[misc]
+                self.far.pair(far, p, lambda owner, some=wanted, among=several: (owner in some) is among)  # type: ignore[misc]
 
     def _outcome(self, groups: Mapping[End, int]) -> tuple[Outcome, Sequence[End]]:
         """Judge groups of endpoints; return also their order."""

@@ -52,17 +52,17 @@ class SlowTopics:
             named.setdefault(row["system"], []).append(row["topic"])
         for system, of_system in groupby(groups, itemgetter("system")):
             stand_ins = StandIns(self.profiles)
-            lonely: dict[str, list[Resolved]] = {}
+            unmatched: dict[str, list[Resolved]] = {}
             for topic, of_topic in groupby(of_system, itemgetter("topic")):
                 ends = [*of_topic]
                 shape = tuple([(end["p"], end["publishers"] + end["subscribers"]) for end in ends])
                 if len({end["publishers"] > 0 for end in ends}) == 1:
-                    lonely[topic] = [stand_ins.add(*each, topic) for each in shape]
+                    unmatched[topic] = [stand_ins.add(*each, topic) for each in shape]
                 if any(end["route"] != ALONE for end in ends):
                     known = self._known.get(shape) or keep(self._known, shape, self._of_shape(shape))
                     self.verdicts.update(known[0])
                     yield from ({**row, "system": system, "topic": topic} for row in known[1])
-            for topic, row in stand_ins.alone(lonely, named.get(system, ())):
+            for topic, row in stand_ins.alone(unmatched, named.get(system, ())):
                 yield {**row, "system": system, "topic": topic}
 
     def _of_shape(self, shape: _Shape) -> tuple[Counter[str], list[dict[str, Any]]]:

@@ -65,19 +65,19 @@ class StandIns:
         return result, verdicts
 
     def alone(
-        self, lonely: Mapping[str, Sequence[Resolved]], busy: Iterable[str]
+        self, unmatched: Mapping[str, Sequence[Resolved]], busy: Iterable[str]
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield what a check says of topics with one side, as topics and rows.
 
         Args:
-            lonely: by topic its endpoints.
+            unmatched: by topic its endpoints.
             busy: topics with both sides that may be meant by a similar name.
         """
         pack = self.of.pack
         meant = BusyTopics({pack.id: pack})
         for topic in busy:
             meant.put((pack.id, topic), topic)
-        ends = {(pack.id, topic): listed for topic, listed in lonely.items()}
+        ends = {(pack.id, topic): listed for topic, listed in unmatched.items()}
         found = reported_alone(ends, {pack.id: pack}, {}, lambda _: meant.meant, partial=False)
         for (_, topic), findings in found.items():
             yield from ((topic, row) for row in self.rows(findings))

@@ -182,7 +182,7 @@ class Checker:
         return [unit for unit in units if not texts.keys().isdisjoint({*unit.files, *unit.others})]
 
     def _importer(self, path: str, texts: Texts) -> ImporterInfo | None:
-        """Return who reads a file; an open one stays of its format while a person edits its first lines."""
+        """Return the importer of a file; an open one stays of its format while a person edits its first lines."""
         stamp = _stamp(path, texts)
         known, info = self._claims.get(path, (None, None))
         if stamp != known:

@@ -164,7 +164,7 @@ def _owner(mark: Mark, analysis: Analysis) -> str:
 
 
 def endpoint_page(end: Resolved, analysis: Analysis) -> str:
-    """Return the values of an endpoint with their origins, and who matches it."""
+    """Return the values of an endpoint with their origins, and its partners."""
     shown = ((end.pack.policies[index].name, *_value(end, index)) for index in shown_policies(end))
     rows = [" | ".join(row) for row in (("policy", "value", "from"), ("---",) * 3, *shown)]
     head = f"**{end.role} `{end.id}`** on `{end.shown}` ({end.pack.title})"

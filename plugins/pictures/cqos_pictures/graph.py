@@ -1,4 +1,4 @@
-"""The graph of a system: owners of endpoints, their topics, and who publishes to whom; as much of it as a person can read."""
+"""The graph of a system: owners of endpoints, their topics, and the pairs on them; as much of it as a person can read."""
 
 from __future__ import annotations
 

@@ -93,6 +93,6 @@ def _path(pipeline: Pipeline, publisher: str, subscriber: Resolved) -> Requireme
     needs = {name: setting.text for name, setting in subscriber.endpoint.needs.items()}
     try:
         pair = explained(pipeline, publisher, subscriber.id)
-    except CqosError:  # they meet through what belongs to neither
+    except CqosError:  # they match through what belongs to neither
         return None
     return RequirementPath(publisher, subscriber.id, needs, pair)

@@ -37,7 +37,7 @@ class Snippet:
 
 
 def snippets(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Snippet]:
-    """Yield a snippet for each endpoint; note what cannot be said in code."""
+    """Yield a snippet for each endpoint; note what code cannot express."""
     names: set[str] = set()
     for each in ros_endpoints(system, context, notes):
         if not context.wants(each.id):

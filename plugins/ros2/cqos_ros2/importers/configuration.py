@@ -56,7 +56,7 @@ class Configuration(RosFile, DocumentReading):
     """One configuration file of a ROS 2 tool that is being read."""
 
     def a_flag(self, entries: MappingNode, name: str, otherwise: bool) -> bool:  # noqa: FBT001 - the default
-        """Return the flag of a key, as YAML 1.1 writes flags; tell a value of another kind."""
+        """Return the flag of a key, as YAML 1.1 writes flags; report a value of another kind."""
         node = stated(entries, name)
         value = None if node is None else as_flag(node)
         if node is not None and value is None:
@@ -64,7 +64,7 @@ class Configuration(RosFile, DocumentReading):
         return otherwise if value is None else value
 
     def a_count(self, entries: MappingNode, name: str) -> int | None:
-        """Return the whole number of a key, None where it states none; tell a value of another kind."""
+        """Return the whole number of a key, None where it states none; report a value of another kind."""
         node = stated(entries, name)
         number = None if node is None else as_integer(node)
         if node is not None and number is None:
@@ -72,7 +72,7 @@ class Configuration(RosFile, DocumentReading):
         return number
 
     def is_filled_in(self, name: str, where: Node) -> bool:
-        """Whether a name has a placeholder, ``<robot>`` or ``$(var robot)``, for which a launch file puts in something; tell it."""
+        """Whether a name has a placeholder, ``<robot>`` or ``$(var robot)``, which a launch file replaces; report it."""
         if "<" not in name and "$(" not in name:
             return False
         self.note("ROS943", f"the name {shown(name)} is filled in at launch", where, "give the file that is left then")

@@ -110,7 +110,7 @@ class _Reader(Configuration):
             waiting += [(key.text, value) for key, value in (*node.entries.values(), *repeated)]
 
     def refused(self, message: str, where: Node, advice: str) -> None:
-        """Tell why the bridge does not start."""
+        """Report why the bridge does not start."""
         self.note("ROS950", f"domain_bridge does not start with this: {message}", where, advice)
 
     def topic(self, key: ScalarNode, entries: MappingNode, above: MappingNode) -> None:
@@ -136,7 +136,7 @@ class _Reader(Configuration):
             self.add(_Way(key, type_name, end, start, remap, settings))
 
     def unread(self, entries: MappingNode) -> None:
-        """Tell which keys of a topic the bridge does not look at."""
+        """Report which keys of a topic the bridge does not look at."""
         for name, (own_key, _) in entries.entries.items():
             if name in _OF_COMMAND_LINE:
                 advice = f"give it `--{name.replace('_', '-')}` on the command line"

@@ -116,7 +116,7 @@ class _Reader(ElementReading):
                     self.refused(element, field.policy, text_of(element), field.expected)
 
     def refused(self, element: Element, policy: str, text: str, expected: str) -> None:
-        """Tell a value with which Fast DDS refuses the file."""
+        """Report a value with which Fast DDS refuses the file."""
         message = f"`{policy}` cannot be {shown(text) if text else 'empty'}, so Fast DDS refuses the file"
         self.problem("CQ011", message, element, f"expected {expected}")
 

@@ -98,9 +98,9 @@ class _Profiles(RosFile):
         """Make an overlay of every profile that is looked up."""
         found = read_fastdds_profiles(self.source)
         for profile in found:
-            _tell(profile, self)
-            _keep_apart(profile, self)
-            _limit(profile, self)
+            _report_unused(profile, self)
+            _set_partition(profile, self)
+            _report_limit(profile, self)
         ordered = [(_topic(profile), profile) for profile in found]
         # A later one wins: the default, then those of services as such, then those of single topics.
         ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
@@ -139,14 +139,14 @@ def _under(topic: str, profile: FastDdsProfile, pattern: str) -> bool:
     return topic != _ANY and (pattern in {_ANY, topic} or fnmatchcase(profile.name, pattern))
 
 
-def _tell(profile: FastDdsProfile, reading: RosFile) -> None:
+def _report_unused(profile: FastDdsProfile, reading: RosFile) -> None:
     """Report a profile that is never used."""
     if not _topic(profile):
         message = f"ROS 2 never looks up the profile {shown(profile.name)}, which is no full topic name"
         reading.note("ROS961", message, profile.place, f"name it `/{profile.name}` if it is for that topic")
 
 
-def _keep_apart(profile: FastDdsProfile, reading: RosFile) -> None:
+def _set_partition(profile: FastDdsProfile, reading: RosFile) -> None:
     """Make the partition of a profile what is known of it; report what may keep endpoints apart and is not known.
 
     Publisher and subscriber of DDS have the partitions, and rmw_fastrtps makes one of each for a context, from the default profile
@@ -176,7 +176,7 @@ def _keep_apart(profile: FastDdsProfile, reading: RosFile) -> None:
     reading.note("ROS963", cause, place, advice)
 
 
-def _limit(profile: FastDdsProfile, reading: RosFile) -> None:
+def _report_limit(profile: FastDdsProfile, reading: RosFile) -> None:
     """Report a queue that is longer than what a profile lets Fast DDS keep of one instance; a limit of 0 is none."""
     depth, most = (profile.settings.get(name) for name in ("history.depth", MOST_OF_ONE))
     if depth is None or most is None or depth.unknown or most.unknown or not 0 < int(most.text) < int(depth.text):

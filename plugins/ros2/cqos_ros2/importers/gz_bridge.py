@@ -46,7 +46,7 @@ class _Reader(Configuration):
             self.entry(entries)
 
     def entry(self, entries: MappingNode) -> None:
-        """Add what one entry bridges; tell one that the bridge leaves out."""
+        """Add what one entry bridges; report one that the bridge leaves out."""
         if stated(entries, "service_name") is not None:
             self.service(entries)
             return
@@ -77,7 +77,7 @@ class _Reader(Configuration):
             )
 
     def out(self, message: str, where: Node, advice: str) -> None:
-        """Tell why the bridge leaves an entry out."""
+        """Report why the bridge leaves an entry out."""
         self.note("ROS950", f"ros_gz_bridge leaves this entry out: {message}", where, advice)
 
     def name(self, entries: MappingNode) -> str | None:

@@ -115,7 +115,7 @@ class _Reader(Configuration):
             )
 
     def entity(self, parameter: _Parameter, node: str) -> tuple[_Entity, str] | None:
-        """Take a parameter's name apart; tell why it is none that a node declares."""
+        """Take a parameter's name apart; report why no node declares it."""
         topic, _, rest = parameter.name.partition(".")
         side, dot, policy = rest.rpartition(".")
         kind, _, identifier = side.partition("_")
@@ -145,7 +145,7 @@ class _Reader(Configuration):
         return _Entity(node, topic, _ROLES[kind], identifier or None), policy
 
     def value(self, parameter: _Parameter, policy: str) -> Setting | None:
-        """Return a value as text with its unit; tell one that the node refuses."""
+        """Return a value as text with its unit; report one that the node refuses."""
         node, field = parameter.value, _FIELDS[policy]
         text = field.take(node)
         if text is None:
@@ -155,7 +155,7 @@ class _Reader(Configuration):
         return self.setting(node, text)
 
     def opt_in(self, entity: _Entity, settings: Settings) -> None:
-        """Tell policies that a node does not let be overridden by default."""
+        """Report policies that no parameter overrides by default."""
         allowed = BY_DEFAULT | {"durability"} if entity.topic == _EVENTS else BY_DEFAULT
         further = [policy for policy in settings if policy not in allowed]
         if further:

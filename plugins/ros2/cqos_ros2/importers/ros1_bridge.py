@@ -18,7 +18,7 @@ from cqos_ros2.importers.configuration import Configuration, as_integer
 
 NODE: Final = "ros_bridge"
 _TOPICS: Final = "topics"
-# Who calls a service of ROS 2 for ROS 1, and who serves one of ROS 1 in ROS 2.
+# Roles of the bridge: it calls a service of ROS 2 for ROS 1, and serves one of ROS 1 in ROS 2.
 _SERVICES: Final = {
     "services_1_to_2": (PUBLISHER, "service_client"),
     "services_2_to_1": (SUBSCRIBER, "service_server"),
@@ -81,7 +81,7 @@ class _Reader(Configuration):
         return self.setting(entries, _QUEUE) if node is None or not size else self.setting(node)
 
     def ignored(self, what: str, instead: str, where: Node, advice: str | None = None) -> None:
-        """Tell what the bridge ignores, and what it does instead."""
+        """Report what the bridge ignores, and what it does instead."""
         self.note("ROS951", f"ros1_bridge ignores {what}: {instead}", where, advice)
 
     def qos(self, entries: MappingNode) -> Settings:

@@ -116,7 +116,7 @@ def _indent(line: str) -> int:
 
 
 def _part(number: int, line: str, reading: Reading) -> tuple[int, _Part | None]:
-    """Read one line; tell one that is no key."""
+    """Read one line; report one that is no key."""
     name = reading.source.name
     place = Place(name, number, len(line) - len(line.lstrip()) + 1)
     found = _KEY.match(line)
@@ -158,7 +158,7 @@ class _Model(RosFile):
             self.problem("CQ001", "there is no package in this model", Place(self.source.name, 1, 1))
 
     def unknown(self, part: _Part, known: tuple[str, ...], what: str) -> None:
-        """Tell a part that is not known."""
+        """Report a part that is not known."""
         self.note("ROS955", f"{what} has no {shown(part.key)}{did_you_mean(part.key, known)}", part.place)
 
     def package(self, package: _Part) -> None:

@@ -285,7 +285,7 @@ def _played(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:
         first = topic.profiles[0]
         settings = {policy.name: first[policy.name] for policy in _OFFERED if policy.name in first}
         if "unknown" in (_value(policy, first) for policy in _COMPARED):
-            # Nothing can be created with it, which is only said of settings that are known to go to rclcpp as they are.
+            # No endpoint can be created with it; rules report that only of settings that go to rclcpp as they are.
             stated = {**_DEFAULT_HISTORY, RAW_SETTINGS.name: "true"}
             settings |= {name: Setting(text, topic.place, derived=True) for name, text in stated.items()}
     yield _endpoint(topic, PLAYER, PUBLISHER, settings)

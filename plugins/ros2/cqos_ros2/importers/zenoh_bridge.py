@@ -128,7 +128,7 @@ class _Reader(Configuration):
         return self.setting(stated_here)
 
     def refused(self, message: str, where: Node, advice: str | None = None) -> None:
-        """Tell why the bridge does not start."""
+        """Report why the bridge does not start."""
         self.refuses = True
         self.note("ROS950", f"the bridge does not start with this: {message}", where, advice)
 
@@ -237,7 +237,7 @@ class _Reader(Configuration):
         kind: str = "message",
         **others: str,
     ) -> Endpoint:
-        """Return one end of a route; who is on the other side may be in no file."""
+        """Return one end of a route; its partners may be in no file."""
         place = self.place(where)
         settings = {name: Setting(FROM_FIRST, place, derived=True) for name in copied}
         settings |= {name: Setting(text, place, derived=True) for name, text in others.items()}

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _TOPIC: Final = ["system", "topic"]
 
 
-def write_lonely(
+def write_unmatched(
     clients: Clients, hearing: Hearing, alone: Frame, names: Frame, store: TableStore, out: FoundRows
 ) -> None:
     """Write the findings about endpoints without partners.
@@ -56,8 +56,8 @@ def write_lonely(
         busy.setdefault(system, []).append(topic)
     for system, of_system in groupby(by_topic(store.tuples("like_others")), lambda each: each[0][0]):
         stand_ins = StandIns(clients)
-        lonely = {topic: [_stand_in(stand_ins, topic, *row) for row in rows] for (_, topic), rows in of_system}
-        for topic, row in stand_ins.alone(lonely, busy.get(system, ())):
+        unmatched = {topic: [_stand_in(stand_ins, topic, *row) for row in rows] for (_, topic), rows in of_system}
+        for topic, row in stand_ins.alone(unmatched, busy.get(system, ())):
             out.write(system, topic, row)
 
 
