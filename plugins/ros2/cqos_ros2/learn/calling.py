@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
-from cqos_ros2.learn.creating import Given, apply, library_of, parameter, topic
+from cqos_ros2.learn.creating import BELOW, Given, apply, library_of, parameter, topic
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
@@ -269,6 +269,11 @@ def _is_library(function: Function, name: str, receiver: Instance, walk: Walk) -
 
 def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a method that a library class has; the mark for none where the tables do not have it."""
+    if name == "create_sub_node" and isinstance(receiver, Instance) and receiver.node is not None:
+        below = Unknown("a part of a part of a node") if BELOW in receiver.members else given.arguments[:1]
+        return Instance(
+            None, "rclcpp::Node", {BELOW: below[0] if isinstance(below, list) and below else below}, {}, receiver.node
+        )
     classes = library_of(receiver, walk) if isinstance(receiver, Instance) else []
     is_node = isinstance(receiver, Instance) and receiver.node is not None
     rows = [] if isinstance(receiver, (Qos, str, Template)) else walk.table.rows("calls", name, classes, method=True)

@@ -42,6 +42,8 @@ _RAW: Final = "raw"
 _DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
 OWN_WORDS: Final = ("node", "namespace", "above", "plugin")
 """What `${…}` means in node files beside parameters."""
+BELOW: Final = "#below"
+"""The member of a part of a node that has its namespace."""
 _SIMPLE: Final = (str, int, float, bool, list)
 
 
@@ -129,6 +131,7 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     name = row.values.get("topic_is", MISSING)
     if name is MISSING:
         name = topic(given.at(row.position("topic")))
+    name = _below_part(name, row, given, receiver)
     if "unknown_topic" in row.values and not isinstance(name, Unknown):
         name = Unknown(row.text("unknown_topic"), place)
     qos = quality(row, given, walk)
@@ -141,6 +144,18 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     for beside, type_name in row.values.get("beside", {}).items():
         record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place))
     return made
+
+
+def _below_part(name: Any, row: Row, given: Given, receiver: Any) -> Any:
+    """Return a name as a part of a node (`create_sub_node`) has it: below its namespace, where the name is relative."""
+    asked = [each for each in (receiver, given.at(row.position("node"))) if isinstance(each, Instance)]
+    below = next((each.members[BELOW] for each in asked if BELOW in each.members), MISSING)
+    text = name.text if isinstance(name, Template) else name
+    if below is MISSING or not isinstance(text, str) or text.startswith(("/", "~")):
+        return name
+    if not row.on or text.startswith("${"):
+        return Unknown("what namespace a part of a node gives it is not known", given.call.place)
+    return joined([below, "/", name])
 
 
 def _use(row: Row, given: Given, node: NodeRecord) -> None:
@@ -162,6 +177,8 @@ def _transported(
         yield Condition(), name, type_found
         return
     asked = given.at(row.position("transport"))
+    if asked is MISSING:  # some overloads take it in the place of the object whose method they call
+        asked = next((each for each in given.arguments[3:] if isinstance(each, (str, Template, Unknown))), asked)
     if asked is MISSING or asked is None:
         parameter = row.text("transport_parameter")
         declare(node, parameter, _RAW)
@@ -314,7 +331,7 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         name = name.text
     if name in OWN_WORDS:
         value: Any = Unknown(f"the parameter `{name}` has the name of a variable of node files")
-    elif not isinstance(name, str) or not name or node is None:
+    elif not isinstance(name, str) or not name or node is None or BELOW in getattr(receiver, "members", ()):
         value = Unknown("the name of a parameter is not known")
     else:
         default = given.at(row.position("default"))

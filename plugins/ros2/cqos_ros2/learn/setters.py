@@ -25,6 +25,13 @@ from cqos_ros2.learn.values import PLAIN, Code, Instance
 
 _COUNTS: Final = "++"
 """How a name stands in a list of setters that is made from its own value."""
+_CHANGES: Final = frozenset(
+    (
+        *("add", "append", "extend", "insert", "update", "remove", "discard", "pop", "clear"),
+        *("push_back", "emplace_back", "pop_back", "emplace", "erase", "resize", "assign"),
+    )
+)
+"""Methods that change a list, set or dictionary."""
 _STARTS: Final = ("create_", "add_")
 _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
 """Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
@@ -85,6 +92,10 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
             value = each.value
             if isinstance(value, NotFollowed) or (isinstance(value, Operation) and target in value.operands):
                 yield f"{name}{_COUNTS}"
+    for each in calls_in(function.body):
+        of = each.function.of if isinstance(each.function, Attribute) else None
+        if isinstance(of, (Name, Attribute)) and call_name(each) in _CHANGES:
+            yield of.text if isinstance(of, Name) else of.name
     if walk.program.language == "cpp":
         yield from _handed_out(function, walk)
 

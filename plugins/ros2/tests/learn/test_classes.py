@@ -184,6 +184,48 @@ def test_a_counted_loop_over_the_list_of_a_parameter(cpp):
     ]
 
 
+def test_a_sub_node_puts_its_namespace_before_relative_names(cpp):
+    body = f"""auto part = create_sub_node("arm"); auto own = this->create_sub_node(this->get_name()); auto other = create_sub_node(read());
+      part->{PUB}("pose", 1); part->{PUB}("/tf", 1); own->{PUB}("pose", 1); other->{PUB}("~/here", 1); other->{PUB}("pose", 1);
+      part->{PUB}(part->declare_parameter<std::string>("topic", "x"), 1); message_filters::Subscriber<std_msgs::msg::String> taken(part, "taken");"""
+    found = cpp(body)
+    assert set(found["publishes"]) == {"arm/pose", "/tf", "${node}/pose", "~/here", "(unknown 1)", "(unknown 2)"}
+    assert all("unknown" in each for each in found["subscribes"].values())
+
+
+def test_a_list_that_a_callback_may_add_to_is_not_known(python):
+    body = "self.topics = ['a']\nself.fixed = ['b']\nself.create_timer(1.0, self.check)\nself.create_subscription(String, 'in', self.take, 1)"
+    methods = """
+    def check(self):
+        for topic in self.topics + []:
+            self.create_publisher(String, topic, 1)
+        for topic in self.topics:
+            self.create_publisher(String, topic, 1)
+        for topic in self.fixed:
+            self.create_publisher(String, topic, 1)
+
+    def take(self, message):
+        self.topics.append(message.data)
+"""
+    found = python(body, methods)["publishes"]
+    assert {name for name in found if not name.startswith("(")} == {"b"}
+
+
+def test_a_list_that_a_service_may_add_to_is_not_known(cpp):
+    body = """timer_ = create_wall_timer(1s, [this]() { check(); }); create_service<std_srvs::srv::Empty>("more", std::bind(&Driver::more, this));"""
+    members = f"""void check() {{ for (const auto & t : topics_) {{ {PUB}(t, 1); }} for (const auto & t : fixed_) {{ {PUB}(t, 1); }} }}
+      void more() {{ topics_.push_back(read()); }} std::vector<std::string> topics_ = {{"a"}}; std::vector<std::string> fixed_ = {{"b"}}; rclcpp::TimerBase::SharedPtr timer_;"""
+    assert {name for name in cpp(body, members)["publishes"] if not name.startswith("(")} == {"b"}
+
+
+def test_a_subscription_of_images_that_leaves_the_transport_out(cpp):
+    body = """auto it = std::make_shared<image_transport::ImageTransport>(this); image_transport::TransportHints hints(this, "compressed");
+      it->subscribe("image", 1, &Driver::take, this); it->subscribe("other", 1, std::bind(&Driver::take, this, _1), &hints);"""
+    found = cpp(body, "void take(const sensor_msgs::msg::Image::ConstSharedPtr & image) {}")
+    assert found["subscribes"]["image"]["when"] == {"image_transport": "raw"}
+    assert found["parameters"] == {"image_transport": {}}  # two calls state different defaults
+
+
 def test_a_name_that_each_class_gives_its_own_type(node):
     before = """struct OneSpec { static constexpr char name[] = "one"; static constexpr size_t depth = 4; static constexpr auto durability = RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL; };
       struct Other { using Spec = TwoSpec; };
