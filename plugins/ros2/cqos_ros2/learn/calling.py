@@ -10,6 +10,7 @@ from cqos_ros2.learn.creating import BELOW, Given, apply, library_of, parameter,
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
+from cqos_ros2.learn.objects import base, construct, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
 from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
@@ -125,8 +126,6 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     if name in _COMPREHENSIONS:
         return _comprehended(name, given.arguments[0], given.arguments[1], walk)
     if name == "super":
-        from cqos_ros2.learn.objects import base
-
         return base(given, walk)
     if this is not None and walk.program.language == "cpp":
         found = _own_method(this, name, given, walk)
@@ -139,8 +138,6 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
         return made
     cls = walk.program.find_class(name, walk.frame.function.place.source, walk.frame.function.name)
     if cls is not None and not {name, cls.name} & walk.table.nodes.keys() and not _has_row(cls.name, walk):
-        from cqos_ros2.learn.objects import construct
-
         return construct(cls, given, walk)
     found = _function(name, given, walk)
     return _of_library(name, given, walk) if found is MISSING else found
@@ -197,8 +194,6 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
         return carried
     known = walk.table.node_class(name)
     if known is not None:
-        from cqos_ros2.learn.objects import plain_node
-
         return plain_node(known[0], given, walk)
     found: Any = MISSING
     rows = walk.table.rows("calls", name, (), method=False)

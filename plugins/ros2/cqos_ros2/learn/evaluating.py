@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.frames import Frame, lineage
 from cqos_ros2.learn.operators import element, operation, truth
 from cqos_ros2.learn.program import (
     THIS,
@@ -23,11 +23,12 @@ from cqos_ros2.learn.program import (
     Operation,
     Pairs,
     Reference,
+    fits,
     inner_type,
     last_part,
     without_arguments,
 )
-from cqos_ros2.learn.qualities import policy_of
+from cqos_ros2.learn.qualities import changed, policy_of, preset
 from cqos_ros2.learn.setters import set_elsewhere
 from cqos_ros2.learn.values import (
     NO_POSITION,
@@ -175,8 +176,6 @@ def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
 
 
 def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
-    from cqos_ros2.learn.frames import Frame
-
     function = next(iter(walk.program.functions.get(last_part(cls.name), [])), None) or walk.frame.function
     walk.frames.append(Frame(function, instance, types=instance.types))
     try:
@@ -199,13 +198,11 @@ def _constant(text: str, walk: Walk) -> Any:
         fitting = (
             module.startswith(f"{name.rpartition('.')[0]}.")
             if program.language == "python" and text == last
-            else _fits(name, text)
+            else fits(name, text)
         )
         if fitting:
             stated.append((file, value))
     if not stated:
-        from cqos_ros2.learn.qualities import preset
-
         if last == "npos":
             return NO_POSITION
         return preset(text, walk) or _function(text, walk) or Word(text)
@@ -225,8 +222,6 @@ def _constant(text: str, walk: Walk) -> Any:
 
 def _stated(value: Expression, file: str, name: str, walk: Walk) -> Any:
     """Return the value of a constant; names in it mean those of its own file first."""
-    from cqos_ros2.learn.frames import Frame
-
     if _mentions(value, name):
         return Unknown("it is made from itself")
     if walk.program.language != "cpp" or file == walk.frame.function.place.source:
@@ -244,12 +239,6 @@ def _function(text: str, walk: Walk) -> Code | None:
 
     found = near(text, walk)
     return Code(found[0], None) if len(found) == 1 and not found[0].owner else None
-
-
-def _fits(name: str, text: str) -> bool:
-    from cqos_ros2.learn.program import fits
-
-    return fits(name, text)
 
 
 def _mentions(expression: Expression, name: str) -> bool:
@@ -305,8 +294,6 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
     elif isinstance(target, Attribute):
         of = _carrier(target.of, walk) or evaluate(target.of, walk)
         if isinstance(of, (Qos, Either)):
-            from cqos_ros2.learn.qualities import changed
-
             _replace(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):
             _set_member(of, target.name, value, walk)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import without_arguments
-from cqos_ros2.learn.values import Instance, NodeRecord
+from cqos_ros2.learn.values import Instance, NodeRecord, merged
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -178,8 +178,6 @@ class Walk:
 
     def merge(self, other: list[dict[str, Any]], tests: Tests | None, cause: str, place: Place) -> None:
         """Join all values with those of the branch that was walked before, which is taken where ``tests`` hold."""
-        from cqos_ros2.learn.values import merged
-
         count = len(self.frames)
         spaces = [
             *(each.names for each in self.frames),

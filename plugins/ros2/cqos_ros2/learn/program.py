@@ -365,11 +365,9 @@ class Program:
 
     def _scoped(self, name: str, scope: str) -> str:
         """Return the plain type that a name stands for in the innermost class or namespace around; empty where it stands for none there."""
-        around = f"{scope}::"
-        known = [
-            each for each in self.scoped.get(name, ()) if each[0] != name and around.startswith(each[0][: -len(name)])
-        ]
-        return without_arguments(max(known, key=lambda each: len(each[0]))[1]) if known else ""
+        known = self.scoped.get(name, ())
+        inner = [each for each in known if f"{scope}::".startswith(each[0].removesuffix(name) or "::")]
+        return without_arguments(max(inner, key=lambda each: len(each[0]))[1]) if inner else ""
 
     def alias(self, name: str) -> str | None:
         """Return what a name stands for; None where it is no alias, or one of several that may be meant."""

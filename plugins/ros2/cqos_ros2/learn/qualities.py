@@ -25,8 +25,6 @@ WORDS: Final = {
 DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
 _IGNORED: Final = ("avoid_ros_namespace_conventions",)
 _FIELDS: Final = (*WORDS, "depth", *DURATIONS)
-_UNSET: Final = "unset"
-"""The base of a structure that states all of its fields, or those that are left out are zero."""
 
 
 def policy_value(policy: str, value: Any) -> Any:

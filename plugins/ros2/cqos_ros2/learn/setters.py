@@ -92,9 +92,9 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
             value = each.value
             if isinstance(value, NotFollowed) or (isinstance(value, Operation) and target in value.operands):
                 yield f"{name}{_COUNTS}"
-    for each in calls_in(function.body):
-        of = each.function.of if isinstance(each.function, Attribute) else None
-        if isinstance(of, (Name, Attribute)) and call_name(each) in _CHANGES:
+    for call in calls_in(function.body):
+        of = call.function.of if isinstance(call.function, Attribute) else None
+        if isinstance(of, (Name, Attribute)) and call_name(call) in _CHANGES:
             yield of.text if isinstance(of, Name) else of.name
     if walk.program.language == "cpp":
         yield from _handed_out(function, walk)

@@ -202,11 +202,6 @@ PLAIN: Final = (str, int, float, bool, Template, Qos, list, dict, Either, type(N
 """Values that an assignment replaces; an object stays what it is."""
 
 
-def unknown(cause: str, place: Place | None = None) -> Unknown:
-    """Return a value that is not known."""
-    return Unknown(cause, place)
-
-
 def joined(values: list[Any]) -> Any:
     """Return the text of several values one after the other; one for each case where a value is one of a few."""
     for number, each in enumerate(values):
