@@ -28,13 +28,15 @@ if TYPE_CHECKING:
 IMPORTER: Final = "workspace"
 LAUNCH: Final = "launch"
 ARGUMENT: Final = "launch_arg"
+_UNREAD: Final = ("action", "file")
+"""What remarks about a launch file are about that cannot be read."""
 
 
 def read(source: Source, context: ReadContext) -> System:
     """Return the system that the launch files start together.
 
     Raises:
-        InputError: a launch file or an argument is not there, or a node file of the workspace cannot be read.
+        InputError: a launch file or an argument is not there, or a launch file or a node file of the workspace cannot be read.
     """
     found = joined(source.name, context.options)
     system = found.system
@@ -76,7 +78,11 @@ def _launched(
     read = []
     for each in files:
         workspace, path = entry_point(each, folder)
-        read.append(launch(workspace, path, dict(given), dict(variables)))
+        found = launch(workspace, path, dict(given), dict(variables))
+        own = [one for one in found.remarks if one.about in _UNREAD and one.what == workspace.short(path)]
+        if own and not found.instances:
+            raise InputError([Problem("CQ047", one.cause, one.place or Place(path)) for one in own])
+        read.append(found)
     whole = read[0]
     for found in read[1:]:
         whole.instances += found.instances

@@ -112,3 +112,15 @@ def test_fixing_leaves_a_workspace_as_it_is(tmp_path):
     done = run(["check", ".", "--launch", "bot:a.launch.xml", "--fix"], tmp_path)
     assert "Traceback" not in done.err, done.err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize("command", [["check", ".", "--launch"], ["why", "/a", ".", "--launch"]])
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("a.launch.py", b"def (:\n"), ("a.launch.xml", b"<launch>\xff</launch>"), ("a.launch.xml", b"<lau")],
+)
+def test_a_launch_file_that_cannot_be_read_is_an_error(tmp_path, command, name, content):
+    (tmp_path / "package.xml").write_text(MANIFEST)
+    (tmp_path / name).write_bytes(content)
+    done = run([*command, name], tmp_path)
+    assert (done.code, name in done.err) == (2, True), done.out + done.err
