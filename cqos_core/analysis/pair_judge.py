@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from datetime import timedelta
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -57,9 +58,11 @@ _HASHED: Final = frozenset((str, int, bool, timedelta))
 def _texts(settings: Mapping[str, SettingValue | None]) -> _Texts:
     """Return settings as text; a preset that is None is none."""
     return tuple(
-        (name, as_text(value))  # type: ignore[arg-type]
-        for name, value in settings.items()
-        if name != "profile" or value is not None
+        [
+            (name, value if type(value) is str else as_text(value))  # type: ignore[arg-type]
+            for name, value in settings.items()
+            if name != "profile" or value is not None
+        ]
     )
 
 
@@ -136,7 +139,10 @@ class StatedPairs:
         return found
 
     def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
-        return PairReport.unmade(verdict, lambda: explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER))
+        return PairReport.unmade(verdict, partial(self._explained, offer, request))
+
+    def _explained(self, offer: _Side, request: _Side) -> PairReport:
+        return explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
 
     def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
         """Return the system of two sides, to be explained."""
@@ -166,7 +172,7 @@ class StatedPairs:
         resolver, known = self._resolver, self._known
         if side.end is not None:
             return True
-        if resolver is None or known is None or any(name == "profile" for name, _ in side.stated):
+        if resolver is None or known is None or "profile" in dict(side.stated):
             return False
         if role in self._drafts:
             draft = resolver.bases.redrafted(*self._drafts[role], side.stated)

@@ -7,6 +7,7 @@ For all else there is no answer here, and it is resolved as a whole.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias, cast
 
@@ -52,6 +53,10 @@ class Override:
         self.word = word
         plainly = index is not None and type(value) in KNOWN and word is not UNREAD
         self.plainly: int = index if plainly else _NOT_PLAINLY  # type: ignore[assignment]
+
+
+def _stated(spelt: str, text: str, name: str) -> Stated:
+    return Stated(spelt, Setting(text), name)
 
 
 _NOTHING: Final = Override()
@@ -286,10 +291,11 @@ class Bases:
             return None
         word = None
         if index in pack.asked:
-            # A zero may stand for a word, which means another value than its text.
-            known = value if policy.zero is None and isinstance(value, (int, str, tuple)) else None
+            # A zero may stand for a word, which means another value than its text. A number that begins with another digit is none.
+            kept = policy.zero is None or (spelt.isalnum() and spelt[0] in "123456789")
+            known = value if kept and isinstance(value, (int, str, tuple)) else None
             word = WrittenValue(policy.word(spelt, known), here=True)
-        return Override(len(name) + len(text), index, lambda: Stated(spelt, Setting(text), name), value, word)
+        return Override(len(name) + len(text), index, partial(_stated, spelt, text, name), value, word)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
         """Return the policy that a name spells, where the text of its value alone decides what it changes."""

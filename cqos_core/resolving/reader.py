@@ -415,8 +415,8 @@ def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
     codes = dialect.codes.get(policy.name)
     if codes is not None and stripped in codes:
         return codes[stripped]
-    numeric = isinstance(policy.domain, (Duration, Count))
-    if dialect.zero_is_unset and numeric and "0" in stripped and set(stripped) <= {*"0.+"}:
+    zero = dialect.zero_is_unset and "0" in stripped and set(stripped) <= {*"0.+"}
+    if zero and isinstance(policy.domain, (Duration, Count)):
         return None
     return policy.domain.with_unit(text, dialect.bare_unit)
 
