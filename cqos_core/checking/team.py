@@ -7,7 +7,6 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.findings import Made, make
-from cqos_core.language.binding import bind
 from cqos_core.language.expression import Condition, Literal, Term, Test, definitions
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.parsing import parse
@@ -63,7 +62,8 @@ def bind_checks(
                     because=team_rule.because.rstrip(".") or "the team requires it",
                     severity=team_rule.severity,
                 )
-                bound = BoundRule(rule, bind(condition, pack.vocabulary), scope_of(condition), role_of(condition))
+                bound = BoundRule(rule, pack.vocabulary, scope_of(condition), role_of(condition))
+                _ = bound.bound
                 _refuse_wider(bound)
             except CqosError as error:
                 errors.append(str(error))

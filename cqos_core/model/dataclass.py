@@ -71,8 +71,8 @@ def _with_fields(cls: Any, *, slots: bool, kw_only: bool) -> Any:
     made = dataclasses.dataclass(cls, init=False, repr=False, eq=False, slots=slots, kw_only=kw_only)
     if plain:
         made.__annotations__ = stated
-        for each in fields(made):
-            each.type = stated[each.name]
+        for name, each in stated.items():
+            made.__dataclass_fields__[name].type = each
     return made
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from cqos_core.language.binding import bind
@@ -19,27 +20,32 @@ if TYPE_CHECKING:
     from cqos_core.packs.rule import Rule, SeverityName
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class BoundRule:
-    """A rule with its sentence bound to the pack's policies, and the scope that follows from its terms.
-
-    ``absent``: by role, the policies that it reads of an endpoint itself and that endpoints of the role do not have.
-    """
+    """A rule of a pack with these policies, and the scope that follows from its terms."""
 
     rule: Rule
-    bound: BoundCondition
+    vocabulary: Vocabulary
     scope: str
     role: str | None
-    absent: Mapping[str, tuple[int, ...]] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        """Note which policies are absent."""
-        policies = self.bound.vocabulary.policies
+    @cached_property
+    def bound(self) -> BoundCondition:
+        """Its condition, bound when it is first asked: a start of the command asks a third of the rules.
+
+        Raises:
+            ConditionError: it cannot be bound.
+        """
+        return bind(self.rule.condition, self.vocabulary)
+
+    @cached_property
+    def absent(self) -> Mapping[str, tuple[int, ...]]:
+        """By role, the policies that it reads of an endpoint itself and that endpoints of the role do not have."""
+        policies = self.vocabulary.policies
         own = [
             use.index for use in self.bound.uses if use.term.scope == "own" and policies[use.index].level == ENDPOINT
         ]
-        absent = {role: tuple(index for index in own if role not in policies[index].roles) for role in BOTH}
-        object.__setattr__(self, "absent", absent)
+        return {role: tuple(index for index in own if role not in policies[index].roles) for role in BOTH}
 
     @property
     def severities(self) -> dict[str, SeverityName]:
@@ -54,8 +60,7 @@ class BoundRule:
     @property
     def option(self) -> Policy:
         """The option on which the severity depends."""
-        vocabulary = self.bound.vocabulary
-        return vocabulary.policies[vocabulary.indices["option", self.rule.severity.option]]  # type: ignore[union-attr]
+        return self.vocabulary.policies[self.vocabulary.indices["option", self.rule.severity.option]]  # type: ignore[union-attr]
 
     @property
     def severity(self) -> SeverityName:
@@ -74,15 +79,11 @@ class BoundRule:
             here = in_(option(self.option), *(value for value, each in found.items() if each == severity))
             limited = condition & here if self.rule.kind == "forbids" else condition | ~here
             rule = replace(self.rule, condition=limited, severity=severity)
-            yield BoundRule(rule, bind(limited, self.bound.vocabulary), self.scope, self.role)
+            yield BoundRule(rule, self.vocabulary, self.scope, self.role)
 
 
 def bind_rule(rule: Rule, vocabulary: Vocabulary) -> BoundRule:
-    """Bind a rule.
-
-    Raises:
-        ConditionError: it cannot be bound.
-    """
+    """Bind a rule; `BoundRule.bound` raises where its condition cannot be."""
     # A guarantee is one of pairs, even where it rests on one side alone.
     scope = "pair" if rule.guarantee else scope_of(rule.condition)
-    return BoundRule(rule, bind(rule.condition, vocabulary), scope, rule.role or role_of(rule.condition))
+    return BoundRule(rule, vocabulary, scope, rule.role or role_of(rule.condition))

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.binding import bind
-from cqos_core.language.expression import definitions
+from cqos_core.language.expression import Term, Test, definitions
 from cqos_core.language.policy import ENDPOINT, LEVELS, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.language.vocabulary import Function, Vocabulary
@@ -128,7 +128,7 @@ class RulePack:
 
     @cached_property
     def bound_rules(self) -> tuple[BoundRule, ...]:
-        """The rules by code, bound to the policies."""
+        """The rules by code; each is bound to the policies when it is first asked."""
         return tuple(bind_rule(rule, self.vocabulary) for rule in sorted(self.rules, key=lambda rule: rule.code))
 
     @cached_property
@@ -146,7 +146,9 @@ class RulePack:
     @cached_property
     def asked(self) -> frozenset[int]:
         """Indices of the policies whose spelling a rule asks for."""
-        return frozenset(index for each in self.bound_rules for index in each.bound.asked)
+        every = (node for rule in self.rules for node in rule.condition.walk())
+        asked = (node.args[0] for node in every if isinstance(node, Test) and node.name in {"stated", "stated_here"})
+        return frozenset(self.vocabulary.find(term) for term in asked if isinstance(term, Term))
 
     @cached_property
     def derived(self) -> tuple[tuple[Derivation, tuple[tuple[str, BoundCondition], ...]], ...]:

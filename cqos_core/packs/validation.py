@@ -58,8 +58,9 @@ def validate(pack: RulePack) -> None:
 def _mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
     """Yield what is wrong with a rule."""
     at = ("rules", rule.code)
+    bound = bind_rule(rule, vocabulary)
     try:
-        bound = bind_rule(rule, vocabulary)
+        _ = bound.bound
     except ConditionError as error:
         yield Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}")
     else:
