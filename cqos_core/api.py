@@ -16,7 +16,8 @@ from cqos_core.files.merging import merge
 from cqos_core.files.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.pipeline import Context, context, exact_places, with_options
+from cqos_core.matching.pipeline import Context, context, with_options
+from cqos_core.model.exact_places import exact_places
 from cqos_core.model.report import Edit
 from cqos_core.model.system import System
 from cqos_core.plugins import Plugins

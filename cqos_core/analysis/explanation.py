@@ -244,7 +244,7 @@ class _Pair:
         """What is assumed for options that the system leaves open."""
         ends = [self.offering, self.requesting]
         packs = {each.pack.id: each.pack for each in self.pipeline.endpoints}
-        return assumptions(ends, [each.id for each in ends], findings, packs)
+        return assumptions([each.participant for each in ends], ends, [each.id for each in ends], findings, packs)
 
     def findings(self) -> list[Finding]:
         """Return the findings of both ends, of the pair, and of the topic if that refuses them."""

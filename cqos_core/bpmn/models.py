@@ -79,7 +79,7 @@ class Models:
         for form, kind in forms:
             match = form.fullmatch(attributes)
             if match is not None:
-                return Model(kind, self._known(match.groups()))
+                return Model((kind, *self._known(match.groups())))
         parts = self._quantity.split(attributes)  # what is before a quantity, the attribute up to it, the quantity, …
         quantities = parts[2::3]
         del parts[2::3]
@@ -94,7 +94,7 @@ class Models:
         if len(forms) < _MOST_FORMS:
             text = (re.escape(part) + (b"(%b)" % _NUMBER if number % 2 else b"") for number, part in enumerate(parts))
             forms.append((re.compile(b"".join(text)), found))
-        return Model(found, self._known(quantities))
+        return Model((found, *self._known(quantities)))
 
     def _known(self, quantities: Sequence[bytes]) -> tuple[bytes, ...]:
         """Return quantities, equal ones of the document as one object."""
@@ -167,7 +167,7 @@ def outline(name: str, data: bytes, read: Callable[[Source], System], *, lines: 
     if root.tag != DEFINITIONS or len(bound) != 1:
         raise NotPlainError
     bpmn = f"{bound[0]}:" if bound[0] else ""
-    models = Models(root.nsmap, bpmn, LinesOf(name, data if lines else None), read)
+    models = Models(root.nsmap, bpmn, LinesOf(name, data, known=lines), read)
     return Taking(data, bpmn, start.end(), models.model).plain()
 
 

@@ -123,11 +123,10 @@ class Taking:
                 if model is None or one == two or (known is not None and topic not in known):
                     continue
                 if one != b"id":
-                    name, other = other, name
+                    name = other
                 if not name:
                     continue
-                label = fold(other.decode()) or None if other else None
-                event = model.another(name.decode(), label, topic, match.start("end"))
+                event = model.another(name.decode(), topic, match.start("end"))
             if data[last:start].strip():
                 kept += self._cut(first, last, start)
                 run = []

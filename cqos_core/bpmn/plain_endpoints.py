@@ -6,7 +6,9 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.bpmn.names import fold
 from cqos_core.model.lazy_endpoint import LazyEndpoint
+from cqos_core.model.regular import re
 from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
@@ -15,19 +17,20 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Said, Settings
 
 _BLOCK: Final = 4096
+_NAME: Final = re.compile(rb'[ \t\r\n]name="([^"]*)"')
 
 
 class LinesOf:
-    """Tells the line of any byte of a document. Of a long one no table of lines is kept; without ``data`` it has no lines."""
+    """Tells the line of any byte of a document. Of a long one no table of lines is kept; where they are not ``known``, it has none."""
 
-    def __init__(self, source: str, data: bytes | None) -> None:
+    def __init__(self, source: str, data: bytes, *, known: bool = True) -> None:
         self.source = source
-        self._data = data
+        self._data, self._known = data, known
         self._before: list[int] = []
 
     def line(self, offset: int) -> int | None:
         """Return the one-based line of the byte at ``offset``."""
-        if self._data is None:
+        if not self._known:
             return None
         if not self._before:
             count = 1
@@ -36,6 +39,11 @@ class LinesOf:
                 count += self._data.count(b"\n", start, start + _BLOCK)
         block = offset // _BLOCK
         return self._before[block] + self._data.count(b"\n", block * _BLOCK, offset)
+
+    def name(self, offset: int) -> str | None:
+        """Return the name of the element whose start tag ends at ``offset``."""
+        found = _NAME.search(self._data, self._data.rindex(b"<", 0, offset), offset)
+        return found and (fold(found[1].decode()) or None)
 
 
 class Kind:
@@ -70,20 +78,27 @@ class Kind:
         return tuple(settings), self.said[1]
 
 
-class Model:
-    """What endpoints of one file share that differ in id, label, topic, participant and place."""
+class Model(tuple[Any, ...]):
+    """What endpoints of one file share that differ in id, label, topic, participant and place.
 
-    __slots__ = ("_kind", "_texts")
+    It is a kind and texts, in UTF-8, in the place of those of the kind: a large diagram has as many models as events.
+    """
 
-    def __init__(self, kind: Kind, texts: tuple[bytes, ...]) -> None:
-        """Take ``texts``, in UTF-8, in the place of those of a kind."""
-        self._kind = kind
-        self._texts = texts
+    __slots__ = ()
+
+    @property
+    def _kind(self) -> Kind:
+        kind: Kind = self[0]
+        return kind
+
+    @property
+    def _texts(self) -> tuple[bytes, ...]:
+        return tuple(self[1:])
 
     @property
     def pattern(self) -> tuple[Kind, tuple[bytes, ...]]:
         """What `Endpoint.pattern` returns."""
-        return self._kind, self._texts
+        return self[0], self[1:]
 
     @property
     def tag(self) -> str:
@@ -95,8 +110,8 @@ class Model:
         """What `Endpoint.said` returns."""
         return self._kind.says(self._texts)
 
-    def another(self, name: str, label: str | None, topic: str, offset: int) -> PlainEndpoint:
-        """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
+    def another(self, name: str, topic: str, offset: int) -> PlainEndpoint:
+        """Return an endpoint like the model, whose start tag ends at the byte at ``offset``."""
         like = self._kind.endpoint
         made = PlainEndpoint.__new__(PlainEndpoint)
         made.settings = self
@@ -105,8 +120,7 @@ class Model:
         made.role = like.role
         made.topic = topic
         made.participant = like.participant
-        made.overlay = {}
-        made.needs = {}
+        made._needs = made._overlay = None  # noqa: SLF001 - as an init does
         made.type = like.type
         made.kind = like.kind
         made.dialect = like.dialect
@@ -117,14 +131,15 @@ class Model:
         made.template = like.template
         made.alternative = like.alternative
         made.protocol = like.protocol
-        made.label = label
         if not like.profiles:
             made.profiles = ()
         return made
 
     def make(self, of: PlainEndpoint, name: str) -> Any:
-        """Return what an endpoint has not made yet: its place, its room or its profiles."""
+        """Return what an endpoint has not made yet: its label, its place, its room or its profiles."""
         lines = self._kind.lines
+        if name == "label":
+            return lines.name(of.offset)
         place = Place(lines.source, lines.line(of.offset), None, of.id)
         if name == "place":
             return place
@@ -155,7 +170,7 @@ def _moved(place: Place | None, to: Place) -> Place | None:
 
 
 class PlainEndpoint(LazyEndpoint):
-    """An `Endpoint` that also makes its profiles, place and room when one reads them."""
+    """An `Endpoint` that also makes its label, profiles, place and room when one reads them."""
 
     __slots__ = ("offset",)
     written: Model
@@ -163,7 +178,7 @@ class PlainEndpoint(LazyEndpoint):
 
     def __getattr__(self, name: str) -> Any:
         """Make what is not there yet."""
-        if name not in {"profiles", "place", "room"}:
+        if name not in {"label", "profiles", "place", "room"}:
             raise AttributeError(name)
         made = self.written.make(self, name)
         setattr(self, name, made)

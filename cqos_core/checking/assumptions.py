@@ -32,15 +32,18 @@ class _Open(NamedTuple):
 
 
 def assumptions(
-    endpoints: Sequence[Resolved], paired: Iterable[str], findings: Iterable[Finding], packs: Mapping[str, RulePack]
+    participants: Iterable[ResolvedParticipant],
+    endpoints: Iterable[Resolved],
+    paired: Iterable[str],
+    findings: Iterable[Finding],
+    packs: Mapping[str, RulePack],
 ) -> tuple[Assumption, ...]:
     """Return what is assumed for options on which verdicts, errors or warnings rest.
 
     ``paired`` are the ids of endpoints in pairs. A value under which an end of a pair cannot exist is not assumed.
     """
-    owners = {id(each.participant): each.participant for each in endpoints}
-    opened = {key: found for key, owner in owners.items() if (found := tuple(_opened(owner)))}
-    concerned = [each for each in endpoints if id(each.participant) in opened]
+    opened = {id(owner): found for owner in {*participants} if (found := tuple(_opened(owner)))}
+    concerned = [each for each in endpoints if id(each.participant) in opened] if opened else []
     named: dict[str, _Open] = {}
     barred: dict[str, set[str]] = {}
     for each, read, refused in _of_pairs(

@@ -13,11 +13,15 @@ from cqos_core.checking.findings import Made, merged, of_participants, one_per_c
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
-from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.pipeline import Pipeline, resolve_all
+from cqos_core.matching.plain_pairs import quietness
+from cqos_core.matching.topic_shape import QUIET
 from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
-from cqos_core.model.remarks import core_finding, plural, suggestion
-from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.model.remarks import core_finding, plural
+from cqos_core.model.report import Finding, Group, Report, Severity, Side, Verdict
+from cqos_core.resolving.quiet_topics import QuietTopics, may_be_quiet
+from cqos_core.resolving.starts import unknown_starts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,8 +31,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Group
-    from cqos_core.model.system import Endpoint, Participant, System
+    from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
@@ -69,37 +72,24 @@ def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
 
 
-def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
+NOT_QUIET: Final = QuietTopics(lambda _one, _other: False)
+
+
+def participant_findings(endpoints: Sequence[Resolved], quiet: QuietTopics = NOT_QUIET) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     # The surroundings and the frame of a profile have all that these rules read.
-    alike = {(each.participant, each.like.frame, each.endpoint.observed): each for each in endpoints}
+    alike = {
+        (each.participant, each.like.frame, each.endpoint.observed): each for each in quiet.with_samples(endpoints)
+    }
     distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
     if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
-    for endpoint in endpoints:
+    for endpoint in chain(endpoints, quiet.endpoints()):
         for bound, read in read_beyond(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     said = ((bound, said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
     return [of_participants(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
-
-
-def _starts(system: System) -> list[Finding]:
-    everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
-    stating = [each for each in everybody if each.starts_after]
-    if not stating:
-        return []
-    from cqos_core.model.spelling import KnownNames
-
-    known = {each.id for each in everybody}
-    names = KnownNames(known)
-    findings = []
-    for stated in stating:
-        for name in stated.starts_after:
-            if name not in known:
-                message = f"`{stated.id}` starts after `{name}`, which is neither a participant nor an endpoint"
-                findings.append(core_finding("CQ213", message, place=stated.place, help=suggestion(name, names)))
-    return findings
 
 
 def assemble(
@@ -108,23 +98,24 @@ def assemble(
     results: Mapping[TopicKey, TopicResult],
     context: Context,
     problems: Sequence[Finding] = (),
+    quiet: QuietTopics = NOT_QUIET,
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell."""
-    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
+    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), quiet.with_samples(resolved.endpoints)))}
     made = _merged(results)
     judged, endpoints = (*results.values(),), resolved.endpoints
     distinct = {id(result.outcomes): result.outcomes for result in judged}
-    verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
-    groups = later(lambda: _groups(judged))
+    verdicts = {row.verdict for outcomes in (*distinct.values(), *[QUIET][: len(quiet)]) for row in outcomes.rows}
+    groups = later(lambda: _groups(judged, quiet))
     if problems and system.flows:
         from cqos_core.checking.excluded import with_behaviour
 
         made, divided = with_behaviour(made, [*groups], problems, packs)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
-    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints)
+    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints, quiet)
     plain = [
         *stated_findings(system, resolved, context, problems),
-        *participant_findings(resolved.endpoints),
+        *participant_findings(resolved.endpoints, quiet),
         *collapses(resolved.endpoints),
         *lonely,
     ]
@@ -139,7 +130,11 @@ def assemble(
 
         made = as_people_said(made, system, context)
     findings = in_order(_with_templates([one.finding for one in one_per_cause(made)], system, resolved))
-    paired = (name for result in judged for name in result.paired)
+    paired = chain(
+        chain.from_iterable(each.paired for each in judged),
+        chain.from_iterable((*each.publishers, *each.subscribers) for each in quiet.groups),
+    )
+    owners = (*map(attrgetter("participant"), endpoints), *resolved.participants.values())
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
     if hypothetical:
         verdicts, groups = set(), ()
@@ -150,12 +145,12 @@ def assemble(
         not_checked=tuple(dict.fromkeys(chain.from_iterable(packs[name].not_checked for name in sorted(packs)))),
         system=system.name,
         sources=tuple(system.sources),
-        endpoints=len(resolved.endpoints),
-        topics=_topics(results),
+        endpoints=len(resolved.endpoints) + 2 * len(quiet),
+        topics=_topics(results) + len(quiet),
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=later(lambda: assumptions(endpoints, paired, findings, packs)),
+        assumed=later(lambda: assumptions(owners, chain(endpoints, quiet.endpoints()), paired, findings, packs)),
     )
 
 
@@ -179,17 +174,22 @@ def _without_partners(
     results: Mapping[TopicKey, TopicResult],
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
+    quiet: QuietTopics,
 ) -> tuple[list[Finding], int]:
     if not any(result.lonely for result in results.values()):
         return [], 0
     from cqos_core.checking.partners import partners
 
-    return partners(system, results, packs, endpoints)
+    found = {**results}
+    for each in quiet.groups:
+        found[each.protocol, each.topic] = known = TopicResult((), QUIET)
+        known.groups, known.lonely = (each,), ()
+    return partners(system, found, packs, endpoints)
 
 
-def _groups(results: Iterable[TopicResult]) -> list[Group]:
+def _groups(results: Iterable[TopicResult], quiet: QuietTopics) -> list[Group]:
     """Return the pairs of all topics, in order."""
-    found = [each for result in results for each in result.groups]
+    found = [*chain.from_iterable(result.groups for result in results), *quiet.groups]
     return sorted(found, key=lambda each: (each.topic, each.publishers, each.subscribers))
 
 
@@ -284,7 +284,7 @@ def stated_findings(
         *_import_findings(system, context),
         *resolved.findings,
         *problems,
-        *_starts(system),
+        *unknown_starts(system),
         *(
             core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
             for name in system.severities
@@ -324,9 +324,10 @@ def check_system(
         step: called before each topic with how many of how many are judged.
     """
     with uncollected(len(system.endpoints)):
-        pipeline = Pipeline(system, context)
+        quiet = QuietTopics(quietness())
+        pipeline = Pipeline(system, context, partial(resolve_all, quiet=quiet if may_be_quiet(system) else None))
         judged = judge_topics(pipeline, step=step)
-        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems)
+        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems, quiet)
 
 
 class JudgedTopics(NamedTuple):

@@ -18,8 +18,9 @@ from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.reading import faults, faults_of
-from cqos_core.matching.pipeline import Context, Pipeline, context, exact_places
+from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
+from cqos_core.model.exact_places import exact_places
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report, Verdict

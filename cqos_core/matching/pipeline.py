@@ -1,4 +1,4 @@
-"""The way of a system from stated texts to topics, each stage once; and what surrounds it: packs, options, exact places."""
+"""The way of a system from stated texts to topics, each stage once; and what surrounds it: packs, options."""
 
 from __future__ import annotations
 
@@ -6,30 +6,28 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.domains import as_text
 from cqos_core.matching.wire import topics
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.later import later
-from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Place, Setting, System
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from datetime import date
 
     from cqos_core.language.domains import SettingValue
     from cqos_core.matching.hops import Hop, Topics
     from cqos_core.matching.routes import Link
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.model.report import Finding, Remedy, Report, Side
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.quiet_topics import QuietTopics
     from cqos_core.resolving.resolved import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
@@ -125,10 +123,10 @@ def resolver_of(pipeline: Pipeline) -> Resolver:
     return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
 
 
-def resolve_all(pipeline: Pipeline) -> Resolver:
-    """Resolve all endpoints of a system afresh."""
+def resolve_all(pipeline: Pipeline, quiet: QuietTopics | None = None) -> Resolver:
+    """Resolve all endpoints of a system afresh, but those on ``quiet`` topics."""
     resolver = resolver_of(pipeline)
-    resolver.run()
+    resolver.run(None if quiet is None else quiet.others(resolver))
     return resolver
 
 
@@ -181,50 +179,3 @@ def with_options(
                 del stated[other]
             stated[name] = Setting(as_text(value), place or Place("options"))
     return replace(system, options=joined)
-
-
-def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
-    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed.
-
-    A source is scanned when the sides or the remedies of any finding are first read: once for all sides, once for all remedies.
-    """
-    from cqos_core.model.excerpt import exact, is_xml
-
-    # Only in XML has what a fix changes no column yet; fixes of other findings are left to be computed when they are read.
-    xml = any(map(is_xml, sources.values()))
-    findings = report.findings
-
-    @cache
-    def of_sides() -> Mapping[Place, Place]:
-        return exact({place for finding in findings for place in _places(finding)}, sources)
-
-    @cache
-    def of_edits() -> Mapping[Place, Place]:
-        return exact({edit.place for each in findings for remedy in each.remedies for edit in remedy.edits}, sources)
-
-    def sides(finding: Finding) -> Iterator[Side]:
-        known = of_sides()
-        for side in finding.sides:
-            facts = (replace(each, place=known[each.place]) if each.place else each for each in side.facts)
-            yield replace(side, place=known[side.place] if side.place else None, facts=tuple(facts))
-
-    def remedies(finding: Finding) -> Iterator[Remedy]:
-        known = of_edits()
-        for remedy in finding.remedies:
-            yield replace(remedy, edits=tuple(replace(each, place=known[each.place]) for each in remedy.edits))
-
-    with uncollected(len(findings)):
-        pinned = [
-            replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
-            if xml
-            else replace(each, sides=later(partial(sides, each)))
-            for each in findings
-        ]
-    return replace(report, findings=tuple(pinned))
-
-
-def _places(finding: Finding) -> Iterator[Place]:
-    for side in finding.sides:
-        for place in (side.place, *(each.place for each in side.facts)):
-            if place is not None:
-                yield place

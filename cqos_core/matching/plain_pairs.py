@@ -6,7 +6,8 @@ report for certain, the result is the same. `cqos_core.matching.topic_shape` mak
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.matching.judge import (
     meeting_rules,
@@ -22,11 +23,17 @@ from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from cqos_core.language.compiled import Reporting
     from cqos_core.matching.topic_shape import ShapeResult
+    from cqos_core.resolving.quiet_topics import End
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Resolved
 
 _MOST_RESULTS: Final = 1_000
+_MANY: Final = 20
+_Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
+"""Profiles of a publisher and a subscriber, and whether either was observed."""
 
 
 class _Test(NamedTuple):
@@ -73,18 +80,39 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
         one, other = other, one
     if one.endpoint.role != PUBLISHER or other.endpoint.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    publisher, subscriber = one.like, other.like
+    known = _functions((one.like, other.like, one.endpoint.observed, other.endpoint.observed))
+    bits = None if known is None else _bits(known, one.known, other.known)
+    return None if known is None or bits is None else (known, bits)
+
+
+def quietness() -> Callable[[End, End], bool]:
+    """Return what tells of two ends whether no rule reports on them; functions are made for what many have in common."""
+    met = Counter[Any]()
+
+    def says_nothing(one: End, other: End) -> bool:
+        (_, publisher, offered), (_, subscriber, requested) = one, other
+        ends = offered.base.profile, requested.base.profile, publisher.observed, subscriber.observed
+        met[ends] += 1
+        known = _functions(ends, at_once=met[ends] > _MANY)
+        return known is not None and _bits(known, offered.known, requested.known) == 0
+
+    return says_nothing
+
+
+def _functions(ends: _Ends, *, at_once: bool = False) -> PlainPairs | None:
+    """Return what functions tell of such profiles; None where they do not tell all."""
+    publisher, subscriber, offering, requesting = ends
     if publisher.unread or publisher.refused or subscriber.unread or subscriber.refused:
         return None
-    observed = one.endpoint.observed, other.endpoint.observed
-    key = publisher.frame, subscriber.frame, *observed
+    key = publisher.frame, subscriber.frame, offering, requesting
     known = _KNOWN.get(key)
-    if known is None:
-        known = _known(publisher, subscriber, *observed)
-        if known is None:
-            return None
+    if known is None and (known := _known(ends, at_once=at_once)):
         keep(_KNOWN, key, known)
-    a, b = one.known, other.known
+    return known
+
+
+def _bits(known: PlainPairs, a: Sequence[Any], b: Sequence[Any]) -> int | None:
+    """Return as bits the rules that report for certain; None where functions alone do not tell."""
     bits = 0
     for tests, first, second in ((known.pair, a, b), (known.publisher, a, a), (known.subscriber, b, b)):
         for reporting, counted, exact, shift in tests:
@@ -93,15 +121,16 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
                 if found & ~exact:
                     return None
                 bits |= found << shift
-    return known, bits
+    return bits
 
 
-def _known(publisher: QosProfile, subscriber: QosProfile, offering: bool, requesting: bool) -> PlainPairs | None:  # noqa: FBT001 - observed ends
+def _known(ends: _Ends, *, at_once: bool) -> PlainPairs | None:
     """Return what is known of profiles that have as much in common with others as these; None before there are functions for it."""
+    publisher, subscriber, offering, requesting = ends
     pack = publisher.pack
     if subscriber.needs or publisher.from_peers or subscriber.from_peers:
         return None
-    ends = (publisher, PUBLISHER, offering), (subscriber, SUBSCRIBER, requesting)
+    sides = (publisher, PUBLISHER, offering), (subscriber, SUBSCRIBER, requesting)
     assuming = read_in_worlds(pack, publisher.frame, 0) | read_in_worlds(pack, subscriber.frame, 1)
     # Rules, the bits of those that count, and whether all that a rule says follows from the fact that it reports.
     found = [
@@ -116,7 +145,7 @@ def _known(publisher: QosProfile, subscriber: QosProfile, offering: bool, reques
                 (refusing_rules(pack, seen), profile, profile, -1, True),
                 (signal_rules(pack), profile, profile, -1, False),
             ]
-            for profile, role, seen in ends
+            for profile, role, seen in sides
         ),
     ]
     tests: list[tuple[_Test, ...]] = []
@@ -124,7 +153,7 @@ def _known(publisher: QosProfile, subscriber: QosProfile, offering: bool, reques
     for asked in found:
         ready = []
         for rules, first, second, concerned, plain in asked:
-            function = rules.ready(first, second)
+            function = rules.ready(first, second, at_once=at_once)
             if function is None:
                 return None
             reporting, counted, exact = function

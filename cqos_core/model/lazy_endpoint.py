@@ -69,9 +69,11 @@ class StatedTexts:
 class LazyEndpoint(Endpoint):
     """An `Endpoint` whose settings are made of what is written when one reads them; else as any other."""
 
-    __slots__ = ("_made", "written")
+    __slots__ = ("_made", "_needs", "_overlay", "written")
     written: WrittenSettings
     _made: Settings | None
+    _needs: Settings | None
+    _overlay: Settings | None
 
     @property
     def settings(self) -> Settings:
@@ -88,13 +90,35 @@ class LazyEndpoint(Endpoint):
         else:
             self.written, self._made = stated, None
 
+    @property
+    def needs(self) -> Settings:
+        """What the application requires; most require nothing, and have no map for it."""
+        if self._needs is None:
+            self._needs = {}
+        return self._needs
+
+    @needs.setter
+    def needs(self, stated: Settings) -> None:
+        self._needs = stated or None
+
+    @property
+    def overlay(self) -> Settings:
+        """Settings laid over everything else, as `needs`."""
+        if self._overlay is None:
+            self._overlay = {}
+        return self._overlay
+
+    @overlay.setter
+    def overlay(self, stated: Settings) -> None:
+        self._overlay = stated or None
+
     def pattern(self) -> tuple[Pattern, tuple[Any, ...]] | None:
         """See `Endpoint.pattern`; none once the settings are made and may be changed."""
-        return self.written.pattern if self._made is None and not self.overlay else None
+        return self.written.pattern if self._made is None and not self._overlay else None
 
     def said(self) -> Said:
         """See `Endpoint.said`; that of what is written, until the settings are made and may be changed."""
-        return self.written.said if self._made is None and not self.overlay else super().said()
+        return self.written.said if self._made is None and not self._overlay else super().said()
 
     def __eq__(self, other: object) -> bool:
         """Compare as endpoints, however they were made."""
@@ -109,6 +133,15 @@ class LazyEndpoint(Endpoint):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _endpoint, (_values(self),)
+
+
+def is_bare(endpoint: Endpoint) -> bool:
+    """Whether an endpoint has settings only: no profile, overlay, need or order of start; asked without making any of them."""
+    if isinstance(endpoint, LazyEndpoint):
+        beside = endpoint._needs or endpoint._overlay  # noqa: SLF001
+    else:
+        beside = endpoint.needs or endpoint.overlay
+    return not (beside or endpoint.profiles or endpoint.starts_after)
 
 
 def _values(endpoint: Endpoint) -> dict[str, Any]:

@@ -30,8 +30,8 @@ from cqos.v1 import (
     session_pb2,
     session_pb2_grpc,
 )
-from cqos_core.matching.pipeline import exact_places
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.exact_places import exact_places
 from cqos_core.model.system import System
 from cqos_core.remote.description import Description
 from cqos_core.remote.messages import (

@@ -18,7 +18,7 @@ from cqos.v1 import (
     session_pb2,
 )
 from cqos_core.checking.edits import Edits
-from cqos_core.matching.pipeline import exact_places
+from cqos_core.model.exact_places import exact_places
 from cqos_core.remote.messages import (
     change_message,
     from_message,

@@ -7,8 +7,9 @@ resolved as any other.
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
+from cqos_core.model.lazy_endpoint import is_bare
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
@@ -73,6 +74,27 @@ class Resolving(Protocol):
         """Return what is stated of a topic, and whether its partners may be elsewhere."""
 
 
+class Found(NamedTuple):
+    """An endpoint before it is made: its settings change a base, and its topic has a name."""
+
+    owner: ResolvedParticipant
+    base: Base
+    overrides: tuple[Override, ...]
+    naming: Naming
+    external: bool
+
+    @property
+    def known(self) -> list[Any]:
+        """What `QosProfile.known` will be."""
+        return self.base.known(self.overrides)
+
+    def made(self, endpoint: Endpoint) -> Resolved:
+        """Make it."""
+        made = without_values(endpoint, self.owner, self.naming, endpoint.id, endpoint.id, self.external)
+        made.draft = tuple.__new__(Draft, (self.base, self.overrides, ()))
+        return made
+
+
 class Plainly:
     """Resolves such endpoints of one system."""
 
@@ -83,7 +105,12 @@ class Plainly:
 
     def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Resolved | None:
         """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
-        if endpoint.needs or endpoint.profiles or endpoint.overlay or endpoint.starts_after:
+        found = self.found(endpoint, owner, within)
+        return None if found is None else found.made(endpoint)
+
+    def found(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Found | None:
+        """Return what such an endpoint is made of; None where it has to be resolved as any other."""
+        if not is_bare(endpoint):
             return None
         topic = endpoint.topic
         alike = _ALIKE(endpoint)
@@ -107,11 +134,7 @@ class Plainly:
                 return None
             external = external or of_topic
         overrides = kin.overrides(endpoint)
-        if overrides is None:
-            return None
-        made = without_values(endpoint, owner, naming, endpoint.id, endpoint.id, external)
-        made.draft = tuple.__new__(Draft, (kin.base, overrides, ()))
-        return made
+        return None if overrides is None else tuple.__new__(Found, (owner, kin.base, overrides, naming, external))
 
     def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> _Kin | None:
         """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""

@@ -90,6 +90,15 @@ class SettingsReader:
         self._causes: dict[tuple[object, ...], tuple[int, dict[str, None]]] = {}
         self._ignored: dict[tuple[Any, ...], str | None] = {}
 
+    def without_effect(self, policy: Policy, stated: Stated | None, owner: str, role: str, member: str) -> None:
+        """Report a policy that is stated for an endpoint of a role that has none."""
+        if stated is not None and not stated.setting.unknown:
+            from cqos_core.model.excerpt import key_of
+
+            roles = " and ".join(policy.roles) or "no endpoint"
+            message = f"{owner} states `{policy.name}`, which only a {roles} has"
+            self.say("CQ210", message, key_of(stated.setting.place, stated.name), role, [member])
+
     def say(
         self,
         code: str,

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
+from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
+from cqos_core.model.lazy_endpoint import is_bare
 from cqos_core.model.memory import MOST_LETTERS, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
@@ -31,7 +33,7 @@ from cqos_core.resolving.resolved import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.model.system import Endpoint, Participant, Settings, System
@@ -75,8 +77,7 @@ class Resolver:
         self.reader = SettingsReader(self.result.findings)
         self.participants = Participants(system, self.reader, self.result.participants)
         self.ids: set[str] = set()
-        self.clashes = False
-        self.completed = False
+        self.clashes = self.completed = False
         self._chosen: dict[str | None, RulePack | None] = {}
         self._packless: dict[str, list[Endpoint]] = {}
         self._implied: list[Endpoint] = []
@@ -86,7 +87,7 @@ class Resolver:
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
-        self._plainly = Plainly()
+        self.plainly = Plainly()
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
                 self._misread.setdefault(note.endpoint, []).append(note.code)
@@ -121,9 +122,9 @@ class Resolver:
         """Return one for the same system; its findings are not read."""
         return Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
 
-    def run(self) -> ResolvedSystem:
-        """Resolve every endpoint of the system."""
-        for endpoint in (*self.system.endpoints, *self._implied):
+    def run(self, endpoints: Iterable[Endpoint] | None = None) -> ResolvedSystem:
+        """Resolve every endpoint of the system, or those given."""
+        for endpoint in chain(self.system.endpoints if endpoints is None else endpoints, self._implied):
             self.stated(endpoint)
         for participant in self.system.participants.values():
             # What a participant states is checked even where it has no endpoint.
@@ -179,31 +180,37 @@ class Resolver:
         return self._resolve(endpoint, "", participant, user, topic_layers, ())
 
     def _protocol_of(self, endpoint: Endpoint) -> str | None:
-        owner = self.system.participants[endpoint.participant]
-        return endpoint.protocol or owner.protocol or self.system.protocol or self.default
+        of_owner = self.system.participants[endpoint.participant].protocol
+        return endpoint.protocol or of_owner or self.system.protocol or self.default
+
+    def owner_of(self, endpoint: Endpoint) -> ResolvedParticipant | None:
+        """Return the participant of an endpoint in the eyes of its pack; None without a pack."""
+        key = endpoint.participant, endpoint.protocol
+        owner = self._owners.get(key)
+        if owner is None:
+            pack = self._pack_of(self._protocol_of(endpoint))
+            if pack is None:
+                return None
+            owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
+            self._owners[key] = owner
+        return owner
 
     def stated(self, endpoint: Endpoint) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
         facts = self._facts.get(id(endpoint)) if self._facts else None
-        if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
+        if not is_bare(endpoint) and endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
             self.reader.say("CQ210", message, place, PUBLISHER, [endpoint.id])
             endpoint = replace(endpoint, needs={})
         if facts:
             endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
-        key = endpoint.participant, endpoint.protocol
-        owner = self._owners.get(key)
+        owner = self.owner_of(endpoint)
         if owner is None:
-            protocol = self._protocol_of(endpoint)
-            pack = self._pack_of(protocol)
-            if pack is None:
-                self._packless.setdefault(protocol or "", []).append(endpoint)
-                return
-            owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
-            self._owners[key] = owner
-        plainly = not (facts or self.asked or self._misread or self.system.overlays or self.system.profiles)
-        made = self._plainly.resolved(endpoint, owner, self) if plainly else None
+            self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
+            return
+        plainly = self.is_plain and not facts
+        made = self.plainly.resolved(endpoint, owner, self) if plainly else None
         if made is not None:
             made.id = self._unique(made.id)
             self.result.endpoints.append(made)
@@ -212,13 +219,22 @@ class Resolver:
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
     @property
+    def is_plain(self) -> bool:
+        """Whether nothing of the whole system changes what its endpoints state."""
+        return not (self.asked or self._misread or self.system.overlays or self.system.profiles)
+
+    @property
     def unjudged(self) -> bool:
         """Whether an endpoint has no pack, or a wrong name."""
         return bool(self._packless or self._name_problems)
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
-        if self._packless or self._name_problems or any(each.needs for each in self.system.endpoints):
+        if (
+            self._packless
+            or self._name_problems
+            or any(not is_bare(each) and each.needs for each in self.system.endpoints)
+        ):
             from cqos_core.resolving.left_over import left_over
 
             self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
@@ -291,8 +307,9 @@ class Resolver:
     ) -> Resolved:
         pack, owner = participant.pack, participant.participant
         naming = self._name(endpoint, participant)
-        written = endpoint.topic or ""
-        topic_layers, topic_external = self.of_topic(written, naming, pack) if naming is not None else ((), False)
+        topic_layers, topic_external = (
+            ((), False) if naming is None else self.of_topic(endpoint.topic or "", naming, pack)
+        )
         overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
         found = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
         external = endpoint.external or owner.external or topic_external
@@ -302,8 +319,7 @@ class Resolver:
         else:
             made.profile, made.layers = found
             made.draft = None
-        names = (*endpoint.starts_after, *owner.starts_after)
-        if names:
+        if names := (*endpoint.starts_after, *owner.starts_after):
             made.starts_after = self._starts.before(names)
         if misread := self._misread.get(stated_id):
             # What the reader of its file reports as wrong may have set anything.
@@ -411,7 +427,7 @@ class Resolver:
                 values.append(self._unstated(index, reading, participant, endpoint))
             else:
                 if policy.level == ENDPOINT and endpoint.role not in policy.roles:
-                    self._without_effect(policy, index, written, owner, endpoint, identifier)
+                    self.reader.without_effect(policy, written.settings.get(index), owner, endpoint.role, identifier)
                 value = self.reader.value(pack, index, reading)
                 for when, there in extra.items() if policy.level == ENDPOINT else ():
                     if any(index in layer.settings for layer in possible[when]):
@@ -472,29 +488,9 @@ class Resolver:
             known[key] = self.reader.value(participant.pack, index, reading)
         return known[key]
 
-    def _without_effect(
-        self, policy: Policy, index: int, explicit: Layer, owner: str, endpoint: Endpoint, identifier: str
-    ) -> None:
-        stated = explicit.settings.get(index)
-        if stated is not None and not stated.setting.unknown:
-            from cqos_core.model.excerpt import key_of
-
-            roles = " and ".join(policy.roles) or "no endpoint"
-            message = f"{owner} states `{policy.name}`, which only a {roles} has"
-            self.reader.say("CQ210", message, key_of(stated.setting.place, stated.name), endpoint.role, [identifier])
-
 
 def resolve(
     system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None = None
 ) -> ResolvedSystem:
-    """Resolve every endpoint of ``system``.
-
-    Args:
-        system: as an importer made it.
-        find_pack: returns the installed pack of an id, or None.
-        default_protocol: judges endpoints for which the system states none.
-
-    Returns:
-        The endpoints with values, and findings for unknown settings, values that are none, and the like.
-    """
+    """Resolve every endpoint of ``system``; ``default_protocol`` is that of endpoints for which it states none."""
     return Resolver(system, find_pack, default_protocol).run()

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cqos_core.model.remarks import core_finding, suggestion
+
 if TYPE_CHECKING:
-    from cqos_core.model.system import System
+    from cqos_core.model.report import Finding
+    from cqos_core.model.system import Endpoint, Participant, System
 
 
 class Starts:
@@ -39,3 +42,22 @@ class Starts:
                 self._stated[each.participant] += each.starts_after
                 self._stated.setdefault(each.id, []).extend((*each.starts_after, *own))
         return self._stated
+
+
+def unknown_starts(system: System) -> list[Finding]:
+    """Report what participants and endpoints start after and nobody knows."""
+    everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
+    stating = [each for each in everybody if each.starts_after]
+    if not stating:
+        return []
+    from cqos_core.model.spelling import KnownNames
+
+    known = {each.id for each in everybody}
+    names = KnownNames(known)
+    findings = []
+    for stated in stating:
+        for name in stated.starts_after:
+            if name not in known:
+                message = f"`{stated.id}` starts after `{name}`, which is neither a participant nor an endpoint"
+                findings.append(core_finding("CQ213", message, place=stated.place, help=suggestion(name, names)))
+    return findings

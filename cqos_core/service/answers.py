@@ -16,8 +16,9 @@ from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
-from cqos_core.matching.pipeline import context, exact_places
+from cqos_core.matching.pipeline import context
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.exact_places import exact_places
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported

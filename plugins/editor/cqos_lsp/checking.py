@@ -11,8 +11,9 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.files.loading import load_paths, recognise
 from cqos_core.files.merging import merge
 from cqos_core.files.opening import HEAD, find_files, read_path
-from cqos_core.matching.pipeline import Pipeline, exact_places
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.exact_places import exact_places
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
