@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 _COMPREHENSIONS: Final = ("#each", "#pairs")
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
+_SPINS: Final = frozenset(("spin_once", "spin_some", "spin_all", "spin_until_future_complete"))
+"""Calls that let callbacks come before the program goes on."""
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 
 
@@ -81,6 +83,7 @@ def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, 
     """Note callbacks that a library is handed, and values that it may change."""
     name = call_name(expression)
     kept_for_later((*arguments, *keywords.values()), expression, walk)
+    walk.starting = walk.starting and last_part(name) not in _SPINS
     later = name in walk.table.lists["at_run_time"]
     for each in (*arguments, *keywords.values()):
         if isinstance(each, Code):

@@ -211,6 +211,35 @@ def test_a_list_that_a_callback_may_add_to_is_not_known(python):
     assert {name for name in found if not name.startswith("(")} == {"b"}
 
 
+def test_what_callbacks_set_before_a_program_goes_on(learned):
+    source = """import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+class Driver(Node):
+    def __init__(self):
+        super().__init__('driver')
+        self.topics = ['a']
+        self.create_subscription(String, 'in', self.take, 1)
+
+    def make(self):
+        for topic in self.topics:
+            self.create_publisher(String, topic, 1)
+
+    def take(self, message):
+        self.topics.append(message.data)
+
+def main():
+    rclpy.init()
+    driver = Driver()
+    rclpy.spin_once(driver)
+    driver.make()
+"""
+    setup = "from setuptools import setup\nsetup(entry_points={'console_scripts': ['driver = bot.driver:main']})\n"
+    made = learned({"setup.py": setup, "bot/driver.py": source}).document["nodes"]["driver"]["publishes"]
+    assert [each.get("unknown", "known") for each in made.values()] == ["it is an element of a list that is not known"]
+
+
 def test_a_list_that_a_service_may_add_to_is_not_known(cpp):
     body = """timer_ = create_wall_timer(1s, [this]() { check(); }); create_service<std_srvs::srv::Empty>("more", std::bind(&Driver::more, this));"""
     members = f"""void check() {{ for (const auto & t : topics_) {{ {PUB}(t, 1); }} for (const auto & t : fixed_) {{ {PUB}(t, 1); }} }}
