@@ -85,7 +85,7 @@ def is_not_known(setting: Setting) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _Tongue:
+class _Spelling:
     """What the settings of some endpoints are written in: the dialect of a pack, or None where that is the form's own."""
 
     pack: RulePack | None
@@ -189,9 +189,9 @@ class _Designer:
         if endpoint.kind not in KINDS:
             self.notes[f"endpoint `{each.id}` is a {endpoint.kind}, for which the form has no key"] = None
             return None
-        tongue = _tongue(each)
-        settings = tongue.translated(endpoint.settings)
-        self._lay_over(each, tongue, settings)
+        spelling = _spelling(each)
+        settings = spelling.translated(endpoint.settings)
+        self._lay_over(each, spelling, settings)
         if endpoint.needs and endpoint.role == PUBLISHER:
             self.notes[f"endpoint `{each.id}` publishes, and only subscribers have needs: its needs are left out"] = (
                 None
@@ -199,9 +199,9 @@ class _Designer:
         return replace(
             endpoint,
             id=each.id,
-            topic=self._topic_name(each, tongue),
+            topic=self._topic_name(each, spelling),
             settings=settings,
-            profiles=self.profiles.used(endpoint.profiles, tongue, _user(each)),
+            profiles=self.profiles.used(endpoint.profiles, spelling, _user(each)),
             overlay={},
             needs={} if endpoint.role == PUBLISHER else endpoint.needs,
             type=endpoint.type or None,
@@ -223,25 +223,25 @@ class _Designer:
         label = None if participant.label == participant.id else participant.label
         return replace(participant, template=None, protocol=protocol, label=label)
 
-    def _lay_over(self, each: Judged, tongue: _Tongue, settings: Settings) -> None:
+    def _lay_over(self, each: Judged, spelling: _Spelling, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""
         laid = _laid_over(each)
-        for name, setting in tongue.translated(each.endpoint.overlay).items():
+        for name, setting in spelling.translated(each.endpoint.overlay).items():
             laid[name] = ("", setting)
         if any(layer.overlay == "may_hold" for part in each.parts for layer in part.layers):
             self.notes[f"endpoint `{each.id}`: overlays under an option that is not set are left out"] = None
         for name, (_, setting) in laid.items():
-            for other in [other for other in settings if _same_policy(tongue.pack, other, name)]:
+            for other in [other for other in settings if _same_policy(spelling.pack, other, name)]:
                 del settings[other]
             settings[name] = setting
         if laid:
             said = (f"{name} from {_origin(origin, setting)}" for name, (origin, setting) in laid.items())
             self.comments[each.id] = ", ".join(said)
 
-    def _topic_name(self, each: Judged, tongue: _Tongue) -> str:
+    def _topic_name(self, each: Judged, spelling: _Spelling) -> str:
         """Return a name that means in a system file the topic that the endpoint is on."""
         written = each.endpoint.topic or ""
-        if not tongue.foreign:
+        if not spelling.foreign:
             self._keep_name(each, written)
             return written
         meant = [part.key for part in each.parts]
@@ -287,11 +287,11 @@ class _Designer:
         return self.names.get(text, text)
 
 
-def _tongue(each: Judged) -> _Tongue:
+def _spelling(each: Judged) -> _Spelling:
     if not each.parts:
-        return _Tongue(None, None, each.endpoint.dialect)
+        return _Spelling(None, None, each.endpoint.dialect)
     pack = each.parts[0].pack
-    return _Tongue(pack, pack.dialects.get(each.endpoint.dialect), each.endpoint.dialect)
+    return _Spelling(pack, pack.dialects.get(each.endpoint.dialect), each.endpoint.dialect)
 
 
 def _laid_over(each: Judged) -> dict[str, tuple[str, Setting]]:
@@ -367,14 +367,16 @@ class _Profiles:
         self.taken = set(system.profiles)
         self.notes: dict[str, None] = {}
 
-    def used(self, refs: Iterable[ProfileRef], tongue: _Tongue, user: _User) -> tuple[ProfileRef, ...]:
-        """Return references to the profiles as they read in ``tongue``, of their parts those that ``user`` takes."""
+    def used(self, refs: Iterable[ProfileRef], spelling: _Spelling, user: _User) -> tuple[ProfileRef, ...]:
+        """Return references to the profiles as they read in ``spelling``, of their parts those that ``user`` takes."""
         covering = [ref for ref in refs if ref.scope.covers(user.role, user.topic)]
         user = user if self.scoped else _ANY_USER
-        return tuple(ProfileRef(self._name(ref.name, ref.scope.part, tongue, user, ()), ref.place) for ref in covering)
+        return tuple(
+            ProfileRef(self._name(ref.name, ref.scope.part, spelling, user, ()), ref.place) for ref in covering
+        )
 
-    def _name(self, name: str, part: str | None, tongue: _Tongue, user: _User, above: tuple[str, ...]) -> str:
-        key = (name, part, id(tongue.pack), tongue.name, user)
+    def _name(self, name: str, part: str | None, spelling: _Spelling, user: _User, above: tuple[str, ...]) -> str:
+        key = (name, part, id(spelling.pack), spelling.name, user)
         known = self.names.get(key)
         if known is not None:
             return known
@@ -382,15 +384,15 @@ class _Profiles:
         if profile is None or name in above or self._only_named(profile):
             return name
         base = tuple(
-            ProfileRef(self._name(ref.name, part or ref.scope.part, tongue, user, (*above, name)), ref.place)
+            ProfileRef(self._name(ref.name, part or ref.scope.part, spelling, user, (*above, name)), ref.place)
             for ref in profile.base
             if ref.scope.covers(user.role, user.topic, part)
         )
-        made = replace(profile, settings=tongue.translated(profile.settings), base=base)
+        made = replace(profile, settings=spelling.translated(profile.settings), base=base)
         form = (*((key, setting.text) for key, setting in made.settings.items()), *(("", ref.name) for ref in base))
         forms = self.forms.setdefault(name, {})
         if form not in forms:
-            forms[form] = self._free(name, part, tongue, user, first=not forms)
+            forms[form] = self._free(name, part, spelling, user, first=not forms)
             self.made_of[forms[form]] = replace(made, name=forms[form])
         self.names[key] = forms[form]
         return forms[form]
@@ -402,11 +404,11 @@ class _Profiles:
             self.notes[f"profile `{profile.name}` is named and not written, because what it sets is not known"] = None
         return nothing
 
-    def _free(self, name: str, part: str | None, tongue: _Tongue, user: _User, *, first: bool) -> str:
+    def _free(self, name: str, part: str | None, spelling: _Spelling, user: _User, *, first: bool) -> str:
         """Return a name for one way in which a profile reads; where roles take different parts, each has its own."""
         if self._takes_sides(name):
             return unique(f"{name}-{user.role}", self.taken)
-        return name if first else unique(f"{name}-{part or tongue.name}", self.taken)
+        return name if first else unique(f"{name}-{part or spelling.name}", self.taken)
 
     def _takes_sides(self, name: str) -> bool:
         """Whether publishers and subscribers may take different parts of a profile."""
@@ -431,7 +433,7 @@ class _Profiles:
     def _make_unused(self) -> None:
         """Make of each unused profile, if it is no part of another, the settings that each role takes from it."""
         parts = {ref.name for each in self.stated.values() for ref in each.base if ref.scope.part is not None}
-        plain = _Tongue(None, None, YAML)
+        plain = _Spelling(None, None, YAML)
         for name in self.stated:
             if name not in parts and name not in self.forms:
                 for role in (PUBLISHER, SUBSCRIBER):

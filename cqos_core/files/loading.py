@@ -88,14 +88,14 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
 def _claims(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
     """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
     try:
-        return _looked(info.load_claim(), name, head)  # type: ignore[arg-type] # functions are hashable
+        return _claims_once(info.load_claim(), name, head)  # type: ignore[arg-type] # functions are hashable
     except FAULTS as error:
         plugins.note_failure("importers", info.name, error, f"could not look at {name}")
         return False
 
 
 @lru_cache(maxsize=1024)
-def _looked(claim: Claim, name: str, head: bytes) -> bool:
+def _claims_once(claim: Claim, name: str, head: bytes) -> bool:
     """Ask once: a source is asked about several times, and so is a file that is edited further down."""
     return bool(claim(name, head))
 
@@ -125,14 +125,14 @@ def read_source(
         InputError: no importer reads the format, or the content cannot be read; with every problem found.
     """
     plugins = load_plugins()
-    info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
+    info = recognise(source, plugins, importer, {*beside, *_given_protocols(protocol)})
     if info is None:
         from cqos_core.files.unread import unread
 
         raise InputError([unread(source, plugins)])
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:
-        found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})
+        found = recognise(source, plugins, None, {*protocols, *_given_protocols(protocol)})
         return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
 
     return _read(info, source, ReadContext(opener, included, switches or {}, family or Family()), protocol)
@@ -229,7 +229,7 @@ def included_files(
     return tuple(opened.values())
 
 
-def _stated(protocol: str | None) -> tuple[str, ...]:
+def _given_protocols(protocol: str | None) -> tuple[str, ...]:
     return () if protocol is None else (protocol,)
 
 

@@ -86,7 +86,15 @@ def _decoded(data: bytes) -> str:
 
 
 class _Scanner:
-    """One pass over a text; ``opened`` holds the brackets that are not yet closed."""
+    """One pass over a text of JSON; its attributes are what JSON5 has otherwise.
+
+    Attributes:
+        quotes: characters that begin and end a text.
+        word, blanks, name: what a number or word, what may stand between two values, and a key without quotes look like.
+        values, keys: what is expected where a value or a key begins, for messages.
+        after_comma: what may come after a comma, by the bracket that is open.
+        opened: the brackets that are not yet closed.
+    """
 
     quotes = '"'
     word = _WORD

@@ -186,9 +186,11 @@ def _only(pairs: dict[str, Any]) -> tuple[str, Any] | None:
 
 
 def _keys_of(record: Any, **forms: Any) -> dict[str, Any]:
-    """Return the keys of a map that states a record: its fields with their types; ``forms`` has those that a file writes otherwise.
+    """Return the keys of a map in a pack file that states a record of packs: its fields, with their types and defaults.
 
-    A form None: no key.
+    Args:
+        record: a dataclass. A new field of it is a new key of the file.
+        forms: types of the keys that a file writes in another way, by name; None for a field that a file cannot state.
     """
     found = {}
     for each in fields(record):

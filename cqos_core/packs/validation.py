@@ -122,8 +122,8 @@ def _says_time(part: str, policy: Policy) -> bool:
     return fits and policy.level == (TOPIC if "topics" in needed else ENDPOINT)
 
 
-def _those(*said: tuple[object, str]) -> Iterator[str]:
-    """Yield what there is to say of everything that is wrong."""
+def _wrong(*said: tuple[object, str]) -> Iterator[str]:
+    """Yield the messages of the pairs whose first part is true."""
     return (message for wrong, message in said if wrong)
 
 
@@ -135,7 +135,7 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
     read = {*used, *(f"{use.term.scope} {use.term.name}" for use in of_itself)}
     words = {"publisher", "subscriber", "endpoint", "topic"}
     words |= {word for name in used for word in (name, f"offered {name}", f"requested {name}")}
-    yield from _those(
+    yield from _wrong(
         (rule.kind == "meets" and bound.scope != "pair", "a meeting condition compares a publisher with a subscriber"),
         (rule.role not in {"", *BOTH}, f"role `{rule.role}` must be publisher or subscriber"),
     )
@@ -144,12 +144,12 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
         role = {"offered": PUBLISHER, "requested": SUBSCRIBER, "own": bound.role}.get(use.term.scope)
         if policy.level == ENDPOINT and role is not None and role not in policy.roles:
             yield f"`{use.term}` is of a {role}, and only a {' and '.join(policy.roles) or 'nothing'} has `{policy.name}`"
-    yield from _those(
+    yield from _wrong(
         *((name not in read, f"`fixes` names `{name}`, which the sentence does not read") for name in rule.fixes)
     )
     yield from _severity(bound)
     written = re.findall(r"\{([^{}]+)\}", rule.says)
-    yield from _those(
+    yield from _wrong(
         *((word not in words, f"`says` has {{{word}}}, which stands for nothing here") for word in written)
     )
 
@@ -165,15 +165,15 @@ def _severity(bound: BoundRule) -> Iterator[str]:
     if option is None or not values or not isinstance(option.default, str):
         yield f"its severity depends on `{by.option}`, which is no option with a default and listed values"
         return
-    yield from _those((bound.rule.kind == "meets", "a meeting condition has one severity"))
+    yield from _wrong((bound.rule.kind == "meets", "a meeting condition has one severity"))
     for value, severity in (*by.meanings, (values[0], by.otherwise)):
         other = f"its severity names `{value}`, but option `{by.option}` is one of {', '.join(values)}"
         unknown = severity not in {None, *SEVERITIES}
-        yield from _those(
+        yield from _wrong(
             (value not in values, other), (unknown, f"severity `{severity}` must be error, warning or note")
         )
     none = not by.meanings and by.otherwise is None
-    yield from _those((none, f"its severity lists no value of option `{by.option}`"))
+    yield from _wrong((none, f"its severity lists no value of option `{by.option}`"))
 
 
 KEPT: Final = {
@@ -239,11 +239,11 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
         if _NAME.fullmatch(near) and near != policy.name
         else ""
     )
-    yield from _those((not legal, f"a name is snake_case, with dots between its parts, and no word of Python{written}"))
+    yield from _wrong((not legal, f"a name is snake_case, with dots between its parts, and no word of Python{written}"))
     for spelling in sorted(policy.spellings & KEPT.get(policy.level, frozenset())):
         yield f"`{spelling}` is a key of the system file with a meaning of its own, so no policy can be set by it"
     unset = policy.derived and policy.default is None
-    yield from _those(
+    yield from _wrong(
         (policy.level not in LEVELS, f"level `{policy.level}` must be one of {', '.join(LEVELS)}"),
         (policy.stronger not in DIRECTIONS, f"`stronger` is `{policy.stronger}`; it must be higher, lower or empty"),
         (policy.stronger and not policy.domain.ordered, "`stronger` needs values that have an order"),
@@ -263,7 +263,7 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
 
 def _words(policy: Policy, pack: RulePack) -> Iterator[str]:
     for word, meaning in policy.words.items():
-        yield from _those(
+        yield from _wrong(
             (_word(policy, word) != word, f"word `{word}` must be written as it is read, `{_word(policy, word)}`"),
             (word in getattr(policy.domain, "names", ()), f"word `{word}` is also a value"),
         )
@@ -388,20 +388,20 @@ def _preset(preset: Preset, pack: RulePack) -> Iterator[str]:
 def _dialect(dialect: Dialect, pack: RulePack) -> Iterator[str]:
     spellings = {spelling for policy in pack.policies for spelling in policy.spellings}
     for written, name in dialect.names.items():
-        yield from _those(
+        yield from _wrong(
             (normalise(name) not in spellings, f"`{written}` is read as `{name}`, which is no policy"),
             (normalise(written) != written, f"`{written}` must be written as it is compared, `{normalise(written)}`"),
         )
     for name, codes in dialect.codes.items():
         yield from _codes(pack, name, codes)
     words = {word for policy in pack.policies for word in policy.words}
-    yield from _those(
+    yield from _wrong(
         *((word not in words, f"`words` names `{word}`, which no policy has") for word in dialect.words or ())
     )
     for name, attribute in dialect.writes.items():
         known = [policy for policy in pack.policies if policy.name == name]
         read = any(pack.find(policy.level, attribute, dialect) is not None for policy in known)
-        yield from _those(
+        yield from _wrong(
             (not known, f"`writes` names `{name}`, which is no policy"),
             (known and attribute and not read, f"`{name}` is written as `{attribute}`, which is not read as it"),
         )
@@ -418,8 +418,8 @@ def _panel(pack: RulePack) -> Iterator[str]:
     for name in dict.fromkeys(
         (*grouped, *panel.advanced, *panel.labels, *panel.values, *panel.value_labels, *panel.roles)
     ):
-        yield from _those((name not in known, f"it names `{name}`, which is no policy"))
-        yield from _those((grouped.count(name) > 1, f"`{name}` stands in several groups"))
+        yield from _wrong((name not in known, f"it names `{name}`, which is no policy"))
+        yield from _wrong((grouped.count(name) > 1, f"`{name}` stands in several groups"))
     for table in (panel.values, panel.value_labels):
         for name, values in table.items():
             wrong = [value for value in values if value not in known.get(name, values)]
