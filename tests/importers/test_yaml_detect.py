@@ -91,13 +91,14 @@ def test_recognising_loads_no_parser():
     assert loaded_by("from cqos_core.importers.detect import claims_yaml; claims_yaml('a', b'cqos: 1')") == []
 
 
-def test_reading_loads_yaml_only():
-    statement = """
+@pytest.mark.parametrize(("text", "parsers"), [("cqos: 1", []), ("cqos: 1\nsystem: |\n  a", ["yaml"])])
+def test_reading_loads_yaml_only_where_it_is_needed(text, parsers):
+    statement = f"""
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.source import ReadContext, Source
-read(Source("a", b"cqos: 1"), ReadContext())
+read(Source("a", {text.encode()!r}), ReadContext())
 """
-    assert loaded_by(statement) == ["yaml"]
+    assert loaded_by(statement) == parsers
 
 
 def test_configuration_loads_no_parser():
