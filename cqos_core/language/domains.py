@@ -38,6 +38,9 @@ _LIST: Final = regular_expression(r"\[(?:\w+(?:, \w+)*)?\]", re.ASCII)
 _MAP: Final = regular_expression(r"\{\w{1,99}: \w+(?:, \w{1,99}: \w+)*\}", re.ASCII)
 _BRACKETS: Final = regular_expression(r"[\[{}\]]")
 _MAXIMUM_DEPTH: Final = 200
+_TRUE: Final = frozenset({"true", "1", "yes", "on"})
+_FALSE: Final = frozenset({"false", "0", "no", "off"})
+_LARGEST_ESCAPE: Final = 0xFFFF
 
 
 class Domain:
@@ -282,7 +285,7 @@ class Duration(Domain):
         if number.adjusted() > _LARGEST_EXPONENT:
             return INFINITE
         if number.adjusted() < -_LARGEST_EXPONENT:
-            raise _too_fine(text)
+            raise InvalidValueError(f"`{text}` is finer than a nanosecond", "whole nanoseconds")
         return _nanoseconds(f"{number:f}", _UNITS[unit], text)
 
     def with_unit(self, text: str, unit: str | None) -> str:
@@ -342,12 +345,8 @@ def _nanoseconds(number: str, unit: int, text: str) -> int:
         divmod(int(digits) * unit, 10 ** (len(digits) - len(whole))) if len(digits) <= _MOST_DIGITS else (0, 1)
     )
     if rest:
-        raise _too_fine(text)
+        raise InvalidValueError(f"`{text}` is finer than a nanosecond", "whole nanoseconds")
     return exact
-
-
-def _too_fine(text: str) -> InvalidValueError:
-    return InvalidValueError(f"`{text}` is finer than a nanosecond", "whole nanoseconds")
 
 
 def _from_fields(text: str) -> int:
@@ -418,10 +417,6 @@ class Count(Domain):
         return {**super().describe(), **bounds, "unlimited": self.unlimited[0] if self.unlimited else None}
 
 
-_TRUE: Final = frozenset({"true", "1", "yes", "on"})
-_FALSE: Final = frozenset({"false", "0", "no", "off"})
-
-
 class Flag(Domain):
     """True or false; false < true."""
 
@@ -474,9 +469,6 @@ class Names(Domain):
 def _escaped(text: str) -> str:
     """Write out what YAML allows only as an escape; it has none for pairs of surrogates, which JSON writes."""
     return "".join(c if c.isprintable() or ord(c) > _LARGEST_ESCAPE else f"\\u{ord(c):04x}" for c in text)
-
-
-_LARGEST_ESCAPE: Final = 0xFFFF
 
 
 class Text(Domain):
