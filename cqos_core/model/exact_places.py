@@ -1,4 +1,4 @@
-"""Exact columns of what a report points at, found again in its sources when somebody looks."""
+"""Exact columns of what a report points at: found again in its sources when one reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Topics of one publisher and one subscriber on which nothing is to be reported, as most topics of a large system are.
+"""Topics of one publisher and one subscriber on which no rule has anything to report, as most topics of a large system are.
 
 They are judged while the system is resolved. Their names and the places of their endpoints are all that is kept; the endpoints are
 resolved again for the few who ask.

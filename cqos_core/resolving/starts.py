@@ -45,7 +45,7 @@ class Starts:
 
 
 def unknown_starts(system: System) -> list[Finding]:
-    """Report what participants and endpoints start after and nobody knows."""
+    """Report names in `starts_after` of neither a participant nor an endpoint."""
     everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     stating = [each for each in everybody if each.starts_after]
     if not stating:
