@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 _COMPREHENSIONS: Final = ("#each", "#pairs")
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
-_SPINS: Final = frozenset(("spin_once", "spin_some", "spin_all", "spin_until_future_complete"))
+_SPINS: Final = frozenset(("spin", "spin_once", "spin_some", "spin_all", "spin_until_future_complete"))
 """Calls that let callbacks come before the program goes on."""
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 
@@ -56,6 +56,10 @@ def call(expression: Call, walk: Walk) -> Any:
     keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
     arguments = [evaluate(each, walk) for each in expression.arguments]
     types = expression.types
+    handed = [
+        each.name for _, each in expression.keywords if isinstance(each, Attribute)
+    ]  # `Thread(target=executor.spin)`
+    walk.starting = walk.starting and not _SPINS & {last_part(call_name(expression)), *handed}
     if isinstance(function, Name):
         name = function.text
         if "<" in name:
@@ -83,7 +87,6 @@ def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, 
     """Note callbacks that a library is handed, and values that it may change."""
     name = call_name(expression)
     kept_for_later((*arguments, *keywords.values()), expression, walk)
-    walk.starting = walk.starting and last_part(name) not in _SPINS
     later = name in walk.table.lists["at_run_time"]
     for each in (*arguments, *keywords.values()):
         if isinstance(each, Code):

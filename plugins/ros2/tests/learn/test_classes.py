@@ -211,7 +211,8 @@ def test_a_list_that_a_callback_may_add_to_is_not_known(python):
     assert {name for name in found if not name.startswith("(")} == {"b"}
 
 
-def test_what_callbacks_set_before_a_program_goes_on(learned):
+@pytest.mark.parametrize("spins", ["rclpy.spin_once(driver)", "threading.Thread(target=executor.spin).start()"])
+def test_what_callbacks_set_before_a_program_goes_on(learned, spins):
     source = """import rclpy
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -232,9 +233,9 @@ class Driver(Node):
 def main():
     rclpy.init()
     driver = Driver()
-    rclpy.spin_once(driver)
+    SPINS
     driver.make()
-"""
+""".replace("SPINS", spins)
     setup = "from setuptools import setup\nsetup(entry_points={'console_scripts': ['driver = bot.driver:main']})\n"
     made = learned({"setup.py": setup, "bot/driver.py": source}).document["nodes"]["driver"]["publishes"]
     assert [each.get("unknown", "known") for each in made.values()] == ["it is an element of a list that is not known"]
