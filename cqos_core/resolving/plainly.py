@@ -74,7 +74,7 @@ class Resolving(Protocol):
         """Return what is stated of a topic, and whether its partners may be elsewhere."""
 
 
-class Found(NamedTuple):
+class PlainEnd(NamedTuple):
     """An endpoint before it is made: its settings change a base, and its topic has a name."""
 
     owner: ResolvedParticipant
@@ -108,7 +108,7 @@ class Plainly:
         found = self.found(endpoint, owner, within)
         return None if found is None else found.made(endpoint)
 
-    def found(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Found | None:
+    def found(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> PlainEnd | None:
         """Return what such an endpoint is made of; None where it has to be resolved as any other."""
         if not is_bare(endpoint):
             return None
@@ -134,7 +134,7 @@ class Plainly:
                 return None
             external = external or of_topic
         overrides = kin.overrides(endpoint)
-        return None if overrides is None else tuple.__new__(Found, (owner, kin.base, overrides, naming, external))
+        return None if overrides is None else tuple.__new__(PlainEnd, (owner, kin.base, overrides, naming, external))
 
     def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> _Kin | None:
         """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""

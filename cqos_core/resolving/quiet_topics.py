@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.plainly import Found
+    from cqos_core.resolving.plainly import PlainEnd
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 
 LEAST: Final = 1_000
 """Endpoints of the smallest system for which this is worth while."""
-End: TypeAlias = "tuple[int, Endpoint, Found]"
+End: TypeAlias = "tuple[int, Endpoint, PlainEnd]"
 """An endpoint with its place among all."""
 _OTHER: Final = -1
 
@@ -152,7 +152,7 @@ class QuietTopics:
                 yield found
 
 
-def _may_be(endpoint: Endpoint, found: Found, pack: RulePack) -> bool:
+def _may_be(endpoint: Endpoint, found: PlainEnd, pack: RulePack) -> bool:
     """Whether an endpoint has to do with nothing but its topic, under the name that it states."""
     return (
         (found.naming.key == found.naming.shown and pack.meeting.match is None)
