@@ -14,7 +14,6 @@ from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
-from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
@@ -29,6 +28,7 @@ from cqos_core.matching.judge import (
 from cqos_core.matching.outline import Outline
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -43,7 +43,7 @@ from cqos_core.model.report import (
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.compared import compared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -53,8 +53,6 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Assumption, Finding, Report
     from cqos_core.model.system import System
-    from cqos_core.packs.bound_rule import BoundRule
-    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
@@ -176,6 +174,10 @@ def _only(groups: Sequence[EndpointGroup], endpoint_id: str) -> EndpointGroup:
     return members.only([endpoint])
 
 
+def _loudest_first(each: Finding) -> tuple[int, str, str]:
+    return each.severity.rank, each.code, each.message
+
+
 class _Pair:
     """A publisher and a subscriber of a system, and what is known of them; each part is found out when it is asked for."""
 
@@ -183,6 +185,9 @@ class _Pair:
         self.pipeline = pipeline
         self.offering = _find(pipeline.endpoints, publisher, PUBLISHER)
         self.requesting = _find(pipeline.endpoints, subscriber, SUBSCRIBER)
+        self._drafts = [end.draft for end in (self.offering, self.requesting)]
+        short = reporting_rules(self.offering, self.requesting) if self.alone else None
+        self._quiet = short is not None and not short[1] and not pipeline.resolver.completed
 
     @property
     def alone(self) -> bool:
@@ -225,8 +230,10 @@ class _Pair:
         alone = self.alone
         ends = (self.offering, self.requesting) if alone else (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (end.profile for end in ends)
-        strangers = bool(apart(a, b))
-        if strangers:
+        strangers = not self._quiet and bool(apart(a, b))
+        if self._quiet:
+            verdict = Verdict.COMPATIBLE
+        elif strangers:
             verdict = Verdict.UNKNOWN
         else:
             verdict = verdict_alone(a, b) if alone else verdict_between(self.whole, self.offering, self.requesting)
@@ -234,7 +241,7 @@ class _Pair:
         return PairReport(
             verdict,
             findings,
-            later(lambda: _comparisons(self.topic)),
+            later(lambda: self.comparisons(ends)),
             () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
             derived=() if strangers else later(lambda: derive(a, b)),
             assumed=later(lambda: self.assumed(findings)),
@@ -248,6 +255,9 @@ class _Pair:
 
     def findings(self) -> list[Finding]:
         """Return the findings of both ends, of the pair, and of the topic if that refuses them."""
+        if self._quiet and not self.pipeline.resolver.result.findings:
+            found = [f for f in participant_findings([self.offering, self.requesting]) if f.verdict is not None]
+            return sorted(found, key=_loudest_first)
         topic, ends = self.topic, (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (members.profile for members in ends)
         concerned = {self.offering.id, self.requesting.id}
@@ -282,7 +292,14 @@ class _Pair:
         if reasons:
             result = check_topic([replace(end.first, external=False) for end in ends])
             found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
-        return sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))
+        return sorted(found, key=_loudest_first)
+
+    def comparisons(self, ends: Sequence[Resolved | EndpointGroup]) -> Iterable[PolicyComparison]:
+        """Return one line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
+        sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
+        spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
+        doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
+        return compared(sides, self._drafts if self._quiet else [], doubtful)
 
 
 def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
@@ -340,38 +357,3 @@ def _path_report(
         hops=tuple(hops),
         assumed=later(lambda: report().assumed),
     )
-
-
-def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
-    """One line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
-    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
-    spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
-    for index, comparing in _comparing(topic.pack):
-        policy = topic.pack.policies[index]
-        offered, requested = (fact(each.first, each.profile, index) for each in (publisher, subscriber))
-        if _is_fact(policy) and offered.origin == requested.origin == "default":
-            continue
-        said = [spoken[bound.rule.code] for bound in comparing if bound.rule.code in spoken]
-        verdict = Verdict.COMPATIBLE if comparing else None
-        if said:
-            doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
-            verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
-        yield PolicyComparison(policy.name, offered, requested, verdict, tuple(each.rule.code for each in comparing))
-
-
-def _is_fact(policy: Policy) -> bool:
-    """Whether a policy says something about the system that is no setting of an endpoint."""
-    return policy.level != ENDPOINT or policy.default is None
-
-
-@lru_cache
-def _comparing(pack: RulePack) -> list[tuple[int, list[BoundRule]]]:
-    """Return the index of each endpoint policy, and of each fact that rules of pairs read, with the rules that compare it."""
-    pairs = pack.by_scope.get("pair", ())
-    read = {index for each in pairs for index in each.bound.indices}
-    rules = [each for each in pairs if each.rule.kind == "requires" and not each.rule.guarantee]
-    return [
-        (index, [each for each in rules if index in each.bound.indices])
-        for index, policy in enumerate(pack.policies)
-        if not _is_fact(policy) or (index in read and policy.level not in {NEED, "option"})
-    ]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explained
 from cqos_core.language.domains import SettingValue, as_text
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline, context, resolve_all, resolver_of
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
@@ -30,8 +30,10 @@ from cqos_core.model.system import (
     System,
 )
 from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.packs.meeting import Naming
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.bases import Draft
+from cqos_core.resolving.plainly import without_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -148,7 +150,21 @@ class StatedPairs:
         """Return the system of two sides, to be explained."""
         options, topic, needs = map(dict, self.around)
         system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
-        return Pipeline(system, self.where)
+        return Pipeline(system, self.where, partial(self._resolve, (offer, request)))
+
+    def _resolve(self, sides: tuple[_Side, _Side], pipeline: Pipeline) -> Resolver:
+        """Resolve two sides by their drafts, where these are known: then there is nothing to report of them."""
+        drafts = [None if side.end is None else side.end.draft for side in sides]
+        if len(self._drafts) < len(sides) or not all(isinstance(each, Draft) for each in drafts):
+            return resolve_all(pipeline)
+        resolver = resolver_of(pipeline)
+        for endpoint, draft in zip(pipeline.stated.endpoints, drafts, strict=True):
+            like = self._drafts[endpoint.role][1]
+            naming = Naming(like.key, like.shown)
+            made = without_values(endpoint, like.participant, naming, endpoint.id, endpoint.id, like.external)
+            made.draft = draft
+            resolver.result.endpoints.append(made)
+        return resolver
 
     def _first(self, offer: _Side, request: _Side) -> PairReport:
         """Report on two sides that may be new; where anything is unusual the pair is explained at once."""

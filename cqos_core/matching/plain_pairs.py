@@ -130,6 +130,8 @@ def _known(ends: _Ends, *, at_once: bool) -> PlainPairs | None:
     pack = publisher.pack
     if subscriber.needs or publisher.from_peers or subscriber.from_peers:
         return None
+    # Where the rules of pairs have functions, others with as much in common are many.
+    at_once = at_once or None not in [rules(pack).ready(publisher, subscriber) for rules in (meeting_rules, pair_rules)]
     sides = (publisher, PUBLISHER, offering), (subscriber, SUBSCRIBER, requesting)
     assuming = read_in_worlds(pack, publisher.frame, 0) | read_in_worlds(pack, subscriber.frame, 1)
     # Rules, the bits of those that count, and whether all that a rule says follows from the fact that it reports.

@@ -9,8 +9,8 @@ from google.protobuf import json_format
 from google.protobuf.message import DecodeError, Message
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
-from cqos_core.model.report import Report, Severity
-from cqos_core.remote.messages import EVERYTHING, report_message, unknown_paths
+from cqos_core.model.report import PairReport, Report, Severity
+from cqos_core.remote.messages import EVERYTHING, report_message, to_message, unknown_paths
 from cqos_core.remote.refusal import Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem
 
@@ -63,6 +63,36 @@ def reported(
     if not paths or "versions" in paths:
         message.versions.update(versions())
     return message
+
+
+def pair_message(report: PairReport, paths: frozenset[str] = EVERYTHING) -> report_pb2.PairReport:
+    """Return the message of a report on one pair; its lines and guarantees are mostly those of other pairs, and written once."""
+    if paths:
+        return to_message(report, report_pb2.PairReport, paths)
+    message = to_message(report, report_pb2.PairReport, _OF_ONE_PAIR)
+    message.MergeFromString(b"".join([_part(name, each) for name in _OF_MANY for each in getattr(report, name)]))
+    return message
+
+
+_OF_MANY: Final = {"policies": report_pb2.PolicyComparison, "guarantees": report_pb2.Guarantee}
+_OF_ONE_PAIR: Final = frozenset(report_pb2.PairReport.DESCRIPTOR.fields_by_name).difference(_OF_MANY)
+_MOST_BYTES: Final = 4_096
+_PARTS: Final[dict[tuple[int], tuple[object, bytes]]] = {}
+
+
+def _part(name: str, value: object) -> bytes:
+    """Return the bytes of a message that has one item of one field."""
+    known = _PARTS.get((id(value),))
+    # It is kept with its bytes, so that no other one gets its identity.
+    if known is not None and known[0] is value:
+        return known[1]
+    whole: Any = report_pb2.PairReport
+    data: bytes = whole(**{name: [to_message(value, _OF_MANY[name])]}).SerializeToString()
+    if len(data) <= _MOST_BYTES:
+        if len(_PARTS) >= _MOST_BYTES:
+            _PARTS.clear()
+        _PARTS[id(value),] = value, data
+    return data
 
 
 def paths_of(request: Any, kind: type[Message], path: str = "") -> frozenset[str]:

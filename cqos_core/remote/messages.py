@@ -94,8 +94,6 @@ def report_message(
     return message
 
 
-pair_message: Final[Callable[..., report_pb2.PairReport]] = partial(to_message, kind=report_pb2.PairReport)
-"""Return the message of a report on one pair."""
 system_message: Final[Callable[[system.System], system_pb2.System]] = partial(to_message, kind=system_pb2.System)
 """Return the message of a system; the bytes of its sources stay behind."""
 

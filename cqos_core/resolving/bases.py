@@ -143,6 +143,11 @@ class Draft(NamedTuple):
         value: Value = self.base.profile.values[index]
         return value
 
+    @property
+    def changed(self) -> Mapping[int, Override]:
+        """Its overrides, by policy; all else is that of its base."""
+        return {each.plainly: each for each in self.overrides}
+
     def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
         """Return the profile and its layers."""
         found = self.base.made(self.overrides)

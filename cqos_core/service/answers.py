@@ -21,10 +21,10 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.exact_places import exact_places
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported
+from cqos_core.remote.asked import decode, decode_json, least_severe, pair_message, paths_of, refusal_message, reported
 from cqos_core.remote.description import describe, elements_of
 from cqos_core.remote.documents import no_pack, read_documents, read_input, read_system
-from cqos_core.remote.messages import list_text, pair_message, to_message
+from cqos_core.remote.messages import list_text, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.service.plans import repaired, suggested

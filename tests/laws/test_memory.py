@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import read
+from cqos_core import check_pair, read
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking.checker import check_system
@@ -16,7 +16,8 @@ from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import bases, participants, plainly, profiles, resolved
+from cqos_core.remote import asked
+from cqos_core.resolving import bases, compared, participants, plainly, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
 from cqos_core.resolving.resolve import Resolver
 from tests.benchmarks import inputs
@@ -35,6 +36,8 @@ def forget():
         memory_module._NUMBERED,
         plain_pairs._KNOWN,
         derived_guarantees._GIVEN,
+        compared.COMPARED,
+        asked._PARTS,
         answers.ANSWERED,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
@@ -104,6 +107,19 @@ def test_a_check_does_not_depend_on_what_was_checked_before(first, second):
     check_system(first, WHERE)
     check_system(second, WHERE)
     assert check_system(second, WHERE) == alone
+
+
+def test_a_report_on_a_pair_does_not_depend_on_pairs_before_it():
+    pairs = [inputs.pair(number) for number in range(1001, 1061)]
+    pairs += [(requested, offered) for offered, requested in pairs[20:50]]
+    pairs += [({**offered, "depth": "7"}, requested) for offered, requested in pairs]
+    forget()
+    found = [check_pair("ros2", *each) for each in pairs]
+    assert all(each.policies and each.guarantees for each in found)
+    assert compared.COMPARED
+    for at in range(50, len(pairs), 25):
+        forget()
+        assert check_pair("ros2", *pairs[at]) == found[at]
 
 
 def moved(value):

@@ -18,8 +18,9 @@ from cqos_core.cli import main
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
+from cqos_core.remote.asked import pair_message
 from cqos_core.remote.client import AsyncClient, PairQuestion, PairRefusedError
-from cqos_core.remote.messages import pair_message, pair_value, report_value, system_message, system_value, word_of
+from cqos_core.remote.messages import pair_value, report_value, system_message, system_value, word_of
 from cqos_core.testing import _settings, load_cases
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, systems

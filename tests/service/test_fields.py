@@ -10,8 +10,9 @@ from google.protobuf import field_mask_pb2
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
 from cqos_core.model.report import Finding, Severity
+from cqos_core.remote.asked import pair_message
 from cqos_core.remote.client import ServiceError
-from cqos_core.remote.messages import pair_message, report_message
+from cqos_core.remote.messages import report_message
 
 SYSTEM = """
 cqos: 1
