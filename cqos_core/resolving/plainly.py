@@ -101,7 +101,7 @@ class Plainly:
     def __init__(self) -> None:
         """Begin without any."""
         self._kin: dict[tuple[Any, ...], _Kin | None] = {}
-        self._patterns: dict[Base, dict[Pattern, _Alike]] = {}
+        self._patterns: dict[Base, dict[Pattern, _Texts]] = {}
 
     def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Resolved | None:
         """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
@@ -172,7 +172,7 @@ class _Kin:
         owner: ResolvedParticipant,
         base: Base,
         bases: Bases,
-        patterns: dict[Pattern, _Alike],
+        patterns: dict[Pattern, _Texts],
     ) -> None:
         """Take one of them, what it changes, and what is known of settings that change it."""
         self._endpoint, self._owner, self._bases = endpoint, owner, bases
@@ -192,7 +192,7 @@ class _Kin:
         if overrides is None or not self.base.is_plain(overrides):
             return None
         if found is not None:
-            self._patterns[found[0]] = _Alike(found[0], overrides)
+            self._patterns[found[0]] = _Texts(found[0], overrides)
         return overrides
 
     def stated(self, said: Any) -> tuple[Override, ...] | None:
@@ -200,7 +200,7 @@ class _Kin:
         return self._bases.overrides(self.base, said, self._endpoint, self._owner)
 
 
-class _Alike:
+class _Texts:
     """Settings that some endpoints state in the same order, with other texts in some places."""
 
     __slots__ = ("_known", "_said", "_whole")
