@@ -164,7 +164,7 @@ def _asked(pack: RulePack) -> frozenset[int]:
     return frozenset((survives, *(index for index, _ in pack.needs.values())))
 
 
-class _Alike:
+class _ByAnswers:
     """One guarantee of pairs with much in common: where all rules answer alike, as much is given."""
 
     def __init__(self, word: Word, at: tuple[frozenset[int], frozenset[int]]) -> None:
@@ -204,9 +204,9 @@ class _Alike:
 
 
 @lru_cache(maxsize=256)
-def _alike(word: str, pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame, _values: Values) -> _Alike:
+def _alike(word: str, pack: RulePack, publisher: ProfileFrame, subscriber: ProfileFrame, _values: Values) -> _ByAnswers:
     first, second = (frozenset((*frame.open, *frame.options)) for frame in (publisher, subscriber))
-    return _Alike(WORDS[word], (first, second | _asked(pack)))
+    return _ByAnswers(WORDS[word], (first, second | _asked(pack)))
 
 
 @lru_cache(maxsize=64)
