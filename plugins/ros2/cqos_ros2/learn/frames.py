@@ -43,6 +43,7 @@ class Frame:
         outer: names around a lambda.
         returned: what it returned on each way, with the tests that hold there; None where these are not known.
         conditions: how many conditions hold around it.
+        left: all values where `break` or `continue` leaves a round of the innermost loop.
     """
 
     function: Function
@@ -52,6 +53,7 @@ class Frame:
     outer: dict[str, Any] | None = None
     returned: list[tuple[Tests | None, Any]] = field(default_factory=list)
     conditions: int = 0
+    left: list[list[dict[str, Any]]] = field(default_factory=list)
 
     @property
     def abstract(self) -> set[str]:

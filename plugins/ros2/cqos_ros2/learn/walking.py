@@ -28,6 +28,7 @@ from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
 from cqos_ros2.learn.values import Counted, Template, Word, flipped
 
+_CHANGES: Final = "it changes in a loop"
 _ABSENT: Final = (Literal(None), Literal(False))
 
 
@@ -58,6 +59,8 @@ def _one(statement: Statement, walk: Walk) -> bool:
         walk.frame.returned.append((walk.tests_here(), value))
         return False
     elif isinstance(statement, Leave):
+        if statement.kind != "throw":
+            walk.frame.left.append(walk.snapshot())
         return False
     return True
 
@@ -139,10 +142,10 @@ def _loop(statement: Loop, walk: Walk) -> None:
     if isinstance(over, list) and len(over) <= MOST_ELEMENTS and _is_short(statement, len(over)):
         for each in over:
             _bind(statement.targets, each, walk)
-            run(statement.body, walk)
+            _round(statement, Condition(), walk)
         return
     for target in _assigned(statement.body):
-        assign(target, Unknown("it changes in a loop", statement.place), walk)
+        assign(target, Unknown(_CHANGES, statement.place), walk)
     condition = Condition(perhaps=f"it is made in a loop in line {statement.place.line}")
     listed = over.of if isinstance(over, Counted) else over
     if isinstance(listed, Template) and listed.parameter and len(statement.targets) == 1:
@@ -153,10 +156,20 @@ def _loop(statement: Loop, walk: Walk) -> None:
         for name in statement.targets:
             names[name] = Unknown("it is an element of a list that is not known", statement.place)
     before = walk.snapshot()
-    if _branch(statement.body, condition, walk):
-        walk.merge(before, None, "it changes in a loop", statement.place)
-    else:
-        walk.restore(before)
+    _round(statement, condition, walk)
+    walk.merge(before, None, _CHANGES, statement.place)
+
+
+def _round(statement: Loop, condition: Condition, walk: Walk) -> None:
+    """Walk one round of a loop: behind it, values are as each way out of it left them."""
+    frame = walk.frame
+    outer, frame.left = frame.left, []
+    reached = _branch(statement.body, condition, walk)
+    ways, frame.left = frame.left, outer
+    if ways and not reached:
+        walk.restore(ways.pop())
+    for each in ways:
+        walk.merge(each, None, _CHANGES, statement.place)
 
 
 def _is_short(statement: Loop, rounds: int) -> bool:

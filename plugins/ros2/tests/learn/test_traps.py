@@ -137,3 +137,33 @@ def test_parameters_of_other_packages_do_not_count(tmp_path, parser):
     found = learn("bot", find_packages(str(tmp_path))).document["nodes"]["bot"]
     assert set(found["publishes"]) == {"from_base", "${t}"}
     assert found["parameters"] == {"t": {}}
+
+
+CHOOSE = """
+    def choose(self):
+        self.topic = 'b'
+"""
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "topics = ['a']\nwhile True:\n    topics.append('b')\n    break",
+        "topics = ['a']\nwhile True:\n    topics = pick()\n    break",
+        "while rclpy.ok():\n    self.choose()\n    break\ntopics = [self.topic]",
+        "for each in read():\n    if each:\n        self.choose()\n        break\ntopics = [self.topic]",
+        "for each in read():\n    if each:\n        self.choose()\n        continue\n    print(each)\ntopics = [self.topic]",
+        "for each in ['x', 'y']:\n    if read(each):\n        self.choose()\n        continue\n    print(each)\ntopics = [self.topic]",
+        "for each in read():\n    while True:\n        self.choose()\n        break\n    break\ntopics = [self.topic]",
+    ],
+)
+def test_what_a_loop_sets_before_it_is_left(python, body):
+    made = "self.topic = 'a'\n" + body + "\nfor topic in topics:\n    self.create_publisher(String, topic, 1)"
+    found = python(made, CHOOSE, "def pick():\n    return ['b']\n")
+    assert len(found["publishes"]) == 1
+    assert not known(found)
+
+
+def test_what_a_loop_leaves_as_it_is(python):
+    body = "self.topic = 'a'\nfor each in read():\n    if each:\n        break\nfor each in ['x', 'y']:\n    if read(each):\n        continue\n    print(each)\nself.create_publisher(String, self.topic, 1)"
+    assert set(known(python(body))) == {"a"}
