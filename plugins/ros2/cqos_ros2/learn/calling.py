@@ -16,6 +16,7 @@ from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
 from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
 from cqos_ros2.learn.qualities import maker, preset, setter
 from cqos_ros2.learn.setters import forget_all, forget_members, kept_for_later
+from cqos_ros2.learn.spinning import note_call
 from cqos_ros2.learn.values import (
     MISSING,
     PLAIN,
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 _COMPREHENSIONS: Final = ("#each", "#pairs")
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
-_SPINS: Final = frozenset(("spin", "spin_once", "spin_some", "spin_all", "spin_until_future_complete"))
-"""Calls that let callbacks come before the program goes on."""
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 
 
@@ -56,10 +55,7 @@ def call(expression: Call, walk: Walk) -> Any:
     keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
     arguments = [evaluate(each, walk) for each in expression.arguments]
     types = expression.types
-    handed = [
-        each.name for _, each in expression.keywords if isinstance(each, Attribute)
-    ]  # `Thread(target=executor.spin)`
-    walk.starting = walk.starting and not _SPINS & {last_part(call_name(expression)), *handed}
+    note_call(expression, receiver, (*arguments, *keywords.values()), walk)
     if isinstance(function, Name):
         name = function.text
         if "<" in name:

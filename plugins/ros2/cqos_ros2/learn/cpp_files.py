@@ -368,11 +368,16 @@ def _given(node: Node, file: CppFile) -> tuple[Expression, ...]:
     """Return the arguments of `Talker talker(node, topic)`, which reads like the declaration of a function; none where it is one."""
     listed = node.child_by_field_name("parameters")
     parts = [] if listed is None else [each for each in listed.named_children if each.type != "comment"]
-    alone = [each.type == "parameter_declaration" and len(each.named_children) == 1 for each in parts]
-    types = [each.child_by_field_name("type") for each in parts]
-    if not all(alone) or any(each is None or each.type not in _PLAIN_NAMES for each in types):
-        return ()
-    return tuple(expression(each, file) for each in types)
+    found: list[Expression] = []
+    for each in parts:
+        named, called = each.child_by_field_name("type"), each.child_by_field_name("declarator")
+        inner = () if called is None else _given(called, file)  # `std::ref(node)`
+        names = (*_PLAIN_NAMES, *(("qualified_identifier",) if inner else ()))
+        if named is None or named.type not in names or len(each.named_children) != 1 + bool(inner):
+            return ()
+        made = expression(named, file)
+        found.append(Call(made, inner, (), (), file.place(each)) if inner else made)
+    return tuple(found)
 
 
 def _if(node: Node, file: CppFile) -> Iterator[Statement]:

@@ -30,6 +30,7 @@ from cqos_ros2.learn.program import (
 )
 from cqos_ros2.learn.qualities import changed, policy_of, preset
 from cqos_ros2.learn.setters import set_elsewhere
+from cqos_ros2.learn.spinning import note_value
 from cqos_ros2.learn.values import (
     NO_POSITION,
     PLAIN,
@@ -100,7 +101,9 @@ def _reference(name: str, walk: Walk) -> Any:
     this = walk.frame.this
     found = method_of(this.cls, last_part(name), walk) if this is not None and this.cls is not None else []
     found = found or walk.program.find_functions(name)
-    return Code(found[0], this) if len(found) == 1 else Unknown(f"`{name[:60]}` is not one function")
+    value = Code(found[0], this) if len(found) == 1 else Unknown(f"`{name[:60]}` is not one function")
+    note_value(name, value, walk)
+    return value
 
 
 # Names and members
@@ -205,7 +208,9 @@ def _constant(text: str, walk: Walk) -> Any:
     if not stated:
         if last == "npos":
             return NO_POSITION
-        return preset(text, walk) or _function(text, walk) or Word(text)
+        found = preset(text, walk) or _function(text, walk) or Word(text)
+        note_value(text, found, walk)
+        return found
     here = walk.frame.function.place.source
     own = [each for each in stated if each[0] == here] or stated
     if walk.program.assigned(last):
@@ -247,6 +252,7 @@ def _mentions(expression: Expression, name: str) -> bool:
 
 def _attribute(expression: Attribute, walk: Walk) -> Any:
     found = each_case(evaluate(expression.of, walk), lambda of: _member_of(of, expression, walk))
+    note_value(expression.name, found, walk)
     this, of = walk.frame.this, expression.of
     root = of.text if isinstance(of, Name) else of.name if isinstance(of, Attribute) and of.of == Name(THIS) else ""
     if root and this is not None and not walk.starting and isinstance(found, PLAIN) and is_missing(local(root, walk)):
