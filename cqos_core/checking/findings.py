@@ -282,8 +282,8 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
         source=topic.pack.id,
         topic=topic.shown,
         verdict=_verdict(spoken),
-        sides=later(lambda: _sides(draft)),
-        remedies=() if spoken.failed or draft.more else later(lambda: _remedies(topic, draft)),
+        sides=later(_sides, draft),
+        remedies=() if spoken.failed or draft.more else later(_remedies, (topic, draft)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -459,9 +459,10 @@ def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Res
     )
 
 
-def _remedies(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> tuple[Remedy, ...]:
+def _remedies(of: tuple[MatchedTopic, Outline[EndpointGroup]]) -> tuple[Remedy, ...]:
     from cqos_core.checking.fixes import remedies
 
+    topic, draft = of
     return remedies(topic, draft.spoken, list(draft.publishers), list(draft.subscribers))
 
 

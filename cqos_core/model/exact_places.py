@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING
 
 from cqos_core.model.later import later
@@ -48,9 +48,9 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
 
     with uncollected(len(findings)):
         pinned = [
-            replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
+            replace(each, sides=later(sides, each), remedies=later(remedies, each))
             if xml
-            else replace(each, sides=later(partial(sides, each)))
+            else replace(each, sides=later(sides, each))
             for each in findings
         ]
     return replace(report, findings=tuple(pinned))

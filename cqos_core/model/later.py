@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 _T = TypeVar("_T")
+
+
+class _Items(tuple[_T, ...]):
+    """What was computed: of a type of its own, so that no input is taken for it."""
+
+    __slots__ = ()
 
 
 class _Later(Sequence[_T]):
     """Items that are computed when they are first read; equal to the tuple of them, and pickled as that."""
 
-    __slots__ = ("_compute", "_items")
+    __slots__ = ("_compute", "_state")
 
-    def __init__(self, compute: Callable[[], Iterable[_T]]) -> None:
-        self._compute: Callable[[], Iterable[_T]] | None = compute
-        self._items: tuple[_T, ...] = ()
+    def __init__(self, compute: Callable[..., Iterable[_T]], given: Any) -> None:
+        self._compute: Callable[..., Iterable[_T]] | None = compute
+        # The input, then the items: a large report has hundreds of thousands of these. Threads may read at once.
+        self._state = given
 
     def _all(self) -> tuple[_T, ...]:
-        if self._compute is not None:
-            self._items = tuple(self._compute())
+        given, compute = self._state, self._compute
+        if compute is not None and type(given) is not _Items:
+            self._state = _Items(compute() if given is _NOTHING else compute(given))
             self._compute = None
-        return self._items
+        return cast("tuple[_T, ...]", self._state)
 
     def __getitem__(self, index: Any) -> Any:
         return self._all()[index]
@@ -39,9 +47,12 @@ class _Later(Sequence[_T]):
         return repr(self._all())
 
     def __reduce__(self) -> tuple[type, tuple[tuple[_T, ...]]]:
-        return tuple, (self._all(),)
+        return tuple, ((*self._all(),),)
 
 
-def later(compute: Callable[[], Iterable[_T]]) -> tuple[_T, ...]:
-    """Return the items that ``compute`` makes, which is called when they are first read; it must be pure."""
-    return cast("tuple[_T, ...]", _Later(compute))
+_NOTHING: Final = object()
+
+
+def later(compute: Callable[..., Iterable[_T]], given: object = _NOTHING) -> tuple[_T, ...]:
+    """Return the items that ``compute`` makes, of what is ``given``, when they are first read; it must be pure."""
+    return cast("tuple[_T, ...]", _Later(compute, given))

@@ -1,7 +1,7 @@
 """Topics of one publisher and one subscriber on which no rule has anything to report, as most topics of a large system are.
 
-They are judged while the system is resolved. Their names and the places of their endpoints are all that is kept; the endpoints are
-resolved again for the few who ask.
+They are judged while the system is resolved. Only the places of their endpoints are kept; endpoints and names are made again where
+they are read, which is seldom.
 """
 
 from __future__ import annotations
@@ -42,14 +42,12 @@ class QuietTopics:
     def __init__(self, says_nothing: Callable[[End, End], bool]) -> None:
         """Begin without any; ``says_nothing`` judges a publisher and a subscriber."""
         self._says_nothing = says_nothing
-        self._names: list[str] = []  # as they are shown, which are their keys
-        self._packs: list[RulePack] = []
         self._samples: dict[tuple[Any, ...], Resolved] = {}
         self._places = array("L")
         self._resolver: Resolver | None = None
 
     def __len__(self) -> int:
-        return len(self._names)
+        return len(self._places) // 2
 
     def others(self, resolver: Resolver) -> Iterator[Endpoint]:
         """Yield all endpoints on other topics, each to be resolved before the next is asked for."""
@@ -70,8 +68,6 @@ class QuietTopics:
             yield from (endpoints[at] for at in self._ends(number))
         kept = [number for number in range(len(self)) if number not in gone] if gone else range(len(self))
         self._places = array("L", (at for number in kept for at in self._ends(number)))
-        self._names = [self._names[number] for number in kept]
-        self._packs = [self._packs[number] for number in kept]
 
     def _sorted_out(
         self, endpoints: Sequence[Endpoint], resolver: Resolver, topics: dict[RulePack, dict[str, End | int]]
@@ -98,8 +94,6 @@ class QuietTopics:
                 pair = (known, end) if endpoint.role != PUBLISHER else (end, known)
                 if self._is_quiet(*pair):
                     of_pack[key] = len(self)
-                    self._names.append(key)
-                    self._packs.append(owner.pack)
                     self._places.extend((pair[0][0], pair[1][0]))
                     self._sample(known)
                     self._sample(end)
@@ -136,20 +130,23 @@ class QuietTopics:
     @property
     def groups(self) -> Iterator[Group]:
         """Yield the pair of each topic."""
-        endpoints = self._resolver.system.endpoints if self._resolver is not None else ()
-        for number, (name, pack) in enumerate(zip(self._names, self._packs, strict=True)):
-            one, other = self._ends(number)
-            yield Group(name, (endpoints[one].id,), (endpoints[other].id,), Verdict.COMPATIBLE, pack.id)
+        ends = self._found()
+        for (one, found), (other, _) in zip(ends, ends, strict=True):
+            yield Group(found.naming.shown, (one.id,), (other.id,), Verdict.COMPATIBLE, found.owner.pack.id)
 
     def endpoints(self) -> Iterator[Resolved]:
         """Yield their endpoints, resolved again."""
+        return (found.made(endpoint) for endpoint, found in self._found())
+
+    def _found(self) -> Iterator[tuple[Endpoint, PlainEnd]]:
+        """Yield each publisher, then its subscriber, and what they are made of."""
         resolver = self._resolver
         for at in self._places if resolver is not None else ():
             endpoint = resolver.system.endpoints[at]  # type: ignore[union-attr]
             owner = resolver.owner_of(endpoint)  # type: ignore[union-attr]
-            found = None if owner is None else resolver.plainly.resolved(endpoint, owner, resolver)  # type: ignore[union-attr,arg-type]
+            found = None if owner is None else resolver.plainly.found(endpoint, owner, resolver)  # type: ignore[union-attr,arg-type]
             if found is not None:
-                yield found
+                yield endpoint, found
 
 
 def _may_be(endpoint: Endpoint, found: PlainEnd, pack: RulePack) -> bool:
