@@ -32,9 +32,7 @@ int main(int argc, char ** argv) {
   driver->make();
 }
 """
-IN_PYTHON = """import asyncio
-import rclpy
-import threading
+IN_PYTHON = """import asyncio, rclpy, threading
 from functools import partial
 from rclpy import spin
 from rclpy.executors import SingleThreadedExecutor
