@@ -1,6 +1,7 @@
 """The page about guarantees under faults is what was recorded, and so is the evidence that packs name."""
 
 import json
+import os
 from importlib.metadata import version
 
 import pytest
@@ -54,6 +55,8 @@ def test_each_guarantee_is_broken_where_it_is_not_given(recorded, name):
 
 
 def test_the_recorded_version_is_the_one_that_is_installed(recorded):
+    if os.environ.get("CI") != "true":
+        pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
     assert recorded["cyclonedds"]["by"] == f"Cyclone DDS {version('cyclonedds')}", (
         "run: python -m tests.conformance.guarantees cyclonedds"
     )

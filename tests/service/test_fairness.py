@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from datetime import date
 from typing import Any, cast
 
@@ -400,7 +401,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
     asyncio.run(run())
 
 
-def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
+def test_a_turn_of_the_loop_accepts_few_connections_of_browsers():
     turn, made = 0, []
 
     class Counted(Patient):
@@ -424,7 +425,8 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
         await door.stop(0)
 
     asyncio.run(run())
-    assert len(set(made)) == 20
+    # From Python 3.14 on, the loop accepts one connection more in a turn than it is asked to.
+    assert max(Counter(made).values()) == (2 if sys.version_info >= (3, 14) else 1)
 
 
 def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeypatch):

@@ -146,8 +146,9 @@ def test_tokens_guard_reflection_and_the_browsers_door_but_not_health(guarded):
         assert health.status == health_pb2.HealthCheckResponse.SERVING
     with pytest.raises(urllib.error.HTTPError) as refused:
         post(guarded, {})
-    assert refused.value.code == 401
-    assert json.loads(refused.value.read())["code"] == "unauthenticated"
+    with refused.value as answer:
+        assert answer.code == 401
+        assert json.loads(answer.read())["code"] == "unauthenticated"
     assert post(guarded, {"authorization": f"bearer {TOKEN}"})["report"]["verdict"] == "VERDICT_COMPATIBLE"
 
 
