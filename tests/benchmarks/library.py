@@ -95,9 +95,14 @@ def plain(offered: dict[str, Any], requested: dict[str, Any]) -> list[str]:
 
 
 def numbered(settings: dict[str, str]) -> dict[str, Any]:
-    """The same settings with numbers for durations."""
+    """The same settings with durations as seconds."""
     whole = {"durability": "volatile", "liveliness": "automatic", **settings}
-    return whole | {name: float(whole[name].rstrip("ms")) for name in ("deadline", "lease_duration")}
+    return whole | {name: in_seconds(whole[name]) for name in ("deadline", "lease_duration")}
+
+
+def in_seconds(text: str) -> float:
+    """Read a duration in `s` or `ms`."""
+    return float(text[:-2]) / 1000 if text.endswith("ms") else float(text[:-1])
 
 
 def pairs(_scale: float) -> Iterator[Row]:
