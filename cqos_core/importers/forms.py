@@ -19,7 +19,7 @@ from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
@@ -177,6 +177,15 @@ class Entry:
         """Return the value of ``key``, None where it is not stated (or was refused)."""
         value: T | None = self._values.get(key.name)
         return value
+
+    def corrected(self, other: Entry, joined: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType({})) -> Entry:
+        """Return an entry with the keys of both: of a key of both the value of ``other``, or what ``joined`` makes of the two."""
+        both = {
+            name: join(self._values[name], other._values[name])
+            for name, join in joined.items()
+            if name in self._values and name in other._values
+        }
+        return Entry(other.place, {**self._values, **other._values, **both}, {**self.settings, **other.settings})
 
     def require(self, key: Key[T]) -> T:
         """Return the value of a required key."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
@@ -18,6 +18,20 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.learning import Learned
     from cqos_ros2.learn.packages import Parsed
+
+
+class Kept(NamedTuple):
+    """A node file that is there.
+
+    Attributes:
+        document: what it states; None where it is missing.
+        corrections: the lines that state its corrections.
+    """
+
+    path: str
+    document: dict[str, Any] | None = None
+    corrections: str = ""
+
 
 _MOST_GAPS: Final = 20
 
@@ -62,9 +76,9 @@ def learn(
     parsed = Parsed()
     for name in chosen:
         kept = _there(name, workspace, output)
-        learned = _learned(name, workspace, calls, kept[1], parsed)
+        learned = _learned(name, workspace, calls, kept.document, parsed)
         if check:
-            differing += _check(learned, *kept)
+            differing += _check(learned, kept)
         else:
             _write(learned, output, kept)
     if differing:
@@ -126,7 +140,7 @@ def _learned(
         raise InputError([Problem("CQ045", message, None, "pip install 'cqos[source]'")]) from None
 
 
-def _there(name: str, workspace: Workspace, output: str | None) -> tuple[str, dict[str, Any] | None]:
+def _there(name: str, workspace: Workspace, output: str | None) -> Kept:
     """Return the path of the node file of a package, and its content where it is there and can be read."""
     import yaml
 
@@ -140,7 +154,7 @@ def _there(name: str, workspace: Workspace, output: str | None) -> tuple[str, di
     inside = os.path.relpath(path)
     path = path if inside.startswith(os.pardir) else inside
     if not os.path.isfile(path):  # noqa: PTH113
-        return path, None
+        return Kept(path)
     from pathlib import Path
 
     from cqos_core.model.source import Source
@@ -151,19 +165,39 @@ def _there(name: str, workspace: Workspace, output: str | None) -> tuple[str, di
         raise InputError([Problem("CQ001", f"{path}: {data.cause}", None, "name another folder with --output")])
     read_node_file(Source(path, data))
     document = yaml.safe_load(data)
-    return path, document if isinstance(document, dict) else None
+    return Kept(path, document, _corrections(data.decode("utf-8-sig")))
 
 
-def _check(learned: Learned, path: str, kept: dict[str, Any] | None) -> int:
+def _corrections(text: str) -> str:
+    """Return the lines of a node file that state corrections, with the comments in and above them."""
+    import yaml
+
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    if not isinstance(root, yaml.MappingNode):
+        return ""
+    keys = {key.value: key.start_mark.line for key, _ in root.value}
+    if "corrections" not in keys:
+        return ""
+    if root.flow_style:
+        return yaml.safe_dump({"corrections": yaml.safe_load(text)["corrections"]}, sort_keys=False)
+    lines, begin = text.splitlines(keepends=True), keys["corrections"]
+    end = min((line for line in keys.values() if line > begin), default=len(lines))
+    while lines[begin - 1].startswith("#"):
+        begin -= 1
+    return "".join(lines[begin:end])
+
+
+def _check(learned: Learned, kept: Kept) -> int:
     """Print what differs between a node file and the sources; return whether anything does."""
-    from cqos_ros2.learn.comparing import differences
+    from cqos_ros2.learn.comparing import differences, left_over
 
-    if kept is None:
+    path, document, _ = kept
+    if document is None:
         if learned.empty:
             return 0
         emit(f"{path}: there is no such node file; `cqos learn` writes it\n")
         return 1
-    found = differences(kept, learned.document)
+    found = [*differences(document, learned.document), *left_over(document.get("corrections"), learned.document)]
     if not found:
         emit(f"{path}: as the sources say\n")
         return 0
@@ -171,9 +205,26 @@ def _check(learned: Learned, path: str, kept: dict[str, Any] | None) -> int:
     return 1
 
 
-def _write(learned: Learned, output: str | None, kept: tuple[str, dict[str, Any] | None]) -> None:
-    """Write a node file, and say what is in it and what is not known."""
-    path, before = kept
+def _write(learned: Learned, output: str | None, kept: Kept) -> None:
+    """Write a node file, and say what is in it and what is not known.
+
+    Raises:
+        InputError: a correction is for what the sources do not have.
+    """
+    from cqos_ros2.learn.comparing import left_over
+
+    path, before, corrections = kept
+    for message in left_over((before or {}).get("corrections"), learned.document):
+        raise InputError(
+            [
+                Problem(
+                    "CQ011",
+                    f"{path}: {message}",
+                    None,
+                    "remove the correction or change its name; the file is left as it is",
+                )
+            ]
+        )
     if learned.empty:
         emit(f"{learned.package}: no nodes\n")
     elif before is not None and (before.get("from") or {}).get("by") != "learn":
@@ -184,7 +235,7 @@ def _write(learned: Learned, output: str | None, kept: tuple[str, dict[str, Any]
     else:
         if output is not None:
             os.makedirs(output, exist_ok=True)  # noqa: PTH103
-        write_file(path, learned.text)
+        write_file(path, learned.text + corrections)
         emit(f"{path}: {_counted(learned)}\n")
     say_gaps(learned.package, learned.gaps)
 

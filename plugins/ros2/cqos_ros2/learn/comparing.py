@@ -6,22 +6,17 @@ from collections.abc import Iterator
 from typing import Any
 
 from cqos_ros2.learn.facts import DIRECTIONS
+from cqos_ros2.nodes.filling import VERBS
 
-_VERBS = {
-    "publishes": "publishes",
-    "subscribes": "subscribes to",
-    "serves": "serves",
-    "calls": "calls",
-    "action_servers": "serves the action",
-    "action_clients": "calls the action",
-}
+PARTS = {"nodes": "node", "fragments": "class"}
+"""What people call the parts of a node file."""
 _ABSENT = object()
 
 
 def differences(file: dict[str, Any], sources: dict[str, Any]) -> list[str]:
     """Return what differs between a node file and the sources, one sentence each; a line that moved is no difference."""
     found: list[str] = []
-    for part, kind in (("nodes", "node"), ("fragments", "class")):
+    for part, kind in PARTS.items():
         one, other = file.get(part) or {}, sources.get(part) or {}
         for name in sorted({*one, *other}):
             if name not in other:
@@ -33,12 +28,30 @@ def differences(file: dict[str, Any], sources: dict[str, Any]) -> list[str]:
     return found
 
 
+def left_over(corrections: dict[str, Any] | None, sources: dict[str, Any]) -> list[str]:
+    """Return the corrections of what the sources do not have, one sentence each."""
+    found: list[str] = []
+    for part, kind in PARTS.items():
+        known = sources.get(part) or {}
+        for name, correction in ((corrections or {}).get(part) or {}).items():
+            if name not in known:
+                found.append(f"{kind} `{name}`: it is corrected, and the sources do not have it")
+                continue
+            found += [
+                f"{kind} `{name}`: that it {VERBS[direction]} `{topic}` is corrected, and the sources do not have it"
+                for direction in DIRECTIONS
+                for topic in (correction or {}).get(direction) or ()
+                if topic not in (known[name].get(direction) or {})
+            ]
+    return found
+
+
 def _part(file: dict[str, Any], sources: dict[str, Any]) -> Iterator[str]:
     for direction in DIRECTIONS:
         one, other = file.get(direction) or {}, sources.get(direction) or {}
         for topic in sorted({*one, *other}):
             where = _place(other.get(topic))
-            what = f"{_VERBS[direction]} `{topic}`"
+            what = f"{VERBS[direction]} `{topic}`"
             if topic not in other:
                 yield f"it {what} in the file, not in the sources"
             elif topic not in one:

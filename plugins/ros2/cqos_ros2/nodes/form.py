@@ -262,11 +262,16 @@ VERSIONS: Final = Key(
     MapOf(TEXT, "a map from distributions to versions"),
     "The version of the package that was read, by ROS 2 distribution. In others nothing is known. Without it, the facts hold everywhere.",
 )
+CORRECTIONS: Final = Key(
+    "corrections",
+    Form("node_corrections", "corrections", (FRAGMENTS, NODES)),
+    "What a person knows better than `cqos learn`, which leaves it as it is: what is stated here replaces the same key above.",
+)
 PROFILES: Final = Key("profiles", MapOf(QOS_FORM, "a map from names to profiles"), "Profiles by name.")
 DOCUMENT: Final = Form(
     "node_file",
     "a node file",
-    (FORMAT, PACKAGE, FROM, VERSIONS, PROFILES, FRAGMENTS, NODES),
+    (FORMAT, PACKAGE, FROM, VERSIONS, PROFILES, FRAGMENTS, NODES, CORRECTIONS),
     one_of=(NODES.name, FRAGMENTS.name),
 )
 

@@ -10,6 +10,7 @@ from cqos_core.model.problems import InputError
 from cqos_core.packs import normalise
 from cqos_core.packs.documents import only_document
 from cqos_ros2.nodes import form
+from cqos_ros2.nodes.correcting import corrected
 from cqos_ros2.policies import DISTRO
 from cqos_ros2.presets import PRESETS
 
@@ -73,8 +74,8 @@ def read_node_file(source: Source) -> NodeFile:
         entry.require(form.PACKAGE),
         _values(entry.get(form.VERSIONS)),
         _values(entry.get(form.PROFILES)),
-        _values(entry.get(form.NODES)),
-        _values(entry.get(form.FRAGMENTS)),
+        corrected(entry, form.NODES, reading),
+        corrected(entry, form.FRAGMENTS, reading),
     )
     _check(found, entry, reading)
     if reading.problems:

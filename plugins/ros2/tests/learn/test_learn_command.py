@@ -6,8 +6,12 @@ import os
 from typing import NamedTuple
 
 import pytest
+import yaml
 
 from cqos_core.cli.app import run as command
+from cqos_core.model.source import Source
+from cqos_ros2.nodes import form
+from cqos_ros2.nodes.reading import endpoints, read_node_file
 
 pytestmark = pytest.mark.usefixtures("parser")
 
@@ -123,6 +127,65 @@ def test_a_name_that_a_person_gave_takes_the_place_of_what_was_unknown(workspace
     assert run("learn", workspace, "--check").exit_code == 0
     assert run("learn", workspace).exit_code == 0
     assert "unknown" not in file.read_text()
+
+
+CORRECTIONS = """
+# The driver of 2025 loses no scan.
+corrections:
+  nodes:
+    driver:
+      publishes:
+        ${topic}: {qos: {reliability: reliable}}  # measured
+"""
+
+
+def test_corrections_stay_and_take_the_place_of_what_was_learned(workspace, run):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    learned = file.read_text()
+    file.write_text(learned + CORRECTIONS)
+    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace).exit_code == 0
+    assert file.read_text() == learned + CORRECTIONS.lstrip()
+    read = read_node_file(Source(str(file), file.read_bytes()))
+    (scan,) = (each.entry for each in endpoints(read.nodes["driver"]) if each.name == "${topic}")
+    assert scan.get(form.TYPE) == "sensor_msgs/msg/LaserScan"
+    assert [(each.get(form.PROFILE), each.settings["reliability"].text) for each in scan.get(form.QOS)] == [
+        (None, "reliable")
+    ]
+
+
+def test_corrections_in_a_file_on_one_line_stay(workspace, run):
+    file = workspace / "bot" / "bot.node.yaml"
+    file.write_text(
+        "{cqos_nodes: 1, package: bot, from: {by: learn}, nodes: {driver: {}}, corrections: {nodes: {driver: {name: mine}}}}"
+    )
+    assert run("learn", workspace).exit_code == 0
+    assert yaml.safe_load(file.read_text())["corrections"] == {"nodes": {"driver": {"name": "mine"}}}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        (
+            "${topic}:",
+            "laser:",
+            "node `driver`: that it publishes `laser` is corrected, and the sources do not have it",
+        ),
+        ("driver:", "pilot:", "node `pilot`: it is corrected, and the sources do not have it"),
+    ],
+)
+def test_a_correction_of_what_the_sources_no_longer_have_is_refused(workspace, run, before, after, message):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    learned = file.read_text()
+    text = learned.replace(before, after) + CORRECTIONS.replace(before, after)
+    file.write_text(text)
+    checked = run("learn", workspace, "--check")
+    assert (checked.exit_code, message in checked.output) == (1, True)
+    done = run("learn", workspace)
+    assert (done.exit_code, message in done.output) == (2, True)
+    assert file.read_text() == text
 
 
 def test_a_file_by_hand_is_not_overwritten(workspace, run):

@@ -45,6 +45,22 @@ def problems(text):
         ("nodes: {n: {publishes: {a: {when: [x]}}}}", ("CQ009", 3, "`when` must be a map")),
         ("nodes: {n: {inside: [{name: x}]}}", ("CQ010", 3, "needs `node`")),
         ("profiles: {}", ("CQ010", 1, "needs `nodes` or `fragments`")),
+        (
+            "nodes: {driver: {}}\ncorrections: {nodes: {drivr: {}}}",
+            ("CQ011", 4, "the file has no node `drivr`; did you mean `driver`?"),
+        ),
+        (
+            "nodes: {n: {publishes: {scan: {}}}}\ncorrections:\n  nodes:\n    n:\n      publishes:\n        scn: {}",
+            ("CQ011", 8, "`n` has no `scn` under `publishes`; did you mean `scan`?"),
+        ),
+        (
+            "nodes: {n: {calls: {(unknown 1): {unknown: x}}}}\ncorrections: {nodes: {n: {calls: {(unknown 1): {}}}}}",
+            ("CQ011", 4, "`n` has no `(unknown 1)` under `calls`"),
+        ),
+        (
+            "nodes: {n: {calls: {a: {}}}}\ncorrections: {nodes: {n: {calls: {a: {qos: latched}}}}}",
+            ("CQ011", 4, "there is no profile `latched`"),
+        ),
     ],
 )
 def test_what_is_refused_has_its_place(body, expected):
@@ -52,6 +68,45 @@ def test_what_is_refused_has_its_place(body, expected):
     found = problems(HEAD + body)
     assert [(each[0], each[1]) for each in found] == [(code, line)]
     assert message in found[0][2]
+
+
+def test_corrections_replace_keys_of_what_is_stated():
+    text = f"""{HEAD}
+nodes:
+  n:
+    name: old
+    parameters: {{a: {{default: 1}}, b: {{default: 2}}}}
+    publishes:
+      one: {{type: a/msg/A, qos: {{depth: 1}}}}
+      two: [{{type: a/msg/A}}, {{type: a/msg/B}}]
+      three: [{{type: a/msg/A}}, {{type: a/msg/B}}]
+corrections:
+  nodes:
+    n:
+      name: new
+      parameters: {{b: {{default: 3}}}}
+      publishes:
+        one: {{qos: {{depth: 5}}}}
+        two: {{optional: true}}
+        three: [{{type: a/msg/C}}, {{type: a/msg/D}}]
+"""
+    node = read_node_file(Source("p.node.yaml", text.encode())).nodes["n"]
+    stated = [
+        (each.name, each.entry.get(form.TYPE), each.entry.get(form.OPTIONAL), each.entry.place.line)
+        for each in endpoints(node)
+    ]
+    assert stated == [
+        ("one", "a/msg/A", None, 18),
+        ("two", "a/msg/A", True, 19),
+        ("two", "a/msg/B", True, 19),
+        ("three", "a/msg/C", None, 20),
+        ("three", "a/msg/D", None, 20),
+    ]
+    (quality,) = next(endpoints(node)).entry.get(form.QOS)
+    assert (quality.settings["depth"].text, quality.settings["depth"].place.line) == ("5", 18)
+    assert node.get(form.NAME) == "new"
+    defaults = {name: each.value[0].get(form.DEFAULT).value for name, each in node.get(form.PARAMETERS).items()}
+    assert defaults == {"a": 1, "b": 3}
 
 
 def test_a_file_of_another_version_is_refused():
