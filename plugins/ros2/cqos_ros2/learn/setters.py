@@ -32,6 +32,8 @@ _CHANGES: Final = frozenset(
     )
 )
 """Methods that change a list, set or dictionary."""
+_TRANSITIONS: Final = frozenset(("on_deactivate", "on_cleanup", "on_shutdown", "on_error"))
+"""What the life cycle of a node calls, apart from its start: what it sets is gone or set again before the next start."""
 _STARTS: Final = ("create_", "add_")
 _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
 """Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
@@ -54,7 +56,7 @@ def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
     found: dict[str, list[Function]] = {}
     skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
     for function in walk.program.owned(cls.name):
-        at_start = function.last in skipped or function.last.startswith(("~", "on_"))
+        at_start = function.last in skipped or function.last.startswith("~") or function.last in _TRANSITIONS
         for name in _names_set(function, walk):
             if not at_start or (name.endswith(_COUNTS) and function.last not in {last_part(cls.name), "__init__"}):
                 found.setdefault(name, []).append(function)

@@ -183,3 +183,8 @@ def test_a_program_in_python_that_lets_callbacks_come(in_python, spins):
 )
 def test_a_program_in_python_that_lets_no_callback_come(in_python, calls):
     assert in_python(calls) == ["a"]
+
+
+def test_a_callback_that_is_named_as_a_transition(learned):
+    source = IN_PYTHON.replace("take", "on_message").replace("SPINS", "rclpy.spin_once(driver)")
+    assert made(learned({"setup.py": SETUP, "bot/driver.py": source}).document) == OPEN
