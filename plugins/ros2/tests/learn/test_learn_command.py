@@ -150,7 +150,7 @@ def test_corrections_stay_and_take_the_place_of_what_was_learned(workspace, run)
     read = read_node_file(Source(str(file), file.read_bytes()))
     (scan,) = (each.entry for each in endpoints(read.nodes["driver"]) if each.name == "${topic}")
     assert scan.get(form.TYPE) == "sensor_msgs/msg/LaserScan"
-    assert [(each.get(form.PROFILE), each.settings["reliability"].text) for each in scan.get(form.QOS)] == [
+    assert [(each.get(form.PROFILE), each.settings["reliability"].text) for each in scan.require(form.QOS)] == [
         (None, "reliable")
     ]
 

@@ -102,10 +102,10 @@ corrections:
         ("three", "a/msg/C", None, 20),
         ("three", "a/msg/D", None, 20),
     ]
-    (quality,) = next(endpoints(node)).entry.get(form.QOS)
+    (quality,) = next(endpoints(node)).entry.require(form.QOS)
     assert (quality.settings["depth"].text, quality.settings["depth"].place.line) == ("5", 18)
     assert node.get(form.NAME) == "new"
-    defaults = {name: each.value[0].get(form.DEFAULT).value for name, each in node.get(form.PARAMETERS).items()}
+    defaults = {name: each.value[0].get(form.DEFAULT).value for name, each in node.require(form.PARAMETERS).items()}
     assert defaults == {"a": 1, "b": 3}
 
 
