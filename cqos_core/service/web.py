@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+import sys
 from contextvars import ContextVar
 from ssl import CERT_NONE, CERT_REQUIRED
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -284,7 +285,8 @@ class WebDoor:
             lifespan="off",
             # A caller could state any address with them.
             proxy_headers=False,
-            backlog=1,  # so many are accepted in one turn of the loop
+            # One is accepted in a turn of the loop: up to Python 3.13 as many as this, from 3.14 on one more.
+            backlog=0 if sys.version_info >= (3, 14) else 1,
             timeout_keep_alive=KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
