@@ -304,7 +304,7 @@ MODELS: Final = {
     best_available: 30,
     best_available_each: 60,
     bridge_clique: 400,
-    bridge_ring: 100,
+    bridge_ring: 50,
     broken_topics: 150,
     brokers: 100,
     includes: 75,
