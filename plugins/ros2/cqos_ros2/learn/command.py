@@ -165,13 +165,17 @@ def _there(name: str, workspace: Workspace, output: str | None) -> Kept:
         raise InputError([Problem("CQ001", f"{path}: {data.cause}", None, "name another folder with --output")])
     read_node_file(Source(path, data))
     document = yaml.safe_load(data)
-    return Kept(path, document, _corrections(data.decode("utf-8-sig")))
+    return Kept(path, document, _corrections(data))
 
 
-def _corrections(text: str) -> str:
+def _corrections(data: bytes) -> str:
     """Return the lines of a node file that state corrections, with the comments in and above them."""
     import yaml
 
+    from cqos_core.model.encoding import decode
+    from cqos_ros2.learn.learning import HEAD
+
+    text = decode(data)
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     if not isinstance(root, yaml.MappingNode):
         return ""
@@ -182,7 +186,8 @@ def _corrections(text: str) -> str:
         return yaml.safe_dump({"corrections": yaml.safe_load(text)["corrections"]}, sort_keys=False)
     lines, begin = text.splitlines(keepends=True), keys["corrections"]
     end = min((line for line in keys.values() if line > begin), default=len(lines))
-    while lines[begin - 1].startswith("#"):
+    head = len(HEAD.splitlines()) if text.startswith(HEAD) else 0
+    while begin > head and lines[begin - 1].startswith("#"):
         begin -= 1
     return "".join(lines[begin:end])
 
@@ -209,22 +214,9 @@ def _write(learned: Learned, output: str | None, kept: Kept) -> None:
     """Write a node file, and say what is in it and what is not known.
 
     Raises:
-        InputError: a correction is for what the sources do not have.
+        InputError: its corrections do not fit the sources; the file is left as it is.
     """
-    from cqos_ros2.learn.comparing import left_over
-
     path, before, corrections = kept
-    for message in left_over((before or {}).get("corrections"), learned.document):
-        raise InputError(
-            [
-                Problem(
-                    "CQ011",
-                    f"{path}: {message}",
-                    None,
-                    "remove the correction or change its name; the file is left as it is",
-                )
-            ]
-        )
     if learned.empty:
         emit(f"{learned.package}: no nodes\n")
     elif before is not None and (before.get("from") or {}).get("by") != "learn":
@@ -233,11 +225,33 @@ def _write(learned: Learned, output: str | None, kept: Kept) -> None:
             severity="warning",
         )
     else:
+        text = learned.text + corrections
+        if before is not None and corrections:
+            _refuse_misfits(path, text, before["corrections"], learned)
         if output is not None:
             os.makedirs(output, exist_ok=True)  # noqa: PTH103
-        write_file(path, learned.text + corrections)
+        write_file(path, text)
         emit(f"{path}: {_counted(learned)}\n")
     say_gaps(learned.package, learned.gaps)
+
+
+def _refuse_misfits(path: str, text: str, corrections: dict[str, Any] | None, learned: Learned) -> None:
+    """Refuse corrections of what the sources do not have, and those that refer to lines that are no longer there."""
+    from cqos_core.model.source import Source
+    from cqos_ros2.learn.comparing import left_over
+    from cqos_ros2.nodes.reading import read_node_file
+
+    advice = "remove the correction or change its name; the file is left as it is"
+    found = [Problem("CQ011", f"{path}: {each}", None, advice) for each in left_over(corrections, learned.document)]
+    if found:
+        raise InputError(found)
+    try:
+        read_node_file(Source(path, text.encode()))
+    except InputError as error:
+        advice = "write the correction without it; the file is left as it is"
+        raise InputError(
+            [Problem(each.code, f"{path}: in `corrections`, {each.message}", None, advice) for each in error.problems]
+        ) from None
 
 
 def say_gaps(name: str, gaps: list[tuple[str, str, str]]) -> None:

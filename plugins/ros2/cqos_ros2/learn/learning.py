@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.table import Table
 
-_HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n# It leaves `corrections` and entries with `confirmed: true` as they are.\n"
+HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n# It leaves `corrections` and entries with `confirmed: true` as they are.\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +89,7 @@ def _learn(package: str, workspace: Workspace, known: dict[str, Table], parsed: 
 
 def written(document: dict[str, Any]) -> str:
     """Return a node file as text, apart from corrections; it is read back, so that no file is written that C-QoS refuses."""
-    learned = {key: each for key, each in document.items() if key != "corrections"}
-    text = _HEAD + yaml.dump(learned, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
+    text = HEAD + yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
     if document.get("nodes") or document.get("fragments"):
         read_node_file(Source("learned.node.yaml", text.encode()))
     return text
@@ -124,7 +123,7 @@ def with_confirmed(document: dict[str, Any], kept: dict[str, Any]) -> dict[str, 
                         entries = document.setdefault(part, {}).setdefault(name, {}).setdefault(direction, {})
                         _drop_unknown(entries, entry)
                         entries[topic] = entry
-    for key in ("versions", "profiles", "corrections"):
+    for key in ("versions", "profiles"):
         if key in kept:
             document[key] = kept[key]
     return document

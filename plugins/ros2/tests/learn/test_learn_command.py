@@ -164,6 +164,45 @@ def test_corrections_in_a_file_on_one_line_stay(workspace, run):
     assert yaml.safe_load(file.read_text())["corrections"] == {"nodes": {"driver": {"name": "mine"}}}
 
 
+def test_corrections_that_stand_first_do_not_repeat_the_head(workspace, run):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    learned = file.read_text()
+    file.write_text(learned.replace("cqos_nodes:", CORRECTIONS.lstrip() + "cqos_nodes:"))
+    assert run("learn", workspace).exit_code == 0
+    assert file.read_text() == learned + CORRECTIONS.lstrip()
+
+
+def test_a_correction_that_needs_a_line_that_goes_away_is_refused(workspace, run):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    text = file.read_text().replace("package: bot", "package: &name bot")
+    text += "corrections: {nodes: {driver: {name: *name}}}\n"
+    file.write_text(text)
+    done = run("learn", workspace)
+    assert (done.exit_code, file.read_text()) == (2, text)
+    assert "in `corrections`, `*name` refers to an anchor" in done.output
+
+
+def test_corrections_in_a_file_by_hand_are_those_of_the_person(workspace, run):
+    file = workspace / "bot" / "bot.node.yaml"
+    text = "cqos_nodes: 1\npackage: bot\nnodes: {mine: {}}\ncorrections: {nodes: {mine: {name: x}}}\n"
+    file.write_text(text)
+    done = run("learn", workspace)
+    assert (done.exit_code, file.read_text()) == (0, text)
+    assert "left as it is" in done.output
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_corrections_are_kept_in_any_encoding_that_is_read(workspace, run, encoding):
+    run("learn", workspace)
+    file = workspace / "bot" / "bot.node.yaml"
+    learned = file.read_text()
+    file.write_bytes((learned + CORRECTIONS).encode(encoding))
+    assert run("learn", workspace).exit_code == 0
+    assert file.read_text() == learned + CORRECTIONS.lstrip()
+
+
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
