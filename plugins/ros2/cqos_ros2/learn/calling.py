@@ -442,7 +442,7 @@ def invoke(
         value: the lambda that it is, with the names around it.
         written: the arguments as written, for what the function changes by reference.
     """
-    from cqos_ros2.learn.walking import run
+    from cqos_ros2.learn.walking import run_body
 
     walk.executed.add(id(function))
     if len(walk.frames) > DEEPEST_CALL or any(each.function is function for each in walk.frames):
@@ -459,7 +459,7 @@ def invoke(
     walk.frames.append(frame)
     try:
         bind(function, arguments, keywords, frame, walk)
-        finished = run(function.body, walk)
+        finished = run_body(function, walk)
     finally:
         walk.frames.pop()
     hand_back(function, frame, written, walk)

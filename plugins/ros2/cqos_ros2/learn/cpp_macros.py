@@ -57,7 +57,7 @@ def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) 
 
 
 def divided(data: bytes) -> list[int]:
-    """Return the lines of branches of the preprocessor that open or close a block which another branch does not, without the first branch."""
+    """Return the lines of groups of the preprocessor that open or close a block which they do not end: without those of the first branch."""
     found: list[int] = []
     open_groups: list[list[list[int]]] = []
     for number, line in enumerate(data.split(b"\n"), 1):
@@ -71,8 +71,8 @@ def divided(data: bytes) -> list[int]:
         elif kind == b"endif" and open_groups:
             group = open_groups.pop()
             group[-1][2] = number
-            if len(group) > 1 and any(balance for balance, _, _ in group):
-                found += [each for _, start, end in group[1:] for each in range(start, end)]
+            if any(balance for balance, _, _ in group):
+                found += [group[0][1], number, *(each for _, start, end in group[1:] for each in range(start, end))]
             if open_groups:
                 open_groups[-1][-1][0] += group[0][0]
         elif open_groups:

@@ -32,6 +32,7 @@ from cqos_ros2.learn.qualities import changed, policy_of, preset
 from cqos_ros2.learn.setters import set_elsewhere
 from cqos_ros2.learn.spinning import note_value
 from cqos_ros2.learn.values import (
+    MISSING,
     NO_POSITION,
     PLAIN,
     Code,
@@ -178,6 +179,12 @@ def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
     return evaluate(Call(Name(written), (), (), (), cls.place), walk)
 
 
+def initial_value(instance: Instance, name: str, walk: Walk) -> Any:
+    """Return the value that its class gives a member; the mark for none where it gives none."""
+    cls = next((each for each in lineage(instance.cls, walk) if name in each.initial), None)
+    return MISSING if cls is None else _initial(cls, name, instance, walk)
+
+
 def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
     function = next(iter(walk.program.functions.get(last_part(cls.name), [])), None) or walk.frame.function
     walk.frames.append(Frame(function, instance, types=instance.types))
@@ -294,7 +301,7 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
         elif frame.outer is not None and target.text in frame.outer and walk.program.language == "cpp":
             frame.outer[target.text] = value
         elif walk.program.language == "cpp" and frame.this is not None and _declares(frame.this, target.text, walk):
-            _set_member(frame.this, target.text, value, walk)
+            frame.this.members[target.text] = value
         else:
             frame.names[target.text] = value
     elif isinstance(target, Attribute):
@@ -302,16 +309,9 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
         if isinstance(of, (Qos, Either)):
             _replace(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):
-            _set_member(of, target.name, value, walk)
+            of.members[target.name] = value
     elif isinstance(target, Element):
         assign(target.of, Unknown("its elements are set one by one"), walk)
-
-
-def _set_member(instance: Instance, name: str, value: Any, walk: Walk) -> None:
-    """Give a member a value; one that a callback changes has another value from call to call."""
-    known = instance.members.get(name, _MISSING)
-    changes = walk.in_callback and isinstance(known, PLAIN) and not same(known, value) and known is not None
-    instance.members[name] = Unknown(f"`{name}` changes while it runs") if changes else value
 
 
 def _carrier(target: Expression, walk: Walk) -> Instance | None:

@@ -10,8 +10,9 @@ from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import Given
-from cqos_ros2.learn.frames import Condition, Frame, TooMuchError, Walk
+from cqos_ros2.learn.frames import Frame, TooMuchError, Walk
 from cqos_ros2.learn.functions import method_of
+from cqos_ros2.learn.later import run_later
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import Attribute, Call, Function, Name, Reference, call_name, fits, last_part
 from cqos_ros2.learn.searching import calls_in
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Class, Program
     from cqos_ros2.learn.table import Table
 
-_MOST_CALLBACKS: Final = 300
 _NOWHERE: Final = Function("", (), (), Place(""))
 
 
@@ -81,7 +81,7 @@ class Exploration:
         try:
             start(walk)
             _life_cycle(walk)
-            _callbacks(walk)
+            run_later(walk)
         except (TooMuchError, RecursionError):
             cause = "it takes more steps than C-QoS follows"
             for node in walk.nodes:
@@ -275,33 +275,3 @@ def _life_cycle(walk: Walk) -> None:
                 if id(method) not in walk.executed:
                     arguments = [Unknown("the state before") for _ in method.parameters]
                     invoke(method, instance, arguments, {}, walk)
-
-
-def _callbacks(walk: Walk) -> None:
-    """Walk what is called later: what it makes may never be made."""
-    done = 0
-    while walk.callbacks and done < _MOST_CALLBACKS:
-        each = walk.callbacks.pop(0)
-        if id(each.function) in walk.executed:
-            continue
-        done += 1
-        walk.current = (
-            each.this.node
-            if each.this is not None and each.this.node is not None
-            else walk.nodes[0]
-            if len(walk.nodes) == 1
-            else None
-        )
-        walk.in_callback = True
-        walk.conditions.append(Condition(perhaps=f"it is made in a callback in line {each.function.place.line}"))
-        try:
-            invoke(
-                each.function,
-                each.this,
-                [Unknown("what a callback is given") for _ in each.function.parameters],
-                {},
-                walk,
-                value=each,
-            )
-        finally:
-            walk.conditions.pop()

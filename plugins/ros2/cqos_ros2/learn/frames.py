@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.program import without_arguments
@@ -33,6 +33,14 @@ class TooMuchError(Exception):
     """The walk takes more steps than it may."""
 
 
+class Way(NamedTuple):
+    """One way out of a function."""
+
+    tests: Tests | None
+    values: list[dict[str, Any]] | None
+    place: Place
+
+
 @dataclass(slots=True)
 class Frame:
     """The names of one call.
@@ -44,6 +52,7 @@ class Frame:
         returned: what it returned on each way, with the tests that hold there; None where these are not known.
         conditions: how many conditions hold around it.
         left: all values where `break` or `continue` leaves a round of the innermost loop.
+        ways: where it returned: the tests as in `returned`, all values, the place; values are None where they are as at the end.
     """
 
     function: Function
@@ -54,6 +63,7 @@ class Frame:
     returned: list[tuple[Tests | None, Any]] = field(default_factory=list)
     conditions: int = 0
     left: list[list[dict[str, Any]]] = field(default_factory=list)
+    ways: list[Way] = field(default_factory=list)
 
     @property
     def abstract(self) -> set[str]:
@@ -96,6 +106,8 @@ class Walk:
         lineages: classes with those that they are made from, by the identity of the class.
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
+        later: identities of functions that callbacks call; `searched` callbacks were searched for them.
+        awaited: identities of functions that were not walked when a value was asked for that they set.
     """
 
     program: Program
@@ -112,7 +124,10 @@ class Walk:
     in_callback: bool = False
     aliases: set[str] = field(default_factory=set)
     homeless: list[Place] = field(default_factory=list)
-    setters: dict[str, dict[str, list[Function]]] = field(default_factory=dict)
+    later: set[int] = field(default_factory=set)
+    searched: int = 0
+    awaited: set[int] = field(default_factory=set)
+    setters: dict[tuple[str, bool], dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)
     steps: int = 0
     modules: dict[str, dict[str, Any]] = field(default_factory=dict)

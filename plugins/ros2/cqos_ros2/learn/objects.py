@@ -12,7 +12,7 @@ from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
 from cqos_ros2.learn.program import Call, Literal, Name, call_name, last_part, without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord
-from cqos_ros2.learn.walking import run
+from cqos_ros2.learn.walking import run_body
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
@@ -77,7 +77,7 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
     try:
         bind(function, given.arguments, given.keywords, frame, walk)
         _initializers(cls, instance, function, given, walk)
-        run(function.body, walk)
+        run_body(function, walk)
     finally:
         walk.frames.pop()
     hand_back(function, frame, given.call.arguments, walk)

@@ -18,9 +18,11 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     call_name,
+    fits,
     last_part,
 )
 from cqos_ros2.learn.searching import assignments, calls_in
+from cqos_ros2.learn.spinning import called_later
 from cqos_ros2.learn.values import PLAIN, Code, Instance
 
 _COUNTS: Final = "++"
@@ -33,7 +35,7 @@ _CHANGES: Final = frozenset(
 )
 """Methods that change a list, set or dictionary."""
 _TRANSITIONS: Final = frozenset(("on_deactivate", "on_cleanup", "on_shutdown", "on_error"))
-"""What the life cycle of a node calls, apart from its start: what it sets is gone or set again before the next start."""
+"""What the life cycle of a node calls, apart from its start."""
 _STARTS: Final = ("create_", "add_")
 _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
 """Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
@@ -41,22 +43,35 @@ _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallba
 
 def set_elsewhere(instance: Instance, name: str, walk: Walk) -> str:
     """Return why a member may have another value than the walk saw; empty where it cannot."""
+    cyclic = not walk.in_callback and _has_life_cycle(instance, walk)
     for cls in lineage(instance.cls, walk):
-        if cls.name not in walk.setters:
-            walk.setters[cls.name] = _setters(cls, walk)
-        if walk.in_callback and f"{name}{_COUNTS}" in walk.setters[cls.name]:
+        key = cls.name, cyclic
+        if key not in walk.setters:
+            walk.setters[key] = _setters(cls, walk, cyclic=cyclic)
+        if walk.in_callback and f"{name}{_COUNTS}" in walk.setters[key]:
             return f"`{name}` counts while it runs"
-        for function in walk.setters[cls.name].get(name, ()):
-            if id(function) not in walk.executed:
+        for function in walk.setters[key].get(name, ()):
+            if id(function) not in walk.executed or (not walk.in_callback and id(function) in called_later(walk)):
+                walk.awaited.add(id(function))
                 return f"`{name}` is also set in `{function.last}`"
     return ""
 
 
-def _setters(cls: Class, walk: Walk) -> dict[str, list[Function]]:
+def _has_life_cycle(instance: Instance, walk: Walk) -> bool:
+    """Whether methods of an object are called in the order of a life cycle: of a node, or of a plugin."""
+    known = walk.table.node_class(instance.library)
+    if known is not None:
+        return bool(known[1].values.get("lifecycle"))
+    return instance.cls is not None and any(fits(instance.cls.name, each) for each in walk.program.plugins)
+
+
+def _setters(cls: Class, walk: Walk, *, cyclic: bool) -> dict[str, list[Function]]:
     found: dict[str, list[Function]] = {}
-    skipped = {last_part(cls.name), "__init__", *walk.table.lists["lifecycle"], *walk.at_run_time}
+    skipped = {last_part(cls.name), "__init__", *walk.at_run_time}
+    if cyclic:  # what the end of a life cycle sets is gone or set again before the next start
+        skipped |= {*walk.table.lists["lifecycle"], *_TRANSITIONS}
     for function in walk.program.owned(cls.name):
-        at_start = function.last in skipped or function.last.startswith("~") or function.last in _TRANSITIONS
+        at_start = function.last in skipped or function.last.startswith("~")
         for name in _names_set(function, walk):
             if not at_start or (name.endswith(_COUNTS) and function.last not in {last_part(cls.name), "__init__"}):
                 found.setdefault(name, []).append(function)

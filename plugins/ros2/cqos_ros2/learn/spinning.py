@@ -65,22 +65,41 @@ def _methods(instance: Instance, names: Iterable[str], walk: Walk) -> Iterator[C
 
 def _spins(code: Code, walk: Walk) -> bool:
     """Whether a function, or one that it calls or hands on, lets callbacks come."""
+    return any(last_part(_written(part)) in _SPINS for each in _reached(code, set(), walk) for part in _parts(each))
+
+
+def called_later(walk: Walk) -> set[int]:
+    """Return the identities of the functions that callbacks which are known by now call or hand on."""
+    while walk.searched < len(walk.callbacks):
+        walk.searched += 1
+        for _ in _reached(walk.callbacks[walk.searched - 1], walk.later, walk):
+            pass
+    return walk.later
+
+
+def _reached(code: Code, seen: set[int], walk: Walk) -> Iterator[Function]:
+    """Yield a function with those that it calls or hands on, apart from those that were seen; they are seen then."""
     cls = code.this.cls if code.this is not None else _owner(code.function, walk)
     waiting: list[tuple[Function, Class | None]] = [(code.function, cls)]
-    seen: set[int] = set()
     while waiting:
         function, cls = waiting.pop()
         if id(function) in seen:
             continue
         seen.add(id(function))
+        yield function
         names = code.names if function is code.function else {}
-        for each in calls_in(function.body, function.initializers):
-            for part in (each.function, *each.arguments, *(value for _, value in each.keywords)):
-                written = part.text if isinstance(part, Name) else getattr(part, "name", "")
-                if last_part(written) in _SPINS:
-                    return True
-                waiting += _meant(part, cls, names, walk)
-    return False
+        for part in _parts(function):
+            waiting += _meant(part, cls, names, walk)
+
+
+def _parts(function: Function) -> Iterator[Expression]:
+    """Yield what a function calls and hands on."""
+    for each in calls_in(function.body, function.initializers):
+        yield from (each.function, *each.arguments, *(value for _, value in each.keywords))
+
+
+def _written(part: Expression) -> str:
+    return part.text if isinstance(part, Name) else getattr(part, "name", "")
 
 
 def _meant(

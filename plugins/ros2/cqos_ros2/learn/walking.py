@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate
-from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk
+from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk, Way
 from cqos_ros2.learn.operators import truth
 from cqos_ros2.learn.program import (
     Assign,
@@ -15,6 +15,7 @@ from cqos_ros2.learn.program import (
     Call,
     Do,
     Expression,
+    Function,
     If,
     Leave,
     Literal,
@@ -26,7 +27,7 @@ from cqos_ros2.learn.program import (
 )
 from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
-from cqos_ros2.learn.values import Counted, Template, Word, flipped
+from cqos_ros2.learn.values import Counted, Template, Test, Word, flipped
 
 _CHANGES: Final = "it changes in a loop"
 _ABSENT: Final = (Literal(None), Literal(False))
@@ -45,6 +46,20 @@ def run(statements: Iterable[Statement], walk: Walk) -> bool:
         del walk.conditions[depth:]
 
 
+def run_body(function: Function, walk: Walk) -> bool:
+    """Walk the body of a function; return whether the walk comes to its end. Behind it, values are as each way out of it left them."""
+    frame = walk.frame
+    finished = run(function.body, walk)
+    if not finished and frame.ways:
+        values = frame.ways.pop().values
+        if values is not None:
+            walk.restore(values)
+    for tests, values, place in reversed(frame.ways):
+        if values is not None:
+            walk.merge(values, tests, f"`{function.last}` may return before, in line {place.line}", place)
+    return finished
+
+
 def _one(statement: Statement, walk: Walk) -> bool:
     if isinstance(statement, Assign):
         _assign(statement, walk)
@@ -53,16 +68,23 @@ def _one(statement: Statement, walk: Walk) -> bool:
     elif isinstance(statement, If):
         return _if(statement, walk)
     elif isinstance(statement, Loop):
-        _loop(statement, walk)
+        return _loop(statement, walk)
     elif isinstance(statement, Return):
-        value = None if statement.value is None else evaluate(statement.value, walk)
-        walk.frame.returned.append((walk.tests_here(), value))
+        _return(statement, walk)
         return False
     elif isinstance(statement, Leave):
         if statement.kind != "throw":
             walk.frame.left.append(walk.snapshot())
         return False
     return True
+
+
+def _return(statement: Return, walk: Walk) -> None:
+    frame, tests = walk.frame, walk.tests_here()
+    value = None if statement.value is None else evaluate(statement.value, walk)
+    frame.returned.append((tests, value))
+    sometimes = len(walk.conditions) > frame.conditions
+    frame.ways.append(Way(tests, walk.snapshot() if sometimes else None, statement.place))
 
 
 def _assign(statement: Assign, walk: Walk) -> None:
@@ -81,28 +103,47 @@ def _if(statement: If, walk: Walk) -> bool:
     decided = truth(evaluate(statement.condition, walk))
     if _makes_what_it_asks_for(statement):
         decided = True
+    count = len(walk.frame.ways)
     if decided is True or decided is False:
-        return run(statement.then if decided else statement.otherwise, walk)
+        reached = run(statement.then if decided else statement.otherwise, walk)
+        _behind(walk.frame.ways[count:], walk)
+        return reached
     tests = decided.tests if isinstance(decided, Decided) else None
     cause = _cause(decided, statement)
     negated = flipped(tests) if tests is not None else None
     before, counted = walk.snapshot(), len(walk.made_at)
     reached = _branch(statement.then, Condition(tests or (), "" if tests is not None else cause, 1), walk)
+    ways = walk.frame.ways[count:] if reached else []
     after, made_then = walk.snapshot(), len(walk.made_at) > counted
     walk.restore(before)
+    count = len(walk.frame.ways)
     other = Condition(negated or (), "" if negated is not None else cause, -1)
     behind = _branch(statement.otherwise, other, walk)
+    ways += walk.frame.ways[count:] if behind else []
     if reached and behind:
         walk.merge(after, tests, cause, statement.place)
-        return True
-    if reached:
+    elif reached:
         walk.restore(after)
         if tests is not None and statement.otherwise:
             walk.conditions.append(Condition(tests))
-        return True
-    if behind and (tests is not None or made_then):
+    elif behind and (tests is not None or made_then):
         walk.conditions.append(other)
-    return behind
+    _behind(ways, walk)
+    return reached or behind
+
+
+def _behind(ways: list[Way], walk: Walk) -> None:
+    """Note that the walk only comes here where parameters do not choose one of some ways out of the function."""
+    here = {*walk.tests()}
+    for each in ways:
+        tests = tuple(test for test in each.tests or () if test not in here)
+        if len({test.subject for test in tests}) == 1 and all(test.negated for test in tests):  # none of some values
+            tests = (Test(tests[0].subject, tuple(value for test in tests for value in test.values), negated=True),)
+        other = flipped(tests)
+        if other is not None:
+            walk.conditions.append(Condition(other))
+        elif tests:
+            walk.conditions.append(Condition(perhaps=f"it depends on a return in line {each.place.line}"))
 
 
 def _branch(statements: tuple[Statement, ...], condition: Condition, walk: Walk) -> bool:
@@ -134,7 +175,8 @@ def _makes_what_it_asks_for(statement: If) -> bool:
     )
 
 
-def _loop(statement: Loop, walk: Walk) -> None:
+def _loop(statement: Loop, walk: Walk) -> bool:
+    """Walk a loop; return whether the walk comes behind it."""
     over = None if statement.over is None else evaluate(statement.over, walk)
     names = walk.frame.names
     if isinstance(over, dict):
@@ -142,8 +184,9 @@ def _loop(statement: Loop, walk: Walk) -> None:
     if isinstance(over, list) and len(over) <= MOST_ELEMENTS and _is_short(statement, len(over)):
         for each in over:
             _bind(statement.targets, each, walk)
-            _round(statement, Condition(), walk)
-        return
+            if not _round(statement, Condition(), walk):
+                return False
+        return True
     for target in _assigned(statement.body):
         assign(target, Unknown(_CHANGES, statement.place), walk)
     condition = Condition(perhaps=f"it is made in a loop in line {statement.place.line}")
@@ -158,18 +201,23 @@ def _loop(statement: Loop, walk: Walk) -> None:
     before = walk.snapshot()
     _round(statement, condition, walk)
     walk.merge(before, None, _CHANGES, statement.place)
+    return True
 
 
-def _round(statement: Loop, condition: Condition, walk: Walk) -> None:
-    """Walk one round of a loop: behind it, values are as each way out of it left them."""
+def _round(statement: Loop, condition: Condition, walk: Walk) -> bool:
+    """Walk one round of a loop: behind it, values are as each way out of it left them. Return whether the walk comes behind it."""
     frame = walk.frame
     outer, frame.left = frame.left, []
+    count = len(frame.ways)
     reached = _branch(statement.body, condition, walk)
     ways, frame.left = frame.left, outer
+    left = bool(ways)
     if ways and not reached:
         walk.restore(ways.pop())
     for each in ways:
         walk.merge(each, None, _CHANGES, statement.place)
+    _behind(frame.ways[count:], walk)
+    return reached or left
 
 
 def _is_short(statement: Loop, rounds: int) -> bool:
