@@ -10,12 +10,14 @@ from cqos_ros2.learn.creating import BELOW, Given, apply, library_of, parameter,
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
+from cqos_ros2.learn.handing import hand_over
+from cqos_ros2.learn.names import fits, last_part, without_arguments
 from cqos_ros2.learn.objects import base, construct, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
-from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name, fits, last_part, without_arguments
+from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name
 from cqos_ros2.learn.qualities import maker, preset, setter
-from cqos_ros2.learn.setters import forget_all, forget_members, kept_for_later
+from cqos_ros2.learn.setters import forget_all, kept_for_later
 from cqos_ros2.learn.spinning import note_call
 from cqos_ros2.learn.values import (
     MISSING,
@@ -41,7 +43,6 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.values import Tests
 
 _COMPREHENSIONS: Final = ("#each", "#pairs")
-_CHANGING: Final = (str, int, float, Template, Qos, list, Either)
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 
@@ -55,6 +56,7 @@ def call(expression: Call, walk: Walk) -> Any:
     keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
     arguments = [evaluate(each, walk) for each in expression.arguments]
     types = expression.types
+    walk.frame.at = expression.place
     note_call(expression, receiver, (*arguments, *keywords.values()), walk)
     if isinstance(function, Name):
         name = function.text
@@ -74,47 +76,9 @@ def call(expression: Call, walk: Walk) -> Any:
     if found is not MISSING:
         kept_for_later((*arguments, *keywords.values()), expression, walk)
         return found
-    _library(expression, arguments, keywords, walk)
+    hand_over(expression, arguments, keywords, walk)
     called = last_part(call_name(expression))
     return Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
-
-
-def _library(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> None:
-    """Note callbacks that a library is handed, and values that it may change."""
-    name = call_name(expression)
-    kept_for_later((*arguments, *keywords.values()), expression, walk)
-    later = name in walk.table.lists["at_run_time"]
-    for each in (*arguments, *keywords.values()):
-        if isinstance(each, Code):
-            if later:
-                walk.executed.add(id(each.function))
-                walk.at_run_time.add(each.function.last)
-            else:
-                walk.callbacks.append(each)
-    if last_part(name) in walk.table.lists["changing"]:
-        for written in expression.arguments:
-            _change(written, expression, walk)
-    if walk.program.language != "cpp" or walk.table.is_harmless(name):
-        return
-    known = [*walk.program.find_functions(name), *walk.program.functions.get(name, [])]
-    for index, (written, value) in enumerate(zip(expression.arguments, arguments, strict=True)):
-        if known and not any(each.by_reference for one in known for each in one.parameters[index : index + 1]):
-            continue
-        if not isinstance(written, (Name, Attribute)) or (isinstance(written, Name) and written.text.isupper()):
-            continue
-        cause = f"`{name[:60]}` may change it"
-        if isinstance(value, _CHANGING):
-            assign(written, Unknown(cause, expression.place), walk)
-        elif isinstance(value, Instance) and value.cls is not None and value.node is None:
-            forget_members(value, cause, walk)
-
-
-def _change(written: Expression, by: Call, walk: Walk) -> None:
-    """Take what a call is handed, or an iterator of it, as not known."""
-    if isinstance(written, Call) and isinstance(written.function, Attribute):
-        written = written.function.of
-    if isinstance(written, (Name, Attribute)) and isinstance(evaluate(written, walk), _CHANGING):
-        assign(written, Unknown(f"`{call_name(by)[:60]}` may change it", by.place), walk)
 
 
 def _named(name: str, given: Given, walk: Walk) -> Any:
@@ -173,6 +137,9 @@ def _function(name: str, given: Given, walk: Walk) -> Any:
         if len(methods) == 1:
             return invoke(methods[0], this, rest.arguments, rest.keywords, walk)
     functions = arity(known, given)
+    if len(functions) == 1 and functions[0].macro:  # it stands for its text: with the object and names around it
+        macro = Code(functions[0], this, walk.frame.names)
+        return invoke(functions[0], this, given.arguments, {}, walk, value=macro, written=given.call.arguments)
     if len(functions) == 1 and (functions[0].static or not functions[0].owner):
         return invoke(
             functions[0], None, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
@@ -459,6 +426,10 @@ def invoke(
     walk.frames.append(frame)
     try:
         bind(function, arguments, keywords, frame, walk)
+        if function.macro:
+            given, outer_types = zip(function.parameters, written, strict=False), walk.frames[-2].types
+            meant = {each.name: name.text for each, name in given if isinstance(name, Name)}
+            frame.types.update({name: outer_types.get(text, text) for name, text in meant.items()})
         finished = run_body(function, walk)
     finally:
         walk.frames.pop()

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
+from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
+    Assign,
     Attribute,
     Call,
     Closure,
@@ -22,7 +24,6 @@ from cqos_ros2.learn.program import (
     Pairs,
     Reference,
     Variable,
-    last_part,
 )
 
 if TYPE_CHECKING:
@@ -78,12 +79,16 @@ class CppFile:
         path: as shown.
         body: reads the statements of a block; the reader of statements provides it.
         macros: one word each that macros of the file stand for.
+        pending: assignments in expressions that were read; they come before the statement.
+        macro: where the macro stands whose text is read; None outside of macros.
     """
 
     path: str
     body: Callable[[Node, CppFile], tuple[Statement, ...]]
     depth: int = 0
     macros: dict[str, str] = field(default_factory=dict)
+    pending: list[Assign] = field(default_factory=list)
+    macro: Place | None = None
 
     def plain(self, text: str) -> str:
         """Return what a word stands for where it is a macro of the file; else the word itself."""
@@ -93,7 +98,7 @@ class CppFile:
 
     def place(self, node: Node) -> Place:
         """Return where a part of the file stands."""
-        return Place(self.path, node.start_point[0] + 1, node.start_point[1] + 1)
+        return self.macro or Place(self.path, node.start_point[0] + 1, node.start_point[1] + 1)
 
 
 def text_of(node: Node | None) -> str:
@@ -287,7 +292,10 @@ def _pointer(node: Node, file: CppFile) -> Expression:
 
 def _binary(node: Node, file: CppFile) -> Expression:
     sign = text_of(node.child_by_field_name("operator"))
-    sides = (expression(node.child_by_field_name("left"), file), expression(node.child_by_field_name("right"), file))
+    left, start = expression(node.child_by_field_name("left"), file), len(file.pending)
+    sides = (left, expression(node.child_by_field_name("right"), file))
+    if sign in {"&&", "||"}:
+        _unsure(start, file)
     return Operation(_OPERATORS.get(sign, sign), sides)
 
 
@@ -300,11 +308,10 @@ def _unary(node: Node, file: CppFile) -> Expression:
 
 
 def _conditional(node: Node, file: CppFile) -> Expression:
-    return Conditional(
-        expression(node.child_by_field_name("condition"), file),
-        expression(node.child_by_field_name("consequence"), file),
-        expression(node.child_by_field_name("alternative"), file),
-    )
+    condition, start = expression(node.child_by_field_name("condition"), file), len(file.pending)
+    then, otherwise = (expression(node.child_by_field_name(name), file) for name in ("consequence", "alternative"))
+    _unsure(start, file)
+    return Conditional(condition, then, otherwise)
 
 
 def _inner(node: Node, file: CppFile) -> Expression:
@@ -395,8 +402,31 @@ def _this(node: Node, file: CppFile) -> Expression:
     return Name("this")
 
 
-def _assigned(node: Node, file: CppFile) -> Expression:
-    return expression(node.child_by_field_name("right"), file)
+def assigned(node: Node, file: CppFile) -> Assign:
+    """Return an assignment."""
+    target = expression(node.child_by_field_name("left"), file)
+    value = expression(node.child_by_field_name("right"), file)
+    sign = text_of(node.child_by_field_name("operator"))
+    return Assign(target, value if sign == "=" else Operation(sign[:-1], (target, value)), file.place(node))
+
+
+def _assignment(node: Node, file: CppFile) -> Expression:
+    """Return what an assignment in an expression sets; it is set before."""
+    made = assigned(node, file)
+    file.pending.append(made)
+    return made.target
+
+
+def _update(node: Node, file: CppFile) -> Expression:
+    target = expression(node.child_by_field_name("argument"), file)
+    changed = NotFollowed(text_of(node)[:60], (target,))
+    file.pending.append(Assign(target, changed, file.place(node)))
+    return changed
+
+
+def _unsure(start: int, file: CppFile) -> None:
+    """Take assignments as not known that an expression may leave out."""
+    file.pending[start:] = [Assign(each.target, NotFollowed(""), each.place) for each in file.pending[start:]]
 
 
 _READERS: Final[dict[str, Callable[[Any, CppFile], Expression]]] = {
@@ -425,5 +455,6 @@ _READERS: Final[dict[str, Callable[[Any, CppFile], Expression]]] = {
     "subscript_expression": _element,
     "lambda_expression": _lambda,
     "initializer_list": _items,
-    "assignment_expression": _assigned,
+    "assignment_expression": _assignment,
+    "update_expression": _update,
 }

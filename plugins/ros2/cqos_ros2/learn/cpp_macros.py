@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.learn.cpp_branches import parts_of
 from cqos_ros2.learn.cpp_expressions import text_of
-from cqos_ros2.learn.cpp_files import declared_in
+from cqos_ros2.learn.cpp_statements import declared_in
 from cqos_ros2.learn.program import Function, Literal, Return, Variable
 
 if TYPE_CHECKING:
@@ -51,9 +52,11 @@ def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) 
     if tree.has_error or found is None or found.type != "declaration" or len(tree.named_children) > 1:
         return
     place = file.place(node)
-    for _, made, _ in declared_in(found, file):
+    for _, made, _ in declared_in(found, replace(file, macro=place)):
         parameters = tuple(Variable(text_of(each)) for each in listed.named_children)
-        program.functions.setdefault(name, []).append(Function(name, parameters, (Return(made, place),), place))
+        program.functions.setdefault(name, []).append(
+            Function(name, parameters, (Return(made, place),), place, macro=True)
+        )
 
 
 def divided(data: bytes) -> list[int]:

@@ -10,7 +10,8 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import connect
 from cqos_ros2.learn.evaluating import assign
 from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError, lineage
-from cqos_ros2.learn.program import NotFollowed, without_arguments
+from cqos_ros2.learn.names import without_arguments
+from cqos_ros2.learn.program import NotFollowed
 from cqos_ros2.learn.qualities import as_qos, number_of
 from cqos_ros2.learn.values import (
     MISSING,
@@ -109,8 +110,8 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     """Record what a row says that a call makes; return what the call returns."""
     if row.protocol:
         return connect(row, given, node_for(row, given, receiver, walk), walk)
-    place = given.call.place
-    walk.made_at.add((place.source, place.line or 0))
+    place = walk.place(given.call.place)
+    walk.made_at |= {(each.source, each.line or 0) for each in (place, given.call.place)}
     node = node_for(row, given, receiver, walk)
     if any(each in walk.frame.abstract for each in given.types):
         return Instance(

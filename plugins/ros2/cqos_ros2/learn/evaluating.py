@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.frames import Frame, lineage
+from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.operators import element, operation, truth
 from cqos_ros2.learn.program import (
     THIS,
@@ -23,10 +24,6 @@ from cqos_ros2.learn.program import (
     Operation,
     Pairs,
     Reference,
-    fits,
-    inner_type,
-    last_part,
-    without_arguments,
 )
 from cqos_ros2.learn.qualities import changed, policy_of, preset
 from cqos_ros2.learn.setters import set_elsewhere
@@ -298,6 +295,9 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
         frame = walk.frame
         if target.text in frame.names:
             frame.names[target.text] = value
+            if target.text in frame.aliases:
+                other, pointer = frame.aliases[target.text]
+                assign(other, Unknown("it is set over a pointer") if pointer else value, walk)
         elif frame.outer is not None and target.text in frame.outer and walk.program.language == "cpp":
             frame.outer[target.text] = value
         elif walk.program.language == "cpp" and frame.this is not None and _declares(frame.this, target.text, walk):
@@ -307,7 +307,7 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
     elif isinstance(target, Attribute):
         of = _carrier(target.of, walk) or evaluate(target.of, walk)
         if isinstance(of, (Qos, Either)):
-            _replace(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
+            replace_value(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):
             of.members[target.name] = value
     elif isinstance(target, Element):
@@ -330,10 +330,10 @@ def _declares(instance: Instance, name: str, walk: Walk) -> bool:
     return name in instance.members or any(name in cls.fields for cls in lineage(instance.cls, walk))
 
 
-def _replace(target: Expression, old: Any, new: Any, walk: Walk) -> None:
+def replace_value(target: Expression, old: Any, new: Any, walk: Walk) -> None:
     """Give a changed value to what holds it; in Python, to everything that holds the same object."""
     assign(target, new, walk)
-    if walk.program.language == "python":
+    if walk.program.language == "python" and not isinstance(old, str):
         for space in (*(each.names for each in walk.frames), *(each.members for each in walk.instances)):
             for name, value in space.items():
                 if value is old:

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.program import without_arguments
+from cqos_ros2.learn.names import without_arguments
 from cqos_ros2.learn.values import Instance, NodeRecord, merged
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.system import Place
-    from cqos_ros2.learn.program import Class, Function, Program
+    from cqos_ros2.learn.program import Class, Expression, Function, Program
     from cqos_ros2.learn.table import Table
     from cqos_ros2.learn.values import Code, Tests
 
@@ -52,6 +52,8 @@ class Frame:
         returned: what it returned on each way, with the tests that hold there; None where these are not known.
         conditions: how many conditions hold around it.
         left: all values where `break` or `continue` leaves a round of the innermost loop.
+        aliases: names that are references or pointers to others, with what is written for these; whether it is a pointer.
+        at: where the last call stands whose function is walked.
         ways: where it returned: the tests as in `returned`, all values, the place; values are None where they are as at the end.
     """
 
@@ -63,7 +65,9 @@ class Frame:
     returned: list[tuple[Tests | None, Any]] = field(default_factory=list)
     conditions: int = 0
     left: list[list[dict[str, Any]]] = field(default_factory=list)
+    at: Place | None = None
     ways: list[Way] = field(default_factory=list)
+    aliases: dict[str, tuple[Expression, bool]] = field(default_factory=dict)
 
     @property
     def abstract(self) -> set[str]:
@@ -107,6 +111,7 @@ class Walk:
         in_callback: it is in what is called later, perhaps often.
         starting: the walk is before the first callback can come.
         later: identities of functions that callbacks call; `searched` callbacks were searched for them.
+        thrown: within `try`, all values where something is thrown, with how many calls were open there; else None.
         awaited: identities of functions that were not walked when a value was asked for that they set.
     """
 
@@ -126,6 +131,7 @@ class Walk:
     homeless: list[Place] = field(default_factory=list)
     later: set[int] = field(default_factory=set)
     searched: int = 0
+    thrown: list[tuple[int, list[dict[str, Any]]]] | None = None
     awaited: set[int] = field(default_factory=set)
     setters: dict[tuple[str, bool], dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)
@@ -150,11 +156,18 @@ class Walk:
         """The innermost call."""
         return self.frames[-1]
 
+    def place(self, written: Place) -> Place:
+        """Return where a call stands; in a macro, where it is used."""
+        for inner, outer in zip(reversed(self.frames), reversed(self.frames[:-1]), strict=False):
+            if not inner.function.macro or outer.at is None:
+                break
+            written = outer.at
+        return written
+
     def stray(self) -> NodeRecord:
         """Return what takes the endpoints of the function that the walk is in, whose node is not known."""
-        named = next(
-            (each.function for each in reversed(self.frames) if each.function.name != "lambda"), self.frame.function
-        )
+        functions = [each.function for each in reversed(self.frames)]
+        named = next((each for each in functions if each.name != "lambda" and not each.macro), functions[0])
         name = (named.owner or named.name).strip(":")
         return self.strays.setdefault(name, NodeRecord(name, "", "", named.place))
 
@@ -196,20 +209,26 @@ class Walk:
     def merge(self, other: list[dict[str, Any]], tests: Tests | None, cause: str, place: Place) -> None:
         """Join all values with those of the branch that was walked before, which is taken where ``tests`` hold."""
         count = len(self.frames)
-        spaces = [
-            *(each.names for each in self.frames),
-            *(each.members for each in self.instances[: len(other) - count]),
+        spaces: list[tuple[dict[str, Any], Instance | None]] = [
+            *((each.names, None) for each in self.frames),
+            *((each.members, each) for each in self.instances[: len(other) - count]),
         ]
-        for space, then in zip(spaces, other, strict=False):
+        for (space, owner), then in zip(spaces, other, strict=False):
             for name in {**then, **space}:
                 one, two = then.get(name, ABSENT), space.get(name, ABSENT)
                 if one is two:
                     continue
                 if ABSENT in (one, two):
                     known = two if one is ABSENT else one
-                    space[name] = known if isinstance(known, Instance) else Unknown(cause, place)
+                    kept = isinstance(known, Instance) or self._needs_value(name, owner)
+                    space[name] = known if kept else Unknown(cause, place)
                 else:
                     space[name] = merged(tests, one, two, cause, place)
+
+    def _needs_value(self, name: str, owner: Instance | None) -> bool:
+        """Whether a program ends where it uses a name before it has a value, as in Python."""
+        classes = lineage(owner.cls, self) if owner is not None else ()
+        return self.program.language == "python" and not any(name in each.initial for each in classes)
 
 
 def lineage(cls: Class | None, walk: Walk) -> list[Class]:

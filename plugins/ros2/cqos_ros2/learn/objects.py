@@ -10,7 +10,8 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
-from cqos_ros2.learn.program import Call, Literal, Name, call_name, last_part, without_arguments
+from cqos_ros2.learn.names import last_part, without_arguments
+from cqos_ros2.learn.program import Call, Literal, Name, call_name
 from cqos_ros2.learn.values import Instance, NodeRecord
 from cqos_ros2.learn.walking import run_body
 

@@ -213,8 +213,9 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
     from cqos_ros2.learn.cpp_expressions import CppFile
 
     try:
-        from cqos_ros2.learn.cpp_files import block, complete, parser, read_definitions
+        from cqos_ros2.learn.cpp_files import complete, parser, read_definitions
         from cqos_ros2.learn.cpp_macros import divided, read_macros, without_lines
+        from cqos_ros2.learn.cpp_statements import block
 
         parse = parser()
     except ImportError:

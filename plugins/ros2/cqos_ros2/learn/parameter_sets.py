@@ -15,7 +15,7 @@ import yaml
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.creating import OWN_WORDS, declare
-from cqos_ros2.learn.program import last_part
+from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.values import MISSING, Instance, NodeRecord, Template
 
 if TYPE_CHECKING:

@@ -6,9 +6,10 @@ from string import Formatter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.evaluating import assign
+from cqos_ros2.learn.evaluating import replace_value
+from cqos_ros2.learn.names import inner_type, last_part
 from cqos_ros2.learn.operators import element
-from cqos_ros2.learn.program import Attribute, Name, inner_type, last_part
+from cqos_ros2.learn.program import Attribute, Name
 from cqos_ros2.learn.setters import is_class
 from cqos_ros2.learn.values import (
     MISSING,
@@ -153,7 +154,7 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
     name = function.name
     changes = _changed(receiver, name, given.arguments)
     if changes is not MISSING:
-        assign(function.of, changes, walk)
+        replace_value(function.of, receiver, changes, walk)
         return None
     if name == "format" and isinstance(receiver, str):
         return braces(receiver, given.arguments, given.keywords)
@@ -168,7 +169,7 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
     if name == "size" and isinstance(receiver, Template) and receiver.parameter:
         return Counted(receiver)
     if isinstance(receiver, (str, Template, list, dict)) and name not in _READING:
-        assign(function.of, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
+        replace_value(function.of, receiver, Unknown(f"`{name[:60]}` may change it", given.call.place), walk)
     elif isinstance(receiver, str) and walk.program.language == "python":
         return _of_text(receiver, name, given)
     elif isinstance(receiver, str):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+
+from cqos_ros2.learn.names import fits, last_part, without_arguments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -152,6 +153,7 @@ class Assign:
     Attributes:
         target: a `Name`, `Attribute` or anything else, which is then not followed.
         declares: it makes a new local name.
+        type: that of the name, in C++; with ``&`` or ``*`` at its end where it may change what it is made from.
     """
 
     target: Expression
@@ -203,13 +205,22 @@ class Return:
 
 
 @dataclass(frozen=True, slots=True)
+class Try:
+    """Statements, and for each kind of exception those that handle it."""
+
+    body: tuple[Statement, ...]
+    handlers: tuple[tuple[Statement, ...], ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
 class Leave:
     """The end of a function or a round of a loop: ``throw``, ``break`` or ``continue``."""
 
     kind: str
 
 
-Statement: TypeAlias = Assign | Do | If | Loop | Return | Leave
+Statement: TypeAlias = Assign | Do | If | Loop | Return | Try | Leave
 
 
 # Functions, classes, programs
@@ -242,6 +253,7 @@ class Function:
         templates: names of its own type parameters.
         initializers: of a constructor: for members and base classes, in their order.
         source: its text; empty where it is not kept.
+        macro: it stands for a macro; what it makes stands where the macro is used.
     """
 
     name: str
@@ -253,6 +265,7 @@ class Function:
     initializers: tuple[tuple[str, tuple[Expression, ...], Place], ...] = ()
     static: bool = False
     source: bytes = b""
+    macro: bool = False
 
     @property
     def body(self) -> tuple[Statement, ...]:
@@ -452,45 +465,6 @@ def _nearest(found: list[Class], plain: str, near: str, scope: str) -> Class | N
             break
     own = [each for each in found if each.place.source == near]
     return found[0] if len(found) == 1 else own[0] if len(own) == 1 else None
-
-
-@lru_cache(maxsize=65536)
-def last_part(name: str) -> str:
-    """Return a qualified name without what it is in."""
-    return name.rpartition("::")[2].rpartition(".")[2]
-
-
-@lru_cache(maxsize=65536)
-def fits(full: str, written: str) -> bool:
-    """Whether a name as written may mean a qualified name: the one ends with the other, part by part."""
-    one, other = full.replace("::", ".").split("."), written.strip(":").replace("::", ".").split(".")
-    length = min(len(one), len(other))
-    return one[-length:] == other[-length:]
-
-
-@lru_cache(maxsize=65536)
-def without_arguments(name: str) -> str:
-    """Return a type without template arguments, qualifiers and marks of pointers and references."""
-    plain = name.split("<", 1)[0]
-    words = [each for each in plain.replace("*", " ").replace("&", " ").split() if each not in _QUALIFIERS]
-    return words[-1] if words else ""
-
-
-_QUALIFIERS: Final = frozenset(
-    ("const", "static", "constexpr", "inline", "mutable", "typename", "class", "struct", "volatile")
-)
-
-
-def inner_type(name: str) -> str:
-    """Return what a smart pointer or optional points to; the type itself where it is none."""
-    plain = name.strip()
-    for mark in ("SharedPtr", "UniquePtr", "WeakPtr", "ConstSharedPtr", "Ptr"):
-        if plain.endswith(f"::{mark}"):
-            return plain[: -len(mark) - 2]
-    head, opened, rest = plain.partition("<")
-    if opened and last_part(without_arguments(head)) in {"shared_ptr", "unique_ptr", "weak_ptr", "optional"}:
-        return rest.rpartition(">")[0].strip()
-    return plain
 
 
 def call_name(call: Call) -> str:

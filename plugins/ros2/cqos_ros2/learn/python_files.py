@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from cqos_core.model.system import Place
+from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
     JOIN,
     THIS,
@@ -33,12 +34,13 @@ from cqos_ros2.learn.program import (
     Program,
     Return,
     Statement,
+    Try,
     Variable,
     call_name,
-    last_part,
 )
 
 DEEPEST: Final = 100
+_TRIES: Final = (ast.Try, *((ast.TryStar,) if hasattr(ast, "TryStar") else ()))
 _OPERATORS: Final = {
     ast.Add: "+", ast.Mod: "%", ast.Eq: "==", ast.NotEq: "!=", ast.And: "and", ast.Or: "or", ast.Not: "not", ast.Mult: "*", ast.Sub: "-", ast.Div: "/", ast.Is: "==", ast.IsNot: "!=", ast.In: "in", ast.NotIn: "not in",
 }  # fmt: skip
@@ -52,6 +54,8 @@ class PythonFile:
         path: as shown.
         module: its dotted name.
         imported: what names of the file mean elsewhere.
+        shared: names that inner functions set (`nonlocal`).
+        pending: assignments in expressions that were read; they come before the statement.
     """
 
     path: str
@@ -59,6 +63,8 @@ class PythonFile:
     imported: dict[str, str] = field(default_factory=dict)
     this: str = ""
     depth: int = 0
+    shared: set[str] = field(default_factory=set)
+    pending: list[Assign] = field(default_factory=list)
 
     def place(self, node: Any) -> Place:
         """Return where a part of the file stands."""
@@ -75,6 +81,7 @@ def read_module(text: bytes, path: str, module: str, program: Program) -> None:
     file = PythonFile(path, module)
     for node in ast.walk(tree):
         _imports(node, file)
+        file.shared.update(node.names if isinstance(node, ast.Nonlocal) else ())
         for name in node.names if isinstance(node, ast.Global) else ():
             program.constants.setdefault(name, []).append(
                 (f"{module}.{name}", NotFollowed("set by `global`"), file.path)
@@ -181,6 +188,16 @@ def _block(body: Iterable[ast.stmt], file: PythonFile) -> tuple[Statement, ...]:
 
 
 def _statement(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    """Yield a statement, behind the assignments in its expressions."""
+    start = len(file.pending)
+    found = [*_read(node, file)]
+    before = file.pending[start:]
+    del file.pending[start:]
+    yield from before
+    yield from found
+
+
+def _read(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     place = file.place(node)
     if isinstance(node, ast.Assign):
         value = _expression(node.value, file)
@@ -211,18 +228,47 @@ def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     place = file.place(node)
     if isinstance(node, ast.If):
         yield If(_expression(node.test, file), _block(node.body, file), _block(node.orelse, file), place)
-    elif isinstance(node, ast.For):
+    elif isinstance(node, (ast.For, ast.AsyncFor)):
         names = tuple(each.id for each in ast.walk(node.target) if isinstance(each, ast.Name))
         yield Loop(names, _expression(node.iter, file), _block(node.body, file), place)
+        yield from _otherwise(node, file)
     elif isinstance(node, ast.While):
+        _expression(node.test, file)
         yield Loop((), None, _block(node.body, file), place)
-    elif isinstance(node, ast.Try):
-        yield from _block([*node.body, *node.orelse], file)
-        for each in node.handlers:
-            yield If(NotFollowed("an exception"), _block(each.body, file), (), place)
+        yield from _otherwise(node, file)
+    elif isinstance(node, _TRIES):
+        handlers = tuple(_block(each.body, file) for each in node.handlers)
+        yield Try(_block([*node.body, *node.orelse], file), handlers, place)
         yield from _block(node.finalbody, file)
+    elif isinstance(node, ast.Match):
+        yield from _cases(node, file)
     elif isinstance(node, (ast.With, ast.AsyncWith)):
         yield from _with(node, file)
+
+
+def _otherwise(node: ast.For | ast.AsyncFor | ast.While, file: PythonFile) -> Iterator[Statement]:
+    """Yield what a loop does where no `break` ends it."""
+    if node.orelse:
+        yield If(NotFollowed("else"), _block(node.orelse, file), (), file.place(node))
+
+
+def _cases(node: ast.Match, file: PythonFile) -> Iterator[Statement]:
+    """Yield the cases of a `match` as decisions one after the other."""
+    subject = _expression(node.subject, file)
+    rest: tuple[Statement, ...] = ()
+    for each in reversed(node.cases):
+        body, pattern = _block(each.body, file), each.pattern
+        if isinstance(pattern, ast.MatchAs) and pattern.pattern is None and each.guard is None:
+            named = NotFollowed("case") if pattern.name else None
+            rest = (*(() if named is None else (Assign(Name(str(pattern.name)), named, file.place(pattern)),)), *body)
+            continue
+        test: Expression = NotFollowed("case")
+        if isinstance(pattern, ast.MatchValue) and each.guard is None:
+            test = Operation("==", (subject, _expression(pattern.value, file)))
+        names = [getattr(part, "name", None) for part in ast.walk(pattern)]
+        bound = tuple(Assign(Name(name), NotFollowed("case"), file.place(pattern)) for name in names if name)
+        rest = (If(test, (*bound, *body), rest, file.place(pattern)),)
+    yield from rest
 
 
 def _with(node: ast.With | ast.AsyncWith, file: PythonFile) -> Iterator[Statement]:
@@ -237,7 +283,8 @@ def _with(node: ast.With | ast.AsyncWith, file: PythonFile) -> Iterator[Statemen
 
 def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile) -> Iterator[Statement]:
     if not isinstance(target, (ast.Tuple, ast.List)):
-        yield Assign(_target(target, file), value, place)
+        shared = isinstance(target, ast.Name) and target.id in file.shared
+        yield Assign(_target(target, file), NotFollowed("nonlocal") if shared else value, place)
         return
     items = value.items if isinstance(value, Items) and len(value.items) == len(target.elts) else None
     for index, each in enumerate(target.elts):
@@ -367,6 +414,12 @@ def _lambda(node: ast.Lambda, file: PythonFile) -> Expression:
     return Closure(Function("lambda", _parameters(node.args, file), body, place))
 
 
+def _named(node: ast.NamedExpr, file: PythonFile) -> Expression:
+    changed = NotFollowed(" ".join(ast.unparse(node).split())[:60])
+    file.pending.append(Assign(Name(node.target.id), changed, file.place(node)))
+    return _expression(node.value, file)
+
+
 def _comprehension(node: Any, file: PythonFile) -> Expression:
     """Return what makes a list or dictionary of another one: a call of a lambda with each of its elements."""
     first = node.generators[0]
@@ -399,6 +452,7 @@ _READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] =
     ast.Dict: _pairs,
     ast.Subscript: _element,
     ast.Lambda: _lambda,
+    ast.NamedExpr: _named,
     ast.ListComp: _comprehension,
     ast.SetComp: _comprehension,
     ast.GeneratorExp: _comprehension,

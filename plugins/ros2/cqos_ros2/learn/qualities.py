@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.program import last_part
+from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word, each_case
 from cqos_ros2.presets import PRESETS
 

@@ -19,6 +19,7 @@ from cqos_ros2.learn.program import (
     Operation,
     Pairs,
     Return,
+    Try,
 )
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
             yield from inside((*each.then, *each.otherwise))
         elif isinstance(each, Loop):
             yield from inside(each.body)
+        elif isinstance(each, Try):
+            yield from inside((*each.body, *(one for handler in each.handlers for one in handler)))
 
 
 def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
@@ -66,6 +69,8 @@ def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = 
             waiting += [] if each.over is None else [each.over]
         elif isinstance(each, Return) and each.value is not None:
             waiting.append(each.value)
+        elif isinstance(each, Try):
+            pending += [*each.body, *(one for handler in each.handlers for one in handler)]
     while waiting:
         part = waiting.pop()
         if isinstance(part, Call):

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.frames import Walk, lineage
+from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.program import (
     THIS,
     Attribute,
@@ -18,8 +19,6 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     call_name,
-    fits,
-    last_part,
 )
 from cqos_ros2.learn.searching import assignments, calls_in
 from cqos_ros2.learn.spinning import called_later

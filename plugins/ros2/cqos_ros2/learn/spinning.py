@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.program import THIS, Attribute, Name, Reference, call_name, fits, inner_type, last_part
+from cqos_ros2.learn.names import fits, inner_type, last_part
+from cqos_ros2.learn.program import THIS, Attribute, Name, Reference, call_name
 from cqos_ros2.learn.searching import calls_in
 from cqos_ros2.learn.values import Code, Instance, Word
 

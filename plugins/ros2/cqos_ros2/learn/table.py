@@ -16,7 +16,7 @@ from cqos_core.model.installed import entry_points
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
 from cqos_core.plugins import GROUP
-from cqos_ros2.learn.program import fits, last_part
+from cqos_ros2.learn.names import fits, last_part
 
 FOLDER: Final = Path(__file__).parent / "tables"
 ENDING: Final = ".calls.yaml"

@@ -9,8 +9,9 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.frames import Condition, Walk, lineage
+from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.objects import construct, library_base
-from cqos_ros2.learn.program import Attribute, Call, Name, call_name, fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.program import Attribute, Call, Name, call_name
 from cqos_ros2.learn.searching import calls_in
 from cqos_ros2.learn.values import Instance, NodeRecord, Template
 

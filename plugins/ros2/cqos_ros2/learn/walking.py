@@ -14,6 +14,7 @@ from cqos_ros2.learn.program import (
     Attribute,
     Call,
     Do,
+    Element,
     Expression,
     Function,
     If,
@@ -24,6 +25,7 @@ from cqos_ros2.learn.program import (
     Operation,
     Return,
     Statement,
+    Try,
 )
 from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
@@ -72,9 +74,13 @@ def _one(statement: Statement, walk: Walk) -> bool:
     elif isinstance(statement, Return):
         _return(statement, walk)
         return False
+    elif isinstance(statement, Try):
+        return _try(statement, walk)
     elif isinstance(statement, Leave):
         if statement.kind != "throw":
             walk.frame.left.append(walk.snapshot())
+        elif walk.thrown is not None:
+            walk.thrown.append((len(walk.frames), walk.snapshot()))
         return False
     return True
 
@@ -87,6 +93,37 @@ def _return(statement: Return, walk: Walk) -> None:
     frame.ways.append(Way(tests, walk.snapshot() if sometimes else None, statement.place))
 
 
+def _try(statement: Try, walk: Walk) -> bool:
+    """Walk statements and what handles their exceptions; return whether the walk comes behind both."""
+    place, depth = statement.place, len(walk.frames)
+    outer, walk.thrown = walk.thrown, []
+    before = walk.snapshot()
+    reached = run(statement.body, walk)
+    thrown, walk.thrown = walk.thrown, outer
+    if not statement.handlers:
+        if outer is not None:
+            outer += thrown
+        return reached
+    ways = [walk.snapshot()] if reached else []
+    cause = f"an exception may come before, in line {place.line}"
+    for each in (before, *(values[:depth] + values[count:] for count, values in thrown)):
+        walk.merge(each, None, cause, place)
+    begin = walk.snapshot()
+    condition = Condition(perhaps=f"it depends on an exception in line {place.line}", branch=1)
+    for handler in statement.handlers:
+        walk.restore(begin)
+        if _branch(handler, condition, walk):
+            ways.append(walk.snapshot())
+    if not ways:
+        return False
+    walk.restore(ways.pop())
+    for each in ways:
+        walk.merge(each, None, cause, place)
+    if not reached:
+        walk.conditions.append(condition)
+    return True
+
+
 def _assign(statement: Assign, walk: Walk) -> None:
     value = evaluate(statement.value, walk)
     target = statement.target
@@ -95,6 +132,9 @@ def _assign(statement: Assign, walk: Walk) -> None:
         value = evaluate(made, walk) if walk.table.lookup(walk.table.objects, statement.type) is not None else value
     if statement.declares and isinstance(target, Name):
         walk.frame.names[target.text] = value
+        walk.frame.aliases.pop(target.text, None)
+        if statement.type.endswith(("&", "*")) and isinstance(statement.value, (Name, Attribute, Element)):
+            walk.frame.aliases[target.text] = statement.value, statement.type.endswith("*")
         return
     assign(target, value, walk)
 

@@ -1,0 +1,73 @@
+"""What calls that are not followed do with what they are handed: they may call it later, or change it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.names import last_part
+from cqos_ros2.learn.program import Attribute, Call, Name, call_name
+from cqos_ros2.learn.setters import forget_members, kept_for_later
+from cqos_ros2.learn.values import Code, Either, Instance, Qos, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Expression
+
+_CHANGING: Final = (str, int, float, Template, Qos, list, Either)
+
+
+def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> None:
+    """Note callbacks that a library is handed, and values that it may change."""
+    name = call_name(expression)
+    kept_for_later((*arguments, *keywords.values()), expression, walk)
+    later = name in walk.table.lists["at_run_time"]
+    for each in (*arguments, *keywords.values()):
+        if isinstance(each, Code):
+            if later:
+                walk.executed.add(id(each.function))
+                walk.at_run_time.add(each.function.last)
+            else:
+                walk.callbacks.append(each)
+    if name == "setattr":
+        _set_by_name(expression, arguments, walk)
+    if last_part(name) in walk.table.lists["changing"]:
+        for written in expression.arguments:
+            _change(written, expression, walk)
+    if walk.program.language == "cpp" and not walk.table.is_harmless(name):
+        _open(expression, name, arguments, walk)
+
+
+def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
+    """Take what a function of C++ may change as not known."""
+    known = [*walk.program.find_functions(name), *walk.program.functions.get(name, [])]
+    for index, (written, value) in enumerate(zip(expression.arguments, arguments, strict=True)):
+        if known and not any(each.by_reference for one in known for each in one.parameters[index : index + 1]):
+            continue
+        if not isinstance(written, (Name, Attribute)) or (isinstance(written, Name) and written.text.isupper()):
+            continue
+        cause = f"`{name[:60]}` may change it"
+        if isinstance(value, _CHANGING):
+            assign(written, Unknown(cause, expression.place), walk)
+        elif isinstance(value, Instance) and value.cls is not None and value.node is None:
+            forget_members(value, cause, walk)
+
+
+def _set_by_name(expression: Call, arguments: Sequence[Any], walk: Walk) -> None:
+    """Follow `setattr` of Python."""
+    if len(arguments) > 2 and isinstance(arguments[0], Instance):  # noqa: PLR2004 - object, name, value
+        if isinstance(arguments[1], str):
+            assign(Attribute(expression.arguments[0], arguments[1]), arguments[2], walk)
+        else:
+            forget_members(arguments[0], "`setattr` may set it", walk)
+
+
+def _change(written: Expression, by: Call, walk: Walk) -> None:
+    """Take what a call is handed, or an iterator of it, as not known."""
+    if isinstance(written, Call) and isinstance(written.function, Attribute):
+        written = written.function.of
+    if isinstance(written, (Name, Attribute)) and isinstance(evaluate(written, walk), _CHANGING):
+        assign(written, Unknown(f"`{call_name(by)[:60]}` may change it", by.place), walk)
