@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
-from cqos_ros2.learn.creating import BELOW, Given, apply, library_of, parameter, topic
+from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, library_of, parameter, topic
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
@@ -239,6 +239,9 @@ def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
             None, "rclcpp::Node", {BELOW: below[0] if isinstance(below, list) and below else below}, {}, receiver.node
         )
     classes = library_of(receiver, walk) if isinstance(receiver, Instance) else []
+    of_plugin = walk.current is not None and walk.current.name == PLUGIN and name == "get_node"
+    if of_plugin and any(fits(known, each) for known in walk.table.lists["plugin_nodes"] for each in classes):
+        return Instance(None, "rclcpp_lifecycle::LifecycleNode", {"#get_name": Template(PLUGIN)}, {}, walk.current)
     is_node = isinstance(receiver, Instance) and receiver.node is not None
     rows = [] if isinstance(receiver, (Qos, str, Template)) else walk.table.rows("calls", name, classes, method=True)
     if not rows and classes and not is_node and isinstance(receiver, Instance) and receiver.cls is not None:
@@ -330,7 +333,7 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
     if walk.table.is_same(name) and not (name == "str" and given.arguments):
         return receiver
     if name in _OF_NODE and isinstance(receiver, Instance) and receiver.node is not None:
-        return Template(_OF_NODE[name])
+        return receiver.members.get(f"#{name}", Template(_OF_NODE[name]))
     return on_plain(receiver, function, given, walk)
 
 

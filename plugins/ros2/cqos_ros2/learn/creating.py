@@ -43,6 +43,8 @@ _RAW: Final = "raw"
 _DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
 OWN_WORDS: Final = ("node", "namespace", "above", "plugin")
 """What `${…}` means in node files beside parameters."""
+PLUGIN: Final = "${plugin}"
+"""How node files write the name of a plugin."""
 BELOW: Final = "#below"
 """The member of a part of a node that has its namespace."""
 _SIMPLE: Final = (str, int, float, bool, list)

@@ -306,6 +306,8 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
             frame.names[target.text] = value
     elif isinstance(target, Attribute):
         of = _carrier(target.of, walk) or evaluate(target.of, walk)
+        if isinstance(value, Code) and (not isinstance(of, Instance) or of.cls is None):
+            walk.callbacks.append(value)  # a library calls what its structure holds
         if isinstance(of, (Qos, Either)):
             replace_value(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
-from cqos_ros2.learn.creating import Given
+from cqos_ros2.learn.creating import PLUGIN, Given
 from cqos_ros2.learn.frames import Frame, TooMuchError, Walk
 from cqos_ros2.learn.functions import method_of
 from cqos_ros2.learn.later import run_later
@@ -17,7 +17,7 @@ from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import Attribute, Call, Function, Name, Reference, call_name
 from cqos_ros2.learn.searching import calls_in
-from cqos_ros2.learn.unreached import HOMELESS, PLUGIN, argument, not_reached
+from cqos_ros2.learn.unreached import HOMELESS, argument, not_reached
 from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:

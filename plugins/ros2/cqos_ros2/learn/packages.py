@@ -31,6 +31,10 @@ _EXPORTS: Final = re.compile(
     rb"\b(?![A-Z_]*TRANSIENT_LOCAL\b)[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+(?:[A-Za-z_~]|::))"
 )
 """Macros before names of classes and functions, which no parser of C++ understands."""
+_MARKS: Final = re.compile(
+    rb"(?<=\b(?:class|truct) )\s*[A-Z][A-Z0-9_]*_[A-Z0-9_]*(?=\s+[A-Za-z_]\w*\s*(?:final\s*)?[:{])"
+)
+"""Any other macro between `class` or `struct` and a name; what stands before must have one length, thus `truct`."""
 _INCLUDES: Final = re.compile(rb"^\s*#\s*include\s*[<\"]([^>\"\n]+)[>\"]", re.MULTILINE)
 _DEPENDS: Final = re.compile(rb"<(?:depend|build_depend|exec_depend)[^>]*>\s*([\w-]+)\s*<")
 
@@ -204,6 +208,13 @@ def _module(path: str, package: str, workspace: Workspace) -> str:
     return ".".join(inner) or package
 
 
+def _without_marks(data: bytes) -> bytes:
+    """Return a file of C++ with spaces in place of macros that its parser does not understand."""
+    for each in (_EXPORTS, _MARKS):
+        data = each.sub(lambda found: b" " * len(found[0]), data)
+    return data
+
+
 def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
     """Add what files of C and C++ define.
 
@@ -228,11 +239,11 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
             program.gaps.append((data.cause, Place(path)))
             continue
         program.includes[path] = [each.decode("utf-8", "replace") for each in _INCLUDES.findall(data)]
-        root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
+        root = parse.parse(_without_marks(data)).root_node
         lines = divided(data) if root.has_error else []
         if lines:
             data = without_lines(data, lines)
-            root = parse.parse(_EXPORTS.sub(lambda each: b" " * len(each[0]), data)).root_node
+            root = parse.parse(_without_marks(data)).root_node
             program.gaps.append(
                 ("a condition of the preprocessor divides a block; its first branch is read", Place(path, lines[0]))
             )

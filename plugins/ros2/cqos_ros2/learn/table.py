@@ -64,6 +64,7 @@ _LISTS: Final = (
     "changing",
     "lifecycle",
     "plugin",
+    "plugin_nodes",
     "at_run_time",
     "files",
     "parents",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
-from cqos_ros2.learn.creating import Given
+from cqos_ros2.learn.creating import PLUGIN, Given
 from cqos_ros2.learn.frames import Condition, Walk, lineage
 from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
 from cqos_ros2.learn.objects import construct, library_base
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 _MOST_CLASSES: Final = 300
 HOMELESS: Final = "its node is not known"
-PLUGIN: Final = "${plugin}"
-"""How node files write the name of a plugin."""
 
 
 def not_reached(found: Exploration) -> None:
@@ -122,7 +120,7 @@ def _alone(found: Exploration, cls: Class | None, functions: list[Function]) -> 
         if cls is not None and not isinstance(instance, Instance):
             return
         walk.current = (instance.node if instance is not None else None) or record
-        for function in functions:
+        for function in functions if cls is None else (*_callers(cls, functions, walk), *functions):
             if id(function) not in walk.executed:
                 walk.conditions.append(Condition(perhaps=f"C-QoS found nothing that calls `{function.last}`"))
                 given = [argument(each.name, each.type, walk.current, walk) for each in function.parameters]
@@ -140,6 +138,22 @@ def _alone(found: Exploration, cls: Class | None, functions: list[Function]) -> 
     if inner:
         found.result.nodes.setdefault(name, inner)
     return name
+
+
+def _callers(cls: Class, functions: list[Function], walk: Walk) -> list[Function]:
+    """Return the methods of a class that call some of its functions, over others too, and that no method of it calls."""
+    methods = [each for each in walk.program.owned(cls.name) if id(each) not in walk.executed]
+    called = {id(each): {last_part(call_name(call)) for call in calls_in(each.body)} for each in methods}
+    found: list[Function] = []
+    waiting, seen = [*functions], {id(each) for each in functions}
+    while waiting:
+        function = waiting.pop(0)
+        by = [each for each in methods if function.last in called[id(each)] and each is not function]
+        if not by and all(function is not each for each in functions):
+            found.append(function)
+        waiting += [each for each in by if id(each) not in seen]
+        seen.update(id(each) for each in by)
+    return found
 
 
 def made_alone(name: str, walk: Walk) -> Instance | None:

@@ -295,3 +295,39 @@ def test_options_that_a_function_makes_may_set_a_namespace(learned, parser, opti
     assert found["namespace"] == "shop"
     assert [each["name"] for each in found.get("inside", [])] == inside
     assert [each["what"] for each in found.get("unread", [])] == unread
+
+
+@pytest.mark.parametrize("mark", ["", "BOT_VISIBLE ", "BOT_CORE_DECL "])
+def test_a_class_that_a_framework_starts(learned, parser, mark):
+    """Nothing calls `configure`, so the walk begins there: what it sets before is known."""
+    source = f"""class {mark}Part : public System {{
+public:
+  void configure(const Config & config) override {{ node_ = std::make_shared<rclcpp::Node>("part"); begin(); }}
+  void begin() {{ if (!node_) {{ return; }} p_ = node_->{PUB}("a", 1); }}
+  rclcpp::Node::SharedPtr node_;
+}};
+"""
+    found = learned({"src/part.cpp": source, "CMakeLists.txt": ""}).document["nodes"]["Part"]
+    assert published(found) == {"a": {"depth": 1}}
+    assert "calls `configure`" in found["publishes"]["a"]["perhaps"]
+
+
+def test_a_structure_of_a_library_holds_a_callback(cpp):
+    found = cpp(
+        f'rclcpp::PublisherOptions options; options.event_callbacks.matched_callback = [this](rclcpp::MatchedInfo &) {{ {PUB}("a", 1); }}; {PUB}("b", 1, options);'
+    )
+    assert set(found["publishes"]) == {"a", "b"}
+    assert "callback" in found["publishes"]["a"]["perhaps"]
+
+
+def test_the_node_of_a_controller_has_the_name_of_the_plugin(learned, parser):
+    source = f"""class Arm : public controller_interface::ControllerInterface {{
+public:
+  CallbackReturn on_configure(const rclcpp_lifecycle::State &) {{
+    p_ = get_node()->{PUB}(std::string(get_node()->get_name()) + "/pose", 1);
+    return CallbackReturn::SUCCESS;
+  }}
+}};
+PLUGINLIB_EXPORT_CLASS(Arm, controller_interface::ControllerInterface)"""
+    found = learned({"src/arm.cpp": source, "CMakeLists.txt": ""}).document["fragments"]["Arm"]
+    assert set(found["publishes"]) == {"${plugin}/pose"}
