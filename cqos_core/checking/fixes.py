@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
@@ -33,6 +33,9 @@ _PARTNERS_ASKED: Final = 20
 """How many groups of partners each changed endpoint is tried with before a change is offered."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
+
+_CHANGED: Final = 1_024
+"""How many changed profiles are kept: each is asked for when a change is tried, when it is offered, and for its effect."""
 
 
 def remedies(
@@ -166,6 +169,7 @@ def _may(
     return True
 
 
+@lru_cache(maxsize=_CHANGED)
 def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
     return profile.with_values(restated(profile.values, profile.pack.vocabulary, index, value))
 

@@ -41,6 +41,8 @@ class TopicResult:
     outcomes: ShapeResult
     acceptances: NameIndex[int] | None = None
     checks: NameIndex[TeamCheck] | None = None
+    is_pair: bool = False
+    """Whether the endpoints are one publisher and one subscriber, in this order."""
 
     @cached_property
     def topic(self) -> MatchedTopic:
@@ -59,7 +61,10 @@ class TopicResult:
     @cached_property
     def groups(self) -> tuple[Group, ...]:
         """All pairs, those that were judged alike together."""
-        return tuple([_group(self.topic, row) for row in self.outcomes.rows])
+        if self.is_pair:
+            shown, ends = min(each.shown for each in self.endpoints), (self.endpoints[:1], self.endpoints[1:])
+            return tuple([_group(shown, *ends, row) for row in self.outcomes.rows])
+        return tuple([_group(self.topic.shown, *_members(self.topic, row), row) for row in self.outcomes.rows])
 
     @cached_property
     def made(self) -> tuple[Made, ...]:
@@ -97,7 +102,8 @@ def check_topic(
         outcomes = judge_shape(settled(endpoints, acceptances).shape)
         known.keep(bits, outcomes)
     one, other = endpoints
-    found = TopicResult((one, other), outcomes, acceptances, team)
+    ends = (one, other) if one.endpoint.role == PUBLISHER else (other, one)
+    found = TopicResult(ends, outcomes, acceptances, team, is_pair=True)
     found.lonely = ()
     if outcomes is QUIET and team is None and one.endpoint.participant != other.endpoint.participant:
         found.made = ()
@@ -142,22 +148,26 @@ def _positions(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -
     )
 
 
-def _group(topic: MatchedTopic, row: Row) -> Group:
-    offering = [endpoint for position in row.publishers for endpoint in topic.publishers[position].endpoints]
-    requesting = [
-        endpoint for position in positions(row.subscribers) for endpoint in topic.subscribers[position].endpoints
-    ]
+def _members(topic: MatchedTopic, row: Row) -> tuple[list[Resolved], list[Resolved]]:
+    """Return the publishers and the subscribers of some pairs."""
+    return (
+        [endpoint for position in row.publishers for endpoint in topic.publishers[position].endpoints],
+        [endpoint for position in positions(row.subscribers) for endpoint in topic.subscribers[position].endpoints],
+    )
+
+
+def _group(shown: str, offering: Sequence[Resolved], requesting: Sequence[Resolved], row: Row) -> Group:
     if len(offering) == len(requesting) == 1:
         internal = int(offering[0].endpoint.participant == requesting[0].endpoint.participant)
     else:
         owners = Counter(endpoint.endpoint.participant for endpoint in offering)
         internal = sum([owners[endpoint.endpoint.participant] for endpoint in requesting])
     return Group(
-        topic=topic.shown,
+        topic=shown,
         publishers=tuple(sorted([endpoint.id for endpoint in offering])),
         subscribers=tuple(sorted([endpoint.id for endpoint in requesting])),
         verdict=row.verdict,
-        protocol=topic.pack.id,
+        protocol=offering[0].pack.id,
         internal=internal,
         codes=row.codes,
     )

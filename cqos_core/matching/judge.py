@@ -328,6 +328,7 @@ def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: 
     return not any(each.that_report(profile, profile) for each in rules)
 
 
+@lru_cache(maxsize=_CACHE)
 def of_end(
     profile: QosProfile,
     role: str,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cqos_core import check_pair, read
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
+from cqos_core.checking import fixes
 from cqos_core.checking.checker import check_system
 from cqos_core.language import answers
 from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
@@ -44,6 +45,7 @@ def forget():
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
+        *(judge.of_end, fixes._with),
         *(
             judge.refusing_worlds,
             judge.assuming,
@@ -69,10 +71,11 @@ def forget():
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, bases, judge, participants, plainly, profiles, resolved, shape, verdicts)
+    modules = (assumed, bases, fixes, judge, participants, plainly, profiles, resolved, shape, verdicts)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
+        "_with",
         "judge_pair",
         "judge_endpoint",
         "refusals",
@@ -80,6 +83,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "_steered",
         "_options",
         "apart",
+        "of_end",
         "undecided_of",
         "pair_rules",
         "meeting_rules",
