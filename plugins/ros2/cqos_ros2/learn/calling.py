@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
-from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, library_of, parameter, topic
+from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, library_of, note_set, parameter, topic
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 _COMPREHENSIONS: Final = ("#each", "#pairs")
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
+_SETS: Final = frozenset(("set_parameter", "set_parameters", "set_parameters_atomically"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 
 
@@ -57,6 +58,8 @@ def call(expression: Call, walk: Walk) -> Any:
     arguments = [evaluate(each, walk) for each in expression.arguments]
     types = expression.types
     walk.frame.at = expression.place
+    if last_part(call_name(expression)) in _SETS:
+        note_set(expression, receiver, walk)
     note_call(expression, receiver, (*arguments, *keywords.values()), walk)
     if isinstance(function, Name):
         name = function.text

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import connect
-from cqos_ros2.learn.evaluating import assign
+from cqos_ros2.learn.evaluating import assign, evaluate
 from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError, lineage
-from cqos_ros2.learn.names import without_arguments
-from cqos_ros2.learn.program import NotFollowed
+from cqos_ros2.learn.names import last_part, without_arguments
+from cqos_ros2.learn.program import Do, Items, NotFollowed, call_name
 from cqos_ros2.learn.qualities import as_qos, number_of
+from cqos_ros2.learn.searching import calls_in
 from cqos_ros2.learn.values import (
     MISSING,
     Either,
@@ -332,10 +333,14 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     name = row.values.get("name_is", name) if name is MISSING else name
     if isinstance(name, Template):
         name = name.text
+    if isinstance(name, Word) and node is not None and "default" in row.values:
+        node.constants.add(name.name)
     if name in OWN_WORDS:
         value: Any = Unknown(f"the parameter `{name}` has the name of a variable of node files")
     elif not isinstance(name, str) or not name or node is None or BELOW in getattr(receiver, "members", ()):
         value = Unknown("the name of a parameter is not known")
+    elif node.changed & {name, "*"}:
+        value = Unknown(f"the program sets the parameter `{name[:60]}` itself", given.call.place)
     else:
         default = given.at(row.position("default"))
         default = row.values.get("default_is", default) if default is MISSING else default
@@ -346,6 +351,20 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         assign(into, value, walk)
         return Unknown("whether a parameter is set")
     return value
+
+
+def note_set(call: Call, receiver: Any, walk: Walk) -> None:
+    """Note the parameters that a call sets before callbacks come: their values are not those of their defaults or of a launch file."""
+    on = walk.frame.this if receiver is MISSING else receiver
+    node = on.node if isinstance(on, Instance) else walk.current if isinstance(on, Unknown) else None
+    if node is None or walk.in_callback:
+        return
+    made = [each.arguments for each in calls_in((Do(call, call.place),)) if last_part(call_name(each)) == "Parameter"]
+    made += [each.items for each in call.arguments[:1] if isinstance(each, Items) and not made]  # `{name, value}`
+    names = [evaluate(each[0], walk) for each in made if each]
+    own = {each.name for each in names if isinstance(each, Word)} & node.constants
+    known = {each if isinstance(each, str) else "*" for each in names if getattr(each, "name", "") not in own}
+    node.changed |= known if names else {"*"}
 
 
 def declare(node: NodeRecord, name: str, default: Any) -> None:

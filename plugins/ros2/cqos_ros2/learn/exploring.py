@@ -135,12 +135,19 @@ def _at_run_time(program: Program, table: Table) -> set[str]:
 def _programs(found: Exploration) -> None:
     """Walk `main` of each executable."""
     mains = [each for each in found.program.functions.get("main", []) if each.place.source in found.package.own]
-    for name, sources in found.package.executables.sources.items():
-        paths = {posixpath.normpath(posixpath.join(found.package.folder, each)) for each in sources}
+    folder, present = found.package.folder, found.package.present
+    listed = {
+        name: {posixpath.normpath(posixpath.join(folder, each)) for each in sources}
+        for name, sources in found.package.executables.sources.items()
+    }
+    stated = set().union(*listed.values())
+    unresolved = [name for name, paths in listed.items() if paths.isdisjoint(present)]
+    for name, paths in listed.items():
         own = [each for each in mains if each.place.source in paths]
         if not own:
             own = [each for each in mains if posixpath.splitext(posixpath.basename(each.place.source))[0] == name]
-        own = own or (mains if len(mains) == 1 else [])
+        if not own and unresolved == [name]:  # of no other executable the sources are not known
+            own = [each for each in mains if each.place.source not in stated] if len(mains) == 1 else []
         if len(own) == 1:
             walk = found.walk(name, lambda walk, main=own[0]: _main(main, walk))  # type: ignore[misc]
             if walk.nodes:

@@ -8,7 +8,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.evaluating import initial_value
 from cqos_ros2.learn.frames import Condition, TooMuchError
-from cqos_ros2.learn.values import MISSING, PLAIN, Code, Instance, NodeRecord, same
+from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, same
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
@@ -103,6 +103,29 @@ def _one(code: Code, walk: Walk, start: _Start) -> None:
     owners = {id(each.members): each for each in walk.instances}
     for key, space in _spaces(walk).items():
         _settle(space, before.get(key), owners.get(key), start.key_of(key, owners.get(key)), walk, start)
+    held = _held(walk, start.instances)
+    walk.instances[start.instances :] = [each for each in walk.instances[start.instances :] if id(each) in held]
+
+
+def _held(walk: Walk, count: int) -> set[int]:
+    """Return the identities of the objects that something can still reach: nothing changes the others, so no branch need keep them."""
+    waiting: list[Any] = [*walk.instances[:count], *walk.callbacks, *walk.constants.values()]
+    waiting += [value for names in walk.modules.values() for value in names.values()]
+    seen: set[int] = set()
+    while waiting:
+        each = waiting.pop()
+        if not isinstance(each, (Instance, Code, list, dict, Either)) or id(each) in seen:
+            continue
+        seen.add(id(each))
+        if isinstance(each, Instance):
+            waiting += each.members.values()
+        elif isinstance(each, Code):
+            waiting += [each.this, *each.names.values()]
+        elif isinstance(each, Either):
+            waiting += [value for _, value in each.cases]
+        else:
+            waiting += each.values() if isinstance(each, dict) else each
+    return seen
 
 
 def _settle(

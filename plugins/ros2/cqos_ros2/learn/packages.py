@@ -67,6 +67,7 @@ class Package:
         programs: by language; a language without files is absent.
         own: paths of its own files, as in places.
         gaps: files that were not read, and why.
+        present: paths of all its files, also of those that are not read.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Package:
     executables: Executables = field(default_factory=Executables)
     own: set[str] = field(default_factory=set)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
+    present: frozenset[str] = frozenset()
 
 
 def read_package(name: str, workspace: Workspace, tables: dict[str, Table], parsed: Parsed) -> Package:
@@ -89,7 +91,8 @@ def read_package(name: str, workspace: Workspace, tables: dict[str, Table], pars
     Raises:
         NoParserError: it has sources in C++, and their parser is not installed.
     """
-    package = Package(name, workspace.packages[name])
+    present = frozenset(path for paths in workspace.files_of(name).values() for path in paths)
+    package = Package(name, workspace.packages[name], present=present)
     for path in files(name, workspace):
         last = posixpath.basename(path)
         if last in {"CMakeLists.txt", "setup.py", "setup.cfg"}:

@@ -181,6 +181,8 @@ class NodeRecord:
         parameters: defaults of declared parameters.
         uses: fragments, each with what is not known of it.
         gaps: what is not known, its cause, where.
+        changed: parameters that the program sets itself; ``*`` where it may be any.
+        constants: names of constants of libraries that name parameters which the node declares, each once.
         protocol: of a client of brokers.
         settings: what such a client states of its connection.
     """
@@ -194,6 +196,8 @@ class NodeRecord:
     made: list[Made] = field(default_factory=list)
     uses: dict[str, Place] = field(default_factory=dict)
     gaps: dict[tuple[str, str], Place] = field(default_factory=dict)
+    changed: set[str] = field(default_factory=set)
+    constants: set[str] = field(default_factory=set)
     protocol: str = ""
     settings: dict[str, Any] = field(default_factory=dict)
 

@@ -391,3 +391,44 @@ def test_a_constant_is_made_from_those_of_its_own_file(learned, parser):
         }
     ).document["nodes"]["driver"]
     assert set(found["publishes"]) == {"one/x", "two/x"}
+
+
+def test_an_executable_whose_source_is_a_test_makes_nothing(learned, parser):
+    """The one `main` that was read is that of another executable."""
+    main = f'int main() {{ auto node = std::make_shared<rclcpp::Node>("n"); node->{PUB}("a", 1); }}'
+    files = {
+        "CMakeLists.txt": "add_executable(driver src/driver.cpp)\nadd_executable(tried test/tried.cpp)\nadd_executable(other ${OTHERS})\nadd_executable(more ${OTHERS})\n",
+        "src/driver.cpp": main,
+        "test/tried.cpp": "int main() {}",
+    }
+    assert list(learned(files).document["nodes"]) == ["driver"]
+
+
+def test_the_only_main_is_that_of_the_only_executable(learned, parser):
+    main = f'int main() {{ auto node = std::make_shared<rclcpp::Node>("n"); node->{PUB}("a", 1); }}'
+    files = {"CMakeLists.txt": "file(GLOB ALL src/*.cpp)\nadd_executable(driver ${ALL})\n", "src/start.cpp": main}
+    assert list(learned(files).document["nodes"]) == ["driver"]
+
+
+@pytest.mark.parametrize(
+    ("body", "unknown"),
+    [
+        ('set_parameter(rclcpp::Parameter("t", read()));', True),
+        ('this->set_parameters({rclcpp::Parameter("u", 1), rclcpp::Parameter("t", read())});', True),
+        ("set_parameters(all_of_them());", True),
+        ('set_parameter({"t", read()});', True),
+        ("set_parameter(rclcpp::Parameter(bond::NAME, true));", True),
+        ("declare_parameter(bond::NAME, true); set_parameter(rclcpp::Parameter(bond::NAME, true));", False),
+        ('set_parameter(rclcpp::Parameter("use_sim_time", true));', False),
+        ('set_parameter({"use_sim_time", true});', False),
+        ('create_wall_timer(1s, [this]() { set_parameter(rclcpp::Parameter("t", read())); });', False),
+        ('other_->set_parameters({rclcpp::Parameter("t", "b")});', False),
+    ],
+)
+def test_a_parameter_that_the_program_sets(cpp, body, unknown):
+    before = 'declare_parameter("t", "a"); other_ = std::make_shared<rclcpp::SyncParametersClient>(this, "other"); '
+    found = cpp(
+        f'{before}{body} {PUB}(get_parameter("t").as_string(), 1);',
+        "std::shared_ptr<rclcpp::SyncParametersClient> other_;",
+    )["publishes"]
+    assert list(found) == (["(unknown 1)"] if unknown else ["${t}"])

@@ -78,3 +78,8 @@ def test_a_parameter_chooses_a_policy_by_its_number(python):
     found = python(body)
     assert found["parameters"] == {"n": {"default": 2}}
     assert {"when": {"n": "1"}, "depth": 1, "reliability": "reliable"} in found["publishes"]["a"]["qos"]
+
+
+def test_a_parameter_that_the_program_sets(python):
+    body = "self.declare_parameter('t', 'a')\nself.set_parameters([rclpy.parameter.Parameter('t', value=read())])\nself.create_publisher(String, self.get_parameter('t').value, 1)"
+    assert list(python(body)["publishes"]) == ["(unknown 1)"]
