@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
+    Groups: TypeAlias = Sequence[EndpointGroup]
+
 LEVELS: Final = (ENDPOINT, "participant")
 """What an endpoint has for itself."""
 _PARTNERS_ASKED: Final = 20
@@ -38,9 +40,7 @@ _CHANGED: Final = 1_024
 """How many changed profiles are kept: each is asked for when a change is tried, when it is offered, and for its effect."""
 
 
-def remedies(
-    topic: MatchedTopic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
-) -> tuple[Remedy, ...]:
+def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
     """Return the changes of one value that make the rule pass; the best one first."""
     bound, pair = spoken.bound, spoken.bound.scope == "pair"
     if bound.scope == "signal":
@@ -70,9 +70,7 @@ def remedies(
     return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
 
 
-def _shared(
-    topic: MatchedTopic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
-) -> list[Remedy]:
+def _shared(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
     """Return the changes of what the endpoints share: of their broker, or of the topic."""
     bound = spoken.bound
     first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
@@ -109,9 +107,7 @@ def _sharing(topic: MatchedTopic, one: EndpointGroup, level: str) -> list[Endpoi
     ]
 
 
-def _all_may(
-    topic: MatchedTopic, sharing: Sequence[EndpointGroup], groups: Sequence[EndpointGroup], index: int, value: Plain
-) -> bool:
+def _all_may(topic: MatchedTopic, sharing: Groups, groups: Groups, index: int, value: Plain) -> bool:
     """Whether a change of all that share a value brings no error of theirs, nor of pairs of ``groups``, that was not there."""
     policy = topic.pack.policies[index]
     if any(policy.weakens(members.profile.values[index], value) for members in sharing):
@@ -141,14 +137,7 @@ def _pairs_of(topic: MatchedTopic, groups: Iterable[EndpointGroup]) -> Iterator[
             yield from ((partner, members) for partner in topic.publishers if id(partner) not in senders)
 
 
-def _may(
-    role: Role,
-    groups: Sequence[EndpointGroup],
-    partners: Sequence[EndpointGroup],
-    others: Sequence[EndpointGroup],
-    index: int,
-    value: Plain,
-) -> bool:
+def _may(role: Role, groups: Groups, partners: Groups, others: Groups, index: int, value: Plain) -> bool:
     """Whether a change brings no error of its endpoints, nor of their pairs with ``partners``, that was not there before.
 
     A pair with ``others`` may get a worse verdict, which is counted and shown, but no further error beside its own.
@@ -216,12 +205,7 @@ def _rank(remedy: Remedy) -> tuple[Any, ...]:
 
 
 def _remedy(
-    topic: MatchedTopic,
-    role: Role,
-    groups: list[EndpointGroup],
-    index: int,
-    value: Plain,
-    changing: Sequence[EndpointGroup] = (),
+    topic: MatchedTopic, role: Role, groups: Groups, index: int, value: Plain, changing: Groups = ()
 ) -> list[Remedy]:
     """Return the change of groups, unless nothing can make it; ``changing`` are all that change with them."""
     policy = topic.pack.policies[index]
@@ -263,12 +247,7 @@ def _remedy(
 
 
 def allowed_change(
-    topic: MatchedTopic,
-    role: Role,
-    groups: list[EndpointGroup],
-    others: Sequence[EndpointGroup],
-    index: int,
-    value: Plain,
+    topic: MatchedTopic, role: Role, groups: Groups, others: Groups, index: int, value: Plain
 ) -> list[Remedy]:
     """Return the change of groups to a value, unless it brings an error or breaks a pair with the ``others``, or nothing can make it."""
     found = _remedy(topic, role, groups, index, value) if _may(role, groups, (), others, index, value) else []
@@ -321,9 +300,7 @@ def remedy_text(
     return f"{verb} {policy} `{value}`{of} on {where}"
 
 
-def effect(
-    topic: MatchedTopic, groups: Sequence[EndpointGroup], index: int, value: Plain
-) -> tuple[int | None, int | None]:
+def effect(topic: MatchedTopic, groups: Groups, index: int, value: Plain) -> tuple[int | None, int | None]:
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
@@ -351,7 +328,7 @@ def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
     )
 
 
-def _required_elsewhere(topic: MatchedTopic, groups: Sequence[EndpointGroup]) -> bool:
+def _required_elsewhere(topic: MatchedTopic, groups: Groups) -> bool:
     """Whether a participant of changed groups, or of their partners, requires guarantees on another topic."""
     reached = (*groups, *topic.subscribers) if groups[0].first.role == PUBLISHER else groups
     return any(endpoint.participant.requiring - {topic.key} for members in reached for endpoint in members.endpoints)

@@ -44,11 +44,29 @@ _MOST_GAPS: Final = 20
 @click.option("--package", "packages", metavar="NAME", multiple=True, help="Only this package. Can be repeated.")
 @click.option("--output", metavar="DIR", help="Write the node files there; without it, each into its package.")
 @click.option("--check", is_flag=True, help="Write nothing; compare the node files that there are with the sources.")
+@click.option(
+    "--from",
+    "other",
+    type=click.Choice(("nodl", "snapshot")),
+    help="PATH is a file of another form: NoDL or a node design of Autoware, or what `cqos snapshot` or `ros2 topic info "
+    "--verbose` wrote. Writes one node file for each node, and replaces none.",
+)
+@click.option(
+    "--node", "nodes", metavar="NODE=EXECUTABLE", multiple=True, help="With --from snapshot: a node. Can be repeated."
+)
 @click.option("--calls", metavar="FILE", multiple=True, help="A table of further calls to follow. Can be repeated.")
 @debug_option
 @click.pass_context
 def learn(
-    ctx: click.Context, *, path: str, packages: tuple[str, ...], output: str | None, check: bool, calls: tuple[str, ...]
+    ctx: click.Context,
+    *,
+    path: str,
+    packages: tuple[str, ...],
+    output: str | None,
+    check: bool,
+    other: str | None,
+    nodes: tuple[str, ...],
+    calls: tuple[str, ...],
 ) -> None:
     """Write node files from the sources of ROS 2 packages, or a system file from those of MQTT clients.
 
@@ -62,9 +80,15 @@ def learn(
       cqos learn ~/ws/src --package my_driver --output nodes
       cqos learn src/my_robot --check
       cqos learn firmware --output systems
+      cqos learn --from snapshot running.yaml --package my_driver --node /robot/driver=driver_node
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2.learn.packages import Parsed
 
+    if nodes and other != "snapshot":
+        raise click.UsageError("--node needs --from snapshot.")
+    if other is not None:
+        _convert(other, path, packages, nodes, output, unfit={"--check": check, "--calls": calls})
+        return
     if not packages and _without_packages(path):
         from cqos_ros2.learn.clients_command import learn_folder
 
@@ -83,6 +107,18 @@ def learn(
             _write(learned, output, kept)
     if differing:
         ctx.exit(1)
+
+
+def _convert(
+    form: str, path: str, packages: tuple[str, ...], nodes: tuple[str, ...], output: str | None, unfit: dict[str, Any]
+) -> None:
+    from cqos_ros2.learn.converting import convert
+
+    for option in (name for name, given in unfit.items() if given):
+        raise click.UsageError(f"{option} is for sources, and --from reads none.")
+    if len(packages) > 1:
+        raise click.UsageError("--from takes one --package.")
+    convert(form, path, next(iter(packages), None), nodes, output)
 
 
 def _without_packages(path: str) -> bool:

@@ -87,9 +87,9 @@ def _learn(package: str, workspace: Workspace, known: dict[str, Table], parsed: 
     return {"document": plain, "text": written(plain), "gaps": found.gaps, "files": sorted(read.own)}
 
 
-def written(document: dict[str, Any]) -> str:
+def written(document: dict[str, Any], head: str = HEAD) -> str:
     """Return a node file as text, apart from corrections; it is read back, so that no file is written that C-QoS refuses."""
-    text = HEAD + yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
+    text = head + yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
     if document.get("nodes") or document.get("fragments"):
         read_node_file(Source("learned.node.yaml", text.encode()))
     return text

@@ -17,6 +17,7 @@ from cqos_core.model.source import Source
 from cqos_ros2.importers import nodl
 from cqos_ros2.launch.parameter_files import plain, tree_of
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.nodes import form
 from cqos_ros2.nodes.reading import POLICIES, read_node_file
 
 if TYPE_CHECKING:
@@ -43,6 +44,11 @@ _NAMES: Final = {"deadline_ns": "deadline", "lifespan_ns": "lifespan"} | {
 
 def read_design(path: str, data: bytes) -> NodeFile | None:
     """Return what a node design of the Autoware System Designer states; None where it states no node."""
+    return _node_file(path, design_document(path, data))
+
+
+def design_document(path: str, data: bytes) -> dict[str, Any] | None:
+    """Return the node file, as data, of a node design of the Autoware System Designer; None where it states no node."""
     root = tree_of(data, path, None)
     document = {} if isinstance(root, Unknown) else plain(root)
     package, launch = _map(_map(document).get("package")), _map(_map(document).get("launch"))
@@ -60,11 +66,16 @@ def read_design(path: str, data: bytes) -> NodeFile | None:
             _add(node.setdefault(where, {}), str(name) or f"({entry['name']})", made, known=bool(name))
     if "base" in document:
         node["unread"] = [{"what": "what its base states", "cause": "bases of designs are not read"}]
-    return _node_file(path, package["name"], key, node)
+    return _document(package["name"], key, node)
 
 
 def read_nodl(path: str, data: bytes, package: str) -> NodeFile | None:
     """Return what a NoDL document of version 2 states; None where it is none."""
+    return _node_file(path, nodl_document(path, data, package))
+
+
+def nodl_document(path: str, data: bytes, package: str) -> dict[str, Any] | None:
+    """Return the node file, as data, of a NoDL document of version 2; None where it is none."""
     root = tree_of(data, path, None)
     document = {} if isinstance(root, Unknown) else _map(plain(root))
     if not isinstance(root, MappingNode) or document.get("nodl_version") != nodl.VERSION:
@@ -76,7 +87,7 @@ def read_nodl(path: str, data: bytes, package: str) -> NodeFile | None:
             _add(node.setdefault(direction, {}), entry["name"], _endpoint(entry, "type", _policies, path, line))
     if "include" in document:
         node["unread"] = [{"what": "what the documents state that it includes", "cause": "these are not read"}]
-    return _node_file(path, package, name.partition(".")[0], node)
+    return _document(package, name.partition(".")[0], node)
 
 
 def _entries(root: MappingNode, section: str) -> Iterator[tuple[dict[str, Any], int]]:
@@ -125,8 +136,13 @@ def _map(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _node_file(path: str, package: str, key: str, node: dict[str, Any]) -> NodeFile | None:
-    document = {"cqos_nodes": 1, "package": package, "nodes": {key: node}}
+def _document(package: str, key: str, node: dict[str, Any]) -> dict[str, Any]:
+    return {"cqos_nodes": form.VERSION, "package": package, "nodes": {key: node}}
+
+
+def _node_file(path: str, document: dict[str, Any] | None) -> NodeFile | None:
+    if document is None:
+        return None
     try:
         found = read_node_file(Source(f"<learned>/{posixpath.basename(path)}", json.dumps(document).encode()))
     except InputError:
