@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.names import without_arguments
-from cqos_ros2.learn.values import Instance, NodeRecord, merged
+from cqos_ros2.learn.values import MISSING, Instance, NodeRecord, merged
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -218,12 +218,21 @@ class Walk:
                 one, two = then.get(name, ABSENT), space.get(name, ABSENT)
                 if one is two:
                     continue
+                if owner is not None and not isinstance(two if one is ABSENT else one, Instance):
+                    one, two = (self._initial(owner, name) if each is ABSENT else each for each in (one, two))
                 if ABSENT in (one, two):
                     known = two if one is ABSENT else one
                     kept = isinstance(known, Instance) or self._needs_value(name, owner)
                     space[name] = known if kept else Unknown(cause, place)
                 else:
                     space[name] = merged(tests, one, two, cause, place)
+
+    def _initial(self, owner: Instance, name: str) -> Any:
+        """Return the value that its class gives a member; the mark for none where it gives none."""
+        from cqos_ros2.learn.evaluating import initial_value
+
+        value = initial_value(owner, name, self)
+        return ABSENT if value is MISSING else value
 
     def _needs_value(self, name: str, owner: Instance | None) -> bool:
         """Whether a program ends where it uses a name before it has a value, as in Python."""

@@ -98,3 +98,16 @@ def test_a_method_of_python_that_returns_early(python):
     found = python("self.topic = 'a'\nself.choose()\nself.create_publisher(String, self.topic, 1)", CHOOSE)
     assert not names(found)
     assert len(found["publishes"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("body", "members", "expected"),
+    [
+        ("choose();", f'void choose() {{ if (read()) {{ return; }} {PUB}(t_ + "/b", 1); }}', {"a", "a/b"}),
+        ('if (declare_parameter("x", true)) { t_ = "b"; }', "", {"a", "b"}),
+        ('if (read()) { t_ = "b"; }', "", set()),
+        ('if (read()) { t_ = "a"; }', "", {"a"}),
+    ],
+)
+def test_a_value_that_the_class_gives_and_nothing_asked_for_before(cpp, body, members, expected):
+    assert names(cpp(f"{body} {PUB}(t_, 1);", f'std::string t_ = "a"; {members}')) == expected
