@@ -358,6 +358,8 @@ def parameters_of(node: Node | None, file: CppFile) -> tuple[Variable, ...]:
         default = each.child_by_field_name("default_value")
         by_reference = declarator is not None and "reference" in declarator.type and not constant and "&&" not in whole
         kind = "*" if each.type == "variadic_parameter_declaration" else ""
+        if declarator is not None and "pointer" in declarator.type:
+            type_text += "*"
         found.append(
             Variable(name, type_text, None if default is None else expression(default, file), by_reference, kind)
         )
@@ -403,9 +405,12 @@ def _this(node: Node, file: CppFile) -> Expression:
 
 
 def assigned(node: Node, file: CppFile) -> Assign:
-    """Return an assignment."""
+    """Return an assignment; one to what a call returns may change what the call is made on, or is handed."""
     target = expression(node.child_by_field_name("left"), file)
     value = expression(node.child_by_field_name("right"), file)
+    if isinstance(target, Call):
+        changed = (target.function.of,) if isinstance(target.function, Attribute) else target.arguments
+        file.pending += [Assign(each, NotFollowed(""), file.place(node)) for each in changed]
     sign = text_of(node.child_by_field_name("operator"))
     return Assign(target, value if sign == "=" else Operation(sign[:-1], (target, value)), file.place(node))
 

@@ -16,6 +16,7 @@ from cqos_ros2.learn.cpp_expressions import (
 from cqos_ros2.learn.program import (
     CASE,
     Assign,
+    Attribute,
     Call,
     Do,
     If,
@@ -28,8 +29,10 @@ from cqos_ros2.learn.program import (
     Operation,
     Return,
     Try,
+    call_name,
 )
 from cqos_ros2.learn.searching import inside
+from cqos_ros2.learn.setters import CHANGING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -178,14 +181,18 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
     statements = () if body is None else block(body, file)
     if node.type == "for_range_loop":
         declarator = node.child_by_field_name("declarator")
-        if declarator is not None and declarator.type == "reference_declarator":
+        refers = declarator is not None and declarator.type == "reference_declarator"
+        if declarator is not None and refers:
             declarator = declarator.named_children[0]
         names = (
             tuple(text_of(each) for each in declarator.named_children)
             if declarator is not None and declarator.type == "structured_binding_declarator"
             else (declared_name(declarator),)
         )
-        yield Loop(names, expression(node.child_by_field_name("right"), file), statements, place)
+        over = expression(node.child_by_field_name("right"), file)
+        yield Loop(names, over, statements, place)
+        if refers and any(_changes(each, names) for each in inside(statements)):
+            yield Assign(over, NotFollowed(""), place)
         return
     start = node.child_by_field_name("initializer")
     declared = [*declared_in(start, file)] if start is not None and start.type == "declaration" else []
@@ -202,6 +209,17 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
             return
     yield from (Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in declared)
     yield Loop((), None, statements, place)
+
+
+def _changes(statement: Statement, names: tuple[str, ...]) -> bool:
+    """Whether a statement sets a name, or calls a method that may change what it holds."""
+    if isinstance(statement, Assign):
+        return isinstance(statement.target, Name) and statement.target.text in names and not statement.declares
+    if not isinstance(statement, Do) or not isinstance(statement.expression, Call):
+        return False
+    called = statement.expression.function
+    of = called.of if isinstance(called, Attribute) else None
+    return isinstance(of, Name) and of.text in names and call_name(statement.expression) in CHANGING
 
 
 def _changed_in_head(node: Node, own: set[str], file: CppFile) -> None:

@@ -348,6 +348,8 @@ def replace_value(target: Expression, old: Any, new: Any, walk: Walk) -> None:
 def _operation(expression: Operation, walk: Walk) -> Any:
     values = [evaluate(each, walk) for each in expression.operands]
     root = expression.operands[0]
+    if expression.operator == ">>" and not isinstance(values[0], int):  # from a stream
+        assign(expression.operands[1], Unknown("a stream sets it"), walk)
     if expression.operator != "<<" or not isinstance(values[0], (str, Template)):
         return operation(expression.operator, values)
     written = joined(values)  # to a stream of text

@@ -53,6 +53,7 @@ class Frame:
         conditions: how many conditions hold around it.
         left: all values where `break` or `continue` leaves a round of the innermost loop.
         aliases: names that are references or pointers to others, with what is written for these; whether it is a pointer.
+        declared: types of names, as written.
         at: where the last call stands whose function is walked.
         ways: where it returned: the tests as in `returned`, all values, the place; values are None where they are as at the end.
     """
@@ -65,6 +66,7 @@ class Frame:
     returned: list[tuple[Tests | None, Any]] = field(default_factory=list)
     conditions: int = 0
     left: list[list[dict[str, Any]]] = field(default_factory=list)
+    declared: dict[str, str] = field(default_factory=dict)
     at: Place | None = None
     ways: list[Way] = field(default_factory=list)
     aliases: dict[str, tuple[Expression, bool]] = field(default_factory=dict)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.copying import copied
 from cqos_ros2.learn.evaluating import assign, evaluate
 from cqos_ros2.learn.frames import lineage
 from cqos_ros2.learn.program import Attribute, Name
@@ -96,7 +97,8 @@ def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, An
             given = evaluate(variable.default, walk)
         else:
             given = Unknown(f"the argument `{variable.name}` of `{function.last}`", function.place)
-        frame.names[variable.name] = given
+        frame.names[variable.name] = given if variable.by_reference else copied(given, variable.type, walk)
+        frame.declared[variable.name] = variable.type
 
 
 def hand_back(function: Function, frame: Frame, written: Sequence[Expression], walk: Walk) -> None:

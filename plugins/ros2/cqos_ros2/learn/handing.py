@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import Attribute, Call, Name, call_name
 from cqos_ros2.learn.setters import forget_members, kept_for_later
@@ -37,8 +37,8 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
     if last_part(name) in walk.table.lists["changing"]:
         for written in expression.arguments:
             _change(written, expression, walk)
-    if walk.program.language == "cpp" and not walk.table.is_harmless(name):
-        _open(expression, name, arguments, walk)
+    if not walk.table.is_harmless(name):
+        (_open if walk.program.language == "cpp" else _open_lists)(expression, name, arguments, walk)
 
 
 def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
@@ -54,6 +54,13 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
             assign(written, Unknown(cause, expression.place), walk)
         elif isinstance(value, Instance) and value.cls is not None and value.node is None:
             forget_members(value, cause, walk)
+
+
+def _open_lists(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
+    """Take lists and dictionaries as not known that a function of Python may change."""
+    for written, value in zip(expression.arguments, arguments, strict=False):
+        if isinstance(written, (Name, Attribute)) and isinstance(value, (list, dict)):
+            replace_value(written, value, Unknown(f"`{name[:60]}` may change it", expression.place), walk)
 
 
 def _set_by_name(expression: Call, arguments: Sequence[Any], walk: Walk) -> None:

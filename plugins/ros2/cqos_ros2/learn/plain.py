@@ -6,6 +6,7 @@ from string import Formatter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import replace_value
 from cqos_ros2.learn.names import inner_type, last_part
 from cqos_ros2.learn.operators import element
@@ -61,6 +62,7 @@ _READING: Final = frozenset(
     )
 )
 """Methods that leave a text or list as it is."""
+_KEEPS: Final = frozenset(("push_back", "emplace_back", "append"))
 _OF_LISTS: Final = frozenset(("at", "get", "front", "back", "keys", "values", "items"))
 _OF_CHARACTERS: Final = frozenset(("at", "front", "back"))
 _HELD: Final = {list: _OF_LISTS, dict: _OF_LISTS, str: _OF_CHARACTERS, Template: frozenset(("at",))}
@@ -152,7 +154,9 @@ def note_callbacks(given: Given, walk: Walk) -> None:
 def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
     """Return the result of a method of a text, list or dictionary; the mark for none where it is not followed."""
     name = function.name
-    changes = _changed(receiver, name, given.arguments)
+    written = given.call.arguments
+    held = [copied(each, type_of_name(one, walk), walk) for each, one in zip(given.arguments, written, strict=False)]
+    changes = _changed(receiver, name, held if name in _KEEPS else given.arguments)
     if changes is not MISSING:
         replace_value(function.of, receiver, changes, walk)
         return None
@@ -179,7 +183,7 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
 
 def _changed(receiver: Any, name: str, arguments: Sequence[Any]) -> Any:
     """Return what a text or list is after a method that changes it; the mark for none where it does not."""
-    if name in {"push_back", "emplace_back", "append"} and isinstance(receiver, list):
+    if name in _KEEPS and isinstance(receiver, list):
         new = [*receiver, *arguments]
         return new if len(new) <= _LONGEST_LIST else Unknown("a long list")
     if name == "pop_back" and isinstance(receiver, (list, str)) and receiver:

@@ -26,7 +26,7 @@ from cqos_ros2.learn.values import PLAIN, Code, Instance
 
 _COUNTS: Final = "++"
 """How a name stands in a list of setters that is made from its own value."""
-_CHANGES: Final = frozenset(
+CHANGING: Final = frozenset(
     (
         *("add", "append", "extend", "insert", "update", "remove", "discard", "pop", "clear"),
         *("push_back", "emplace_back", "pop_back", "emplace", "erase", "resize", "assign"),
@@ -110,7 +110,7 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
                 yield f"{name}{_COUNTS}"
     for call in calls_in(function.body):
         of = call.function.of if isinstance(call.function, Attribute) else None
-        if isinstance(of, (Name, Attribute)) and call_name(call) in _CHANGES:
+        if isinstance(of, (Name, Attribute)) and call_name(call) in CHANGING:
             yield of.text if isinstance(of, Name) else of.name
     if walk.program.language == "cpp":
         yield from _handed_out(function, walk)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import assign, evaluate
 from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk, Way
 from cqos_ros2.learn.operators import truth
@@ -131,12 +132,13 @@ def _assign(statement: Assign, walk: Walk) -> None:
         made = Call(Name(statement.type), (), (), (), statement.place)
         value = evaluate(made, walk) if walk.table.lookup(walk.table.objects, statement.type) is not None else value
     if statement.declares and isinstance(target, Name):
-        walk.frame.names[target.text] = value
+        walk.frame.names[target.text] = copied(value, statement.type, walk)
+        walk.frame.declared[target.text] = statement.type
         walk.frame.aliases.pop(target.text, None)
         if statement.type.endswith(("&", "*")) and isinstance(statement.value, (Name, Attribute, Element)):
             walk.frame.aliases[target.text] = statement.value, statement.type.endswith("*")
         return
-    assign(target, value, walk)
+    assign(target, copied(value, type_of_name(target, walk), walk), walk)
 
 
 def _if(statement: If, walk: Walk) -> bool:
