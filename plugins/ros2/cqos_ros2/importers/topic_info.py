@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.source import ReadContext
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, endpoint_id
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
@@ -22,7 +23,7 @@ from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.source import ReadContext, Source
+    from cqos_core.model.source import Source
     from cqos_core.model.system import Role, Settings
 
 _LINE: Final = re.compile(r"[ \t]*(?P<key>[A-Z][A-Za-z0-9 ()]{0,40}?)[ \t]*:[ \t]*(?P<value>[^\r\n]*)")
@@ -78,6 +79,12 @@ class _Block:
     def text(self, key: str) -> str:
         """The value of a field, or an empty text."""
         return self.fields[key].text if key in self.fields else ""
+
+    @property
+    def digest(self) -> str:
+        """The hash of the type (REP 2016); empty where none is printed."""
+        digest = self.text("Topic type hash").removeprefix("RIHS01_")
+        return digest if digest.strip("0") and set(digest) <= _HEX else ""
 
 
 @dataclass(slots=True)
@@ -307,8 +314,7 @@ class _Writer(RosFile):
         """Report endpoints of one type with different definitions of it (REP 2016)."""
         found: dict[str, dict[str, _Block]] = {}
         for block in snapshot.blocks:
-            digest = block.text("Topic type hash").removeprefix("RIHS01_")
-            if digest.strip("0") and set(digest) <= _HEX:
+            if digest := block.digest:
                 found.setdefault(block.text("Topic type"), {}).setdefault(digest, block)
         topic = snapshot.topic.text if snapshot.topic is not None else "this topic"
         for name, by_hash in found.items():
@@ -317,6 +323,12 @@ class _Writer(RosFile):
                 message = f"endpoints of `{topic}` have different definitions of {name}: {listed(sides, 'and')}"
                 last = [*by_hash.values()][-1]
                 self.note("ROS907", message, last.place, "build both sides with the same message files")
+
+
+def type_hashes(source: Source) -> dict[int, str]:
+    """Return the hash of its type for each endpoint that a file shows, by the line of its place."""
+    snapshots = _Scanner(RosFile(source, ReadContext())).run()
+    return {block.place.line or 0: block.digest for each in snapshots for block in each.blocks if block.digest}
 
 
 def _settings(block: _Block) -> Iterator[tuple[str, Setting]]:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_ros2.launch.values import Unknown
 from cqos_ros2.types import full_type_name
+from cqos_ros2.why.definitions import Defined
 from cqos_ros2.why.interfaces import LOOPBACK
 
 if TYPE_CHECKING:
@@ -30,6 +32,9 @@ _ELSEWHERE: Final = "programs on other machines are not found"
 _RANGE: Final = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _FINE: Final = ("SUBNET", "SYSTEM_DEFAULT")
 _SPLITS: Final = {"ROS411", "ROS412", "ROS413", "DDS107", "DDS403"}
+_SAME_FILES: Final = "build both sides with the same message files"
+_SHOWN: Final = 8
+"""So many digits of a hash are shown."""
 _QUOTED: Final = re.compile(r"`([^`]+)`")
 State = Literal["found", "excluded", "not known"]
 
@@ -56,6 +61,8 @@ class Evidence(NamedTuple):
         access: what a keystore says of the topic; None: no keystore was read.
         interfaces: those that the configuration of the middleware names, by variable; None: it was not read.
         switched: launch arguments that decide whether a missing side starts.
+        hashes: of the types of endpoints that run, by endpoint.
+        defined: what message files of the workspace say of the types on the topic.
     """
 
     topic: str
@@ -69,6 +76,8 @@ class Evidence(NamedTuple):
     access: Access | None
     interfaces: Mapping[str, Sequence[str] | None]
     switched: Sequence[Switched]
+    hashes: Mapping[str, str]
+    defined: Mapping[str, Defined | Unknown]
 
     @property
     def both(self) -> bool:
@@ -158,11 +167,29 @@ def _type(seen: Evidence) -> Answer:
         )
     differ = [each for each in seen.noted("ROS907") if f"`{seen.topic}`" in each]
     if differ:
-        return Answer("found", differ[0], "build both sides with the same message files")
-    return Answer(
-        "excluded",
-        f"both sides have {_listed(full[0] & full[1])}; whether both were built from one definition shows only on the robot",
-    )
+        return Answer("found", differ[0], _SAME_FILES)
+    return _definition(seen, full[0] & full[1])
+
+
+def _definition(seen: Evidence, types: set[str]) -> Answer:
+    """Say whether both sides of a type have one definition: by the hashes of what runs, and by the message files."""
+    ends = [each for side in seen.ends.values() for each in side if full_type_name(each.endpoint.type or "") in types]
+    by_digest = {seen.hashes[each.id]: each.participant.participant.id for each in ends if each.id in seen.hashes}
+    said = _listed(types)
+    if len(types) == 1 and len(by_digest) > 1:
+        who = " and ".join(f"`{node}` with {digest[:_SHOWN]}…" for digest, node in sorted(by_digest.items()))
+        return Answer("found", f"both sides have {said}, from different definitions: {who}", _SAME_FILES)
+    (digest, node), *_ = [*by_digest.items(), ("", "")]
+    if len(types) == 1 and by_digest and all(each.id in seen.hashes for each in ends):
+        return Answer("excluded", f"both sides have {said}, from one definition ({digest[:_SHOWN]}…)")
+    file = seen.defined.get(min(types))
+    if len(types) == 1 and by_digest and isinstance(file, Defined):
+        if file.digest == digest:
+            return Answer("excluded", f"both sides have {said}, and what runs has the definition in {file.path}")
+        text = f"`{node}` runs another definition of {said} ({digest[:_SHOWN]}…) than {file.path} ({file.digest[:_SHOWN]}…)"
+        return Answer("found", text, _SAME_FILES)
+    text = f"both sides have {said}; whether both were built from one definition shows only on the robot"
+    return Answer("excluded", f"{text} ({file.cause})" if by_digest and isinstance(file, Unknown) else text)
 
 
 def _domain(seen: Evidence) -> Answer:

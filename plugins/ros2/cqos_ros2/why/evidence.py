@@ -10,21 +10,28 @@ from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
 from cqos_core.model.problems import InputError
+from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.logs import misfits
+from cqos_ros2.importers.topic_info import type_hashes
+from cqos_ros2.launch.workspace import find_packages
 from cqos_ros2.logs import read_line
+from cqos_ros2.types import full_type_name
 from cqos_ros2.why.causes import MIDDLEWARE_FILES, Evidence, Switched
+from cqos_ros2.why.definitions import Definitions
 from cqos_ros2.why.interfaces import interfaces_of
 from cqos_ros2.why.security import access
 from cqos_ros2.workspace.importer import ARGUMENT, IMPORTER, LAUNCH, joined
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved
+    from cqos_ros2.launch.values import Unknown
+    from cqos_ros2.why.definitions import Defined
     from cqos_ros2.workspace.joining import Join
 
 
@@ -70,7 +77,32 @@ def evidence(
             if environment.get(name)
         },
         [] if join is None else list(_switched(reader, paths, join, full, missing)),
+        _hashes(system, ends),
+        _defined(paths, {full_type_name(each.endpoint.type or "") for side in ends.values() for each in side}),
     )
+
+
+def _hashes(system: System, ends: Mapping[str, Sequence[Resolved]]) -> dict[str, str]:
+    """Return the hashes of types that `ros2 topic info` printed for endpoints."""
+    printed: dict[str, dict[int, str]] = {}
+    found = {}
+    for each in (end for side in ends.values() for end in side if end.endpoint.dialect == "topic_info"):
+        place = each.endpoint.place
+        if place is not None and place.source in system.sources:
+            if place.source not in printed:
+                printed[place.source] = type_hashes(Source(place.source, system.sources[place.source]))
+            if digest := printed[place.source].get(place.line or 0):
+                found[each.id] = digest
+    return found
+
+
+def _defined(paths: Sequence[str], types: Collection[str]) -> dict[str, Defined | Unknown]:
+    """Return what the message files of the workspace among paths say of types."""
+    folder = next((each for each in paths if Path(each).is_dir()), None)
+    if folder is None:
+        return {}
+    definitions = Definitions(find_packages(folder))
+    return {each: definitions.find(each) for each in types if each}
 
 
 def _switched(
