@@ -431,6 +431,7 @@ def invoke(
     )
     walk.frames.append(frame)
     try:
+        frame.names.update(value.own if value is not None else {})
         bind(function, arguments, keywords, frame, walk)
         if function.macro:
             given, outer_types = zip(function.parameters, written, strict=False), walk.frames[-2].types

@@ -335,7 +335,28 @@ def _lambda(node: Node, file: CppFile) -> Expression:
     body = node.child_by_field_name("body")
     statements = file.body(body, file) if body is not None else ()
     place = file.place(node)
-    return Closure(Function("lambda", parameters_of(listed, file), statements, place))
+    made = Function("lambda", parameters_of(listed, file), statements, place)
+    return _captured(made, node.child_by_field_name("captures"), file)
+
+
+def _captured(made: Function, captures: Node | None, file: CppFile) -> Closure:
+    """Return a lambda with what it holds itself, and what it refers to."""
+    values: list[tuple[str, Expression]] = []
+    references: list[str] = []
+    all_values, refers = False, False
+    for each in captures.children if captures is not None else ():
+        if each.type == "identifier":
+            name = text_of(each)
+            values += [] if refers else [(name, Name(name))]
+            references += [name] if refers else []
+        elif each.type == "lambda_default_capture":
+            all_values = text_of(each) == "="
+        elif each.type == "lambda_capture_initializer" and each.named_children:
+            value = expression(each.named_children[-1], file)
+            by_reference = each.children[0].type == "&"
+            values.append((text_of(each.named_children[0]), NotFollowed("&", (value,)) if by_reference else value))
+        refers = each.type == "&"
+    return Closure(made, tuple(values), all_values, tuple(references))
 
 
 def parameters_of(node: Node | None, file: CppFile) -> tuple[Variable, ...]:

@@ -81,7 +81,7 @@ def _composed(expression: Expression, walk: Walk) -> Any:
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
         return dict(pairs) if all(isinstance(key, (str, int)) for key, _ in pairs) else Unknown("a dictionary")
     if isinstance(expression, Closure):
-        return Code(expression.function, walk.frame.this, walk.frame.names)
+        return _closure(expression, walk)
     if isinstance(expression, Reference):
         return _reference(expression.name, walk)
     if isinstance(expression, Element):
@@ -91,6 +91,14 @@ def _composed(expression: Expression, walk: Walk) -> Any:
             evaluate(each, walk)
         return Unknown(f"`{expression.text}` is not followed" if expression.text else "it is not followed")
     return Unknown("it is not followed")
+
+
+def _closure(expression: Closure, walk: Walk) -> Code:
+    frame = walk.frame
+    own = {**(frame.outer or {}), **frame.names} if expression.all_values else {}
+    own = {name: value for name, value in own.items() if name not in expression.references}
+    own.update({name: evaluate(value, walk) for name, value in expression.values})
+    return Code(expression.function, frame.this, frame.names, own)
 
 
 def _reference(name: str, walk: Walk) -> Any:

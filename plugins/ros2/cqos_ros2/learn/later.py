@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.evaluating import initial_value
-from cqos_ros2.learn.frames import Condition, TooMuchError
+from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, TooMuchError
 from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, same
 
 if TYPE_CHECKING:
@@ -77,15 +77,22 @@ def _changing(walk: Walk, start: _Start) -> bool:
     """Walk each callback once; return whether one changed a value that was taken as known, or set one for which an earlier one waited."""
     known, done = len(start.changing), 0
     walk.awaited.clear()
-    seen: set[tuple[int, int]] = set()
+    seen: dict[tuple[int, int], list[dict[str, Any]]] = {}
     while done < min(len(walk.callbacks), _MOST_CALLBACKS):
         each = walk.callbacks[done]
         done += 1
-        key = id(each.function), id(each.this)
-        if key not in seen:
-            seen.add(key)
+        known_names = seen.setdefault((id(each.function), id(each.this)), [])
+        names = {**each.names, **each.own}
+        if len(known_names) < MOST_ELEMENTS and not any(_alike(names, one) for one in known_names):
+            known_names.append(names)
             _one(each, walk, start)
     return len(start.changing) > known or not walk.awaited.isdisjoint(walk.executed)
+
+
+def _alike(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    return one.keys() == other.keys() and all(
+        same(value, other[name]) for name, value in one.items() if isinstance(value, PLAIN)
+    )
 
 
 def _one(code: Code, walk: Walk, start: _Start) -> None:
@@ -120,7 +127,7 @@ def _held(walk: Walk, count: int) -> set[int]:
         if isinstance(each, Instance):
             waiting += each.members.values()
         elif isinstance(each, Code):
-            waiting += [each.this, *each.names.values()]
+            waiting += [each.this, *each.names.values(), *each.own.values()]
         elif isinstance(each, Either):
             waiting += [value for _, value in each.cases]
         else:

@@ -107,9 +107,17 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """A lambda."""
+    """A lambda.
+
+    Attributes:
+        values: names that it holds itself, with what is written for them; other names are those around it.
+        all_values: it holds all names itself, apart from ``references``.
+    """
 
     function: Function
+    values: tuple[tuple[str, Expression], ...] = ()
+    all_values: bool = False
+    references: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -152,6 +152,8 @@ def _forget(name: str, code: Code, walk: Walk) -> None:
     from cqos_ros2.learn.evaluating import member
 
     unknown = Unknown(f"`{name[:60]}` is also set in a lambda in line {code.function.place.line}")
+    if name in code.own:
+        return
     if name in code.names:
         code.names[name] = unknown if isinstance(code.names[name], PLAIN) else code.names[name]
     elif code.this is not None and isinstance(member(code.this, name, walk), PLAIN):

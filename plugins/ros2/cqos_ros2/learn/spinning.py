@@ -88,7 +88,7 @@ def _reached(code: Code, seen: set[int], walk: Walk) -> Iterator[Function]:
             continue
         seen.add(id(function))
         yield function
-        names = code.names if function is code.function else {}
+        names = {**code.names, **code.own} if function is code.function else {}
         for part in _parts(function):
             waiting += _meant(part, cls, names, walk)
 

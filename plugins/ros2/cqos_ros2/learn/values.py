@@ -140,11 +140,13 @@ class Code:
     Attributes:
         this: the object that it is a method of, or in which it was written.
         names: what names stand for where it was written.
+        own: what names stand for that it holds itself.
     """
 
     function: Function
     this: Instance | None
     names: dict[str, Any] = field(default_factory=dict)
+    own: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,3 +64,25 @@ def test_elements_by_constant_reference(cpp):
 def test_a_list_that_a_function_of_python_is_handed(python, body, expected):
     made = f"topics = ['a']\n{body}\nfor topic in topics:\n    self.create_publisher(String, topic, 1)"
     assert names(python(made)) == expected
+
+
+@pytest.mark.parametrize(
+    ("body", "members", "expected"),
+    [
+        pytest.param(f'std::string t = "a"; auto f = [this, t]() {{ {PUB}(t, 1); }}; t = "b"; f();', "", {"a"}, id="by value"),
+        pytest.param(f'std::string t = "a"; auto f = [=]() {{ {PUB}(t, 1); }}; t = "b"; f();', "", {"a"}, id="all by value"),
+        pytest.param(f'std::string t = "a"; auto f = [&]() {{ {PUB}(t, 1); }}; t = "b"; f();', "", {"b"}, id="all by reference"),
+        pytest.param(f'std::string t = "a", u = "c"; auto f = [&, u]() {{ {PUB}(t + u, 1); }}; t = "b"; u = "d"; f();', "", {"bc"}, id="all but one by reference"),
+        pytest.param(f'std::string t = "a"; auto f = [=, &t]() {{ {PUB}(t, 1); }}; t = "b"; f();', "", {"b"}, id="all but one by value"),
+        pytest.param(f'std::string t = "a"; auto f = [this, u = t + "/x"]() {{ {PUB}(u, 1); }}; t = "b"; f();', "", {"a/x"}, id="with a value of its own"),
+        pytest.param(f'std::string t = "a"; auto f = [t]() mutable {{ t = "b"; }}; f(); {PUB}(t, 1);', "", {"a"}, id="its own copy is changed"),
+        pytest.param(f'std::string t = "a"; auto f = [&t]() {{ t = "b"; }}; f(); {PUB}(t, 1);', "", {"b"}, id="what is referred to is changed"),
+        pytest.param(f'std::string t = "a"; int n = 1; later([&t, n]() {{ t = "b"; }}); {PUB}(t, 1);', "", set(), id="what is referred to may be changed later"),
+        pytest.param(f'std::string t = "a"; later([t]() mutable {{ t = "b"; }}); {PUB}(t, 1);', "", {"a"}, id="its own copy may be changed later"),
+        pytest.param(f'for (const std::string & t : {{std::string("a"), std::string("b")}}) {{ create_wall_timer(1s, [this, t]() {{ {PUB}(t, 1); }}); }}', "", {"a", "b"}, id="callbacks of a loop"),
+        pytest.param('start("a"); start("b");', f"void start(const std::string & t) {{ create_wall_timer(1s, [this, t]() {{ {PUB}(t, 1); }}); }}", {"a", "b"}, id="callbacks of a method"),
+        pytest.param('start("a");', f"void start(const std::string & t) {{ create_wall_timer(1s, [this, t]() {{ {PUB}(t, 1); start(t); }}); }}", {"a"}, id="a callback that starts itself again"),
+    ],
+)  # fmt: skip
+def test_what_lambdas_hold(cpp, body, members, expected):
+    assert names(cpp(body, members)) == expected
