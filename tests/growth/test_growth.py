@@ -16,6 +16,7 @@ import pytest
 from tests.effort import EXPLORE
 from tests.growth.linear import uncollected
 from tests.growth.models import MODELS
+from tests.laws.forgetting import forget
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -48,10 +49,14 @@ def measured(model: Callable[[int], Model], smallest: int, sizes: Sequence[int] 
 
 
 def counted(model: Callable[[int], Model], smallest: int) -> list[Point]:
-    """Bytes in and out, and calls of functions, of some sizes."""
+    """Bytes in and out, and calls of functions, of some sizes.
+
+    Before each, the process forgets all systems and meets one of two elements, so that a figure does not depend on what else it met.
+    """
     points: list[Point] = []
-    model(max(2, smallest // 2)).work()
     for times in SIZES:
+        forget()
+        model(2).work()
         size, work = model(smallest * times)
         profile = cProfile.Profile()
         out = profile.runcall(work)

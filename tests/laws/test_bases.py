@@ -16,8 +16,8 @@ from cqos_core.model.system import Cases, Endpoint, Participant, Place, Setting,
 from cqos_core.resolving.bases import Bases
 from cqos_core.resolving.plainly import Plainly
 from cqos_core.resolving.resolved import READ
+from tests.laws.forgetting import forget
 from tests.laws.systems import BOTH, systems
-from tests.laws.test_memory import forget
 from tests.worlds import POST
 
 WHERE = context([POST])
