@@ -149,10 +149,12 @@ def is_missing(value: Any) -> bool:
 
 def member(instance: Instance, name: str, walk: Walk) -> Any:
     """Return the value of a member; a mark that is no value where the class has none."""
+    value = instance.members.get(name, _MISSING)
+    if value is not _MISSING and not isinstance(value, PLAIN):
+        return value
     elsewhere = "" if walk.starting else set_elsewhere(instance, name, walk)
-    if name in instance.members:
-        value = instance.members[name]
-        return Unknown(elsewhere) if elsewhere and isinstance(value, PLAIN) else value
+    if value is not _MISSING:
+        return Unknown(elsewhere) if elsewhere else value
     for cls in lineage(instance.cls, walk):
         if name in cls.initial:
             if elsewhere:
