@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Participant, System
 
-FORMS: Final = ("nodl", "snapshot")
-"""What `cqos learn --from` reads: NoDL and node designs of Autoware, and recordings of what ran."""
 _CONVERTED: Final = "# `cqos learn --from nodl` wrote this file once; from now on it is yours.\n"
 _DRAFT: Final = (
     "# `cqos learn --from snapshot` wrote this draft from one run; from now on it is yours.\n"
@@ -54,7 +52,7 @@ def convert(form: str, path: str, package: str | None, nodes: Sequence[str], out
     """Write the node files that a file of another form gives, one for each node; none that is there is replaced.
 
     Args:
-        form: one of `FORMS`.
+        form: ``nodl``, also for node designs of Autoware, or ``snapshot``, for any recording of what ran.
         path: the file.
         package: the ROS 2 package of the nodes; without it, that of the file.
         nodes: the nodes to write of a recording, as ``NAME`` or ``NAME=EXECUTABLE``.
