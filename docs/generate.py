@@ -1,6 +1,7 @@
 """Writes what in these docs is derived: pages of rules and codes under rules/ (not in git), help texts in command.md, figures in img/.
 
 python docs/generate.py            write
+python docs/generate.py --rules    write pages of rules and codes only, which leaves files in git as they are
 python docs/generate.py --check    fail if a help text in command.md or a figure differs, or a page cannot be made
 """  # noqa: INP001 - a script
 
@@ -48,6 +49,8 @@ def main(arguments: list[str]) -> int:
     wanted = dict(pages())
     if "--check" in arguments:
         wanted = {path: text for path, text in wanted.items() if path.parent != RULES}
+    if "--rules" in arguments:
+        wanted = {path: text for path, text in wanted.items() if path.parent == RULES}
     looked = {*wanted, *(() if "--check" in arguments else RULES.glob("*.md"))}
     present = {path: path.read_text(encoding="utf-8") for path in looked if path.is_file()}
     stale = sorted(path for path in {*wanted, *present} if wanted.get(path) != present.get(path))
