@@ -7,7 +7,7 @@ import 'bpmn-js/dist/assets/bpmn-font/css/bpmn.css';
 import Modeler from 'bpmn-js/lib/Modeler';
 import type Canvas from 'diagram-js/lib/core/Canvas';
 
-import { keepOrder } from './keep_order';
+import { faithfulUpdater } from './faithful_updater';
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
 import { easeNaming } from './naming';
 import { readQualifiedNames } from './qualified';
@@ -27,7 +27,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
   const modeler = new Modeler({
     container,
     moddleExtensions,
-    additionalModules: [keepOrder],
+    additionalModules: [faithfulUpdater],
     bpmnRenderer: {
       defaultFillColor: 'var(--shape-fill)',
       defaultStrokeColor: 'var(--shape-stroke)',
