@@ -454,6 +454,36 @@ WRONG = {
         "odd:",
         "`policies.care.words.odd` lacks the key `alone`",
     ),
+    "a meaning within another that is none": (
+        FILE.replace("alone: insured}}", "alon: insured}}"),
+        "best:",
+        "`alon` is no key here; did you mean `alone`?",
+    ),
+    "a case that means nothing": (
+        FILE.replace("{bike: plain}", "{bike: [plain]}"),
+        "usual:",
+        "`policies.care.words.usual.cases.bike` must be a text, a map with `from_peers`, a map with `publisher`, ",
+    ),
+    "a key of a meaning": (
+        FILE.replace("odd: {", "odd: {alone: a, "),
+        "odd:",
+        "`alone` is no key here",
+    ),
+    "a severity that is none": (
+        FILE.replace("severity: error", "severity: loud"),
+        "severity",
+        "`rules.3.severity` must be `error`, `warning` or `note`, found `loud`",
+    ),
+    "a default of no role": (
+        FILE.replace("default: {publisher: 2", "default: {publishr: 2"),
+        "copies:",
+        "`publishr` is no key here; did you mean `publisher`?",
+    ),
+    "a list for a default": (
+        FILE.replace("default: {publisher: 2, subscriber: 3}", "default: [2]"),
+        "copies:",
+        "`policies.copies.default` must be a text, a number or a flag, found a list",
+    ),
     "a false version": (FILE.replace("cqos_pack: 1", "cqos_pack: 2"), "cqos_pack", "`cqos_pack` must be 1, found `2`"),
     "no reason": (
         FILE.replace("because: letters may come too late", "because: ''"),
@@ -500,6 +530,18 @@ def test_all_mistakes_are_reported_at_once():
     assert len(lines(FILE.replace("{unknown: nobody knows}", "{from_peers: some}"))) == 2  # and `alone` is missing
     text = FILE.replace("kind: count", "kind: number").replace("title: Mail", "titel: Mail")
     assert len(lines(text)) == 2  # and not that the title is missing
+
+
+@pytest.mark.parametrize(
+    "meaning", ["{from_peers: any, alone: [a]}", "{unknowm: a}", "[a]", "true", "{publisher: {}, subscriber: plain}"]
+)
+@pytest.mark.parametrize(
+    "around", ["{}", "{{publisher: plain, subscriber: {}}}", "{{by_option: carrier, cases: {{bike: {}}}}}"]
+)
+def test_a_meaning_that_is_none_is_one_mistake_however_deep_it_stands(around, meaning):
+    found = problems(FILE.replace("odd: {", f"odd: {around.format(meaning)}  # {{"))
+    assert len({problem.place for problem in found}) == 1
+    assert all("Model" not in problem.message and "[key]" not in problem.message for problem in found)
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    create_model,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from cqos_core.importers.reading import Reading, described, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
@@ -14,7 +27,7 @@ from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.expression import define
 from cqos_core.language.parsing import parse, parse_value
-from cqos_core.language.policy import ByOption, PerRole, Policy
+from cqos_core.language.policy import ByOption, PerRole, Policy, Stronger
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
 from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
@@ -42,10 +55,12 @@ Many: TypeAlias = tuple[str, ...]
 
 
 def _text(value: object) -> str:
+    if not isinstance(value, (str, int)):  # a flag is an int to Python
+        raise PydanticCustomError("scalar", "")
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-Scalar: TypeAlias = Annotated[str | int | bool, AfterValidator(_text)]
+Scalar: TypeAlias = Annotated[str, BeforeValidator(_text)]
 """A text, a number or a flag, as the text that it is."""
 
 
@@ -56,6 +71,9 @@ class _Model(BaseModel):
         """Return what the file states, by name; what it leaves out has the default of the value that is built."""
         stated = self.model_fields_set.difference(without)
         return {name: value for name, value in self if name in stated and value is not None}
+
+
+# Values that are a text, or a map whose first key says what it means
 
 
 class FromPeersModel(_Model):
@@ -88,97 +106,51 @@ class UnknownModel(_Model):
     unknown: str
 
 
-def _meaning(model: Any) -> Any:
-    match model:
-        case FromPeersModel():
-            return FromPeers(peers=model.from_peers, **model.given("from_peers"))
-        case PerRoleModel():
-            return PerRole(**model.given())
-        case ByOptionModel():
-            meanings: Any = tuple(model.cases.items())
-            return ByOption(option=model.by_option, meanings=meanings, **model.given("by_option", "cases"))
-        case UnknownModel():
-            return Anything(model.unknown)
-    return model
+def _by_option(model: Any) -> ByOption:
+    return ByOption(model.by_option, tuple(model.cases.items()), model.otherwise)
 
 
-_Forms: TypeAlias = "str | FromPeersModel | PerRoleModel | ByOptionModel | UnknownModel"
-MeaningModel: TypeAlias = Annotated[_Forms, AfterValidator(_meaning)]
+_FORM: Final = "\0"
+"""Begins the names of forms in pydantic's locations; no key in YAML has it."""
+_TEXT: Final = Tag(f"{_FORM}text")
+_FORMS: Final[dict[str, type[_Model]]] = {
+    f"{_FORM}{next(iter(each.model_fields))}": each
+    for each in (FromPeersModel, PerRoleModel, ByOptionModel, UnknownModel)
+}
+_FROM_PEERS, _PER_ROLE, _BY_OPTION, _UNKNOWN = map(Tag, _FORMS)
 
 
-class PolicyModel(_Model):
-    """One policy; ``kind`` says which of the other keys apply."""
-
-    kind: Literal["choice", "duration", "count", "flag", "names", "text"]
-    values: Many = ()
-    ordered: bool = True
-    synonyms: dict[str, str] = Field(default_factory=dict)
-    affixes: Many = ()
-    minimum: int = 0
-    maximum: int = 2**31 - 1
-    unlimited: Many = ()
-    unit: str = ""
-    default: Scalar | dict[RoleName, Scalar] | None = None
-    doc: str = ""
-    clause: str = ""
-    level: Literal["endpoint", "topic", "participant", "broker", "option"] = "endpoint"
-    roles: tuple[RoleName, ...] = ("publisher", "subscriber")
-    aliases: Many = ()
-    words: dict[str, MeaningModel] = Field(default_factory=dict)
-    zero: str | None = None
-    enforced: dict[str, dict[str, Literal["yes", "unmatched", "no"]]] = Field(default_factory=dict)
-    promise: bool = False
-    stronger: Literal["higher", "lower", ""] = ""
-    derived: bool = False
-    assume: Many = ()
-    fallback: str | None = None
-
-    @model_validator(mode="after")
-    def _values_with_choice(self) -> PolicyModel:
-        if (self.kind == "choice") != bool(self.values):
-            raise ValueError("a choice lists its `values`, weakest first, and only a choice does")
-        return self
+def _form(value: object) -> str | None:
+    if isinstance(value, dict):
+        return next((form for form in _FORMS if form[len(_FORM) :] in value), None)
+    return _TEXT.tag if isinstance(value, (str, int)) and not isinstance(value, bool) else None
 
 
-class RuleModel(_Model):
-    """One rule: exactly one of ``requires``, ``forbids`` and ``matched_if`` holds its condition, or ``gives`` a word of guarantees."""
-
-    requires: str | None = None
-    forbids: str | None = None
-    matched_if: str | None = None
-    meets: str | None = None  # the former name
-    gives: Word | None = None
-    what: str | None = None
-    survives: Fault | None = None
-    code: str
-    name: str
-    because: str
-    clause: str = ""
-    severity: Annotated[Literal["error", "warning", "note"] | ByOptionModel, AfterValidator(_meaning)] | None = None
-    says: str = ""
-    role: Literal["publisher", "subscriber", ""] = ""
-    doubt: bool = False
-    creation: bool = False
-    always: bool = False
-    fixes: Many = ()
-    help: str = ""
-    aliases: Many = ()
-
-    @model_validator(mode="after")
-    def _one_condition(self) -> RuleModel:
-        kinds = (self.requires, self.forbids, self.matched_if, self.meets, self.gives)
-        if sum(each is not None for each in kinds) != 1:
-            raise ValueError("a rule has exactly one of `requires`, `forbids`, `matched_if` and `gives`")
-        other = {"what", "survives"} if self.gives is None else self.model_fields_set - _OF_GUARANTEES
-        if wrong := sorted(self.model_fields_set & other):
-            which = "only a rule with `gives` has" if self.gives is None else "a rule with `gives` has no"
-            raise ValueError(f"{which} `{wrong[0]}`")
-        return self
+_FromPeers: TypeAlias = Annotated[
+    FromPeersModel, AfterValidator(lambda model: FromPeers(peers=model.from_peers, **model.given("from_peers")))
+]
+_PerRole: TypeAlias = Annotated[PerRoleModel, AfterValidator(lambda model: PerRole(**model.given()))]
+_ByOption: TypeAlias = Annotated[ByOptionModel, AfterValidator(_by_option), _BY_OPTION]
+_Unknown: TypeAlias = Annotated[UnknownModel, AfterValidator(lambda model: Anything(model.unknown))]
+MeaningModel: TypeAlias = Annotated[
+    Annotated[str, _TEXT]
+    | Annotated[_FromPeers, _FROM_PEERS]
+    | Annotated[_PerRole, _PER_ROLE]
+    | _ByOption
+    | Annotated[_Unknown, _UNKNOWN],
+    Discriminator(_form, custom_error_type="meaning", custom_error_message="-"),
+]
+SeverityModel: TypeAlias = Annotated[
+    Annotated[Literal["error", "warning", "note"], _TEXT] | _ByOption,
+    Discriminator(lambda value: _BY_OPTION.tag if isinstance(value, dict) else _TEXT.tag),
+]
+DefaultModel: TypeAlias = Annotated[
+    Annotated[Scalar, _TEXT] | Annotated[dict[RoleName, Scalar], _PER_ROLE],
+    Discriminator(lambda value: _PER_ROLE.tag if isinstance(value, dict) else _TEXT.tag),
+]
 
 
-_OF_GUARANTEES: Final = frozenset(
-    ("gives", "what", "survives", "code", "name", "because", "clause", "doubt", "fixes", "help", "aliases")
-)
+# Parts of packs
 
 
 def _only(pairs: dict[str, Any]) -> tuple[str, Any] | None:
@@ -200,6 +172,68 @@ def _keys_of(record: Any, **forms: Any) -> dict[str, Any]:
     return {name: key for name, key in found.items() if key[0] is not None}
 
 
+class _PolicyKind(_Model):
+    """What a policy file says of the kind of its values; ``kind`` says which of the other keys apply."""
+
+    kind: Literal["choice", "duration", "count", "flag", "names", "text"]
+    values: Many = ()
+    ordered: bool = True
+    synonyms: dict[str, str] = Field(default_factory=dict)
+    affixes: Many = ()
+    minimum: int = 0
+    maximum: int = 2**31 - 1
+    unlimited: Many = ()
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _values_with_choice(self) -> _PolicyKind:
+        if (self.kind == "choice") != bool(self.values):
+            raise ValueError("a choice lists its `values`, weakest first, and only a choice does")
+        return self
+
+
+class _RuleKind(_Model):
+    """Exactly one of ``requires``, ``forbids`` and ``matched_if`` holds a condition, or ``gives`` a word of guarantees."""
+
+    requires: str | None = None
+    forbids: str | None = None
+    matched_if: str | None = None
+    meets: str | None = None  # the former name
+    gives: Word | None = None
+    what: str | None = None
+
+    @model_validator(mode="after")
+    def _one_condition(self) -> _RuleKind:
+        kinds = (self.requires, self.forbids, self.matched_if, self.meets, self.gives)
+        if sum(each is not None for each in kinds) != 1:
+            raise ValueError("a rule has exactly one of `requires`, `forbids`, `matched_if` and `gives`")
+        other = {"what", "survives"} if self.gives is None else self.model_fields_set - _OF_GUARANTEES
+        if wrong := sorted(self.model_fields_set & other):
+            which = "only a rule with `gives` has" if self.gives is None else "a rule with `gives` has no"
+            raise ValueError(f"{which} `{wrong[0]}`")
+        return self
+
+
+_OF_GUARANTEES: Final = frozenset(
+    ("gives", "what", "survives", "code", "name", "because", "clause", "doubt", "fixes", "help", "aliases")
+)
+_OF_POLICIES: Final[dict[str, Any]] = {
+    **dict.fromkeys(("name", "domain", "entities", "changeable", "follows", "together", "unseen", "raised")),
+    "default": DefaultModel | None,
+    "level": Literal["endpoint", "topic", "participant", "broker", "option"],
+    "roles": tuple[RoleName, ...],
+    "stronger": Stronger,
+    "words": dict[str, MeaningModel],
+    "enforced": dict[str, dict[str, Literal["yes", "unmatched", "no"]]],
+}
+_OF_RULES: Final[dict[str, Any]] = {
+    **dict.fromkeys(("condition", "kind", "guarantee")),
+    "severity": SeverityModel | None,
+    "role": RoleName | Literal[""],
+    "survives": Fault | None,
+}
+PolicyModel: Final = create_model("PolicyModel", __base__=_PolicyKind, **_keys_of(Policy, **_OF_POLICIES))
+RuleModel: Final = create_model("RuleModel", __base__=_RuleKind, **_keys_of(Rule, **_OF_RULES))
 _Settings: TypeAlias = dict[str, Scalar]
 _Least: TypeAlias = Annotated[dict[str, str], Field(max_length=1), AfterValidator(_only)]
 UnaffectedModel: Final = create_model(
@@ -241,8 +275,7 @@ class PackModel(_Model):
     timing: TimingModel = Field(default_factory=TimingModel)
 
 
-for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
-    _model.model_rebuild()
+PackModel.model_rebuild()
 
 
 def read_pack(source: Source) -> RulePack:
@@ -274,7 +307,7 @@ def _plain(node: Node) -> Any:
     return node.text if number is None else number
 
 
-def _at(location: tuple[int | str, ...], root: Node) -> Node:
+def _at(location: Sequence[int | str], root: Node) -> Node:
     """The innermost node that a pydantic location names; parts that name types are passed over."""
     node = root
     for part in location:
@@ -285,9 +318,9 @@ def _at(location: tuple[int | str, ...], root: Node) -> Node:
     return node
 
 
-_FORMS: Final = {each.__name__: each for each in (FromPeersModel, PerRoleModel, ByOptionModel, UnknownModel)}
-_KINDS: Final = {"str": "a text", "int": "a number", "bool": "a flag"}
 _EXPECTED: Final = {
+    "scalar": "a text, a number or a flag",
+    "meaning": listed(["a text", *(f"a map with `{form[len(_FORM) :]}`" for form in _FORMS)]),
     "string_type": "a text",
     **dict.fromkeys(("int_type", "int_parsing"), "a whole number"),
     **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
@@ -298,89 +331,55 @@ _EXPECTED: Final = {
 
 
 def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[Problem]:
-    """Yield what pydantic found in the words of all other files; of a value with several forms one problem."""
-    choices: dict[tuple[int | str, ...], list[str]] = {}
-    chosen = set()
+    """Yield what pydantic found, in the words of all other files."""
     unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
     for error in errors:
-        location = error["loc"]
-        depth = _depth(location, root)
-        rest = location[depth:]
-        beside = [str(each[-1]) for each in unknown if each[:-1] == location[:-1]]
-        if error["type"] == "missing" and nearest(str(location[-1]), beside):
-            continue  # that key is misspelt, which is reported
-        if not rest or (len(rest) == 1 and error["type"] == "missing"):
-            yield _located(error, location, root, reading)
-        elif rest[0] in _FORMS and _begins(rest[0], _at(location[:depth], root)):
-            chosen.add(location[:depth])
-            yield _located(error, (*location[:depth], *rest[1:]), root, reading)
-        else:
-            choices.setdefault(location[:depth], []).append(str(rest[0]))
-    for location, forms in choices.items():
-        node = _at(location, root)
-        if location not in chosen:
-            allowed = listed(dict.fromkeys(map(_form, forms)))
-            yield Problem(
-                "CQ009", f"{_called(location)} must be {allowed}, found {described(node)}", reading.place(node)
-            )
+        *above, last = error["loc"] or [""]
+        beside = [str(each[-1]) for each in unknown if list(each[:-1]) == above]
+        if error["type"] != "missing" or not nearest(str(last), beside):  # a misspelt key is reported by itself
+            yield _mistake(error, root, reading)
 
 
-def _depth(location: tuple[int | str, ...], root: Node) -> int:
-    """How many parts of a pydantic location stand in the file; what follows is missing there, or names a form."""
-    node = root
-    for depth, part in enumerate(location):
-        if isinstance(node, MappingNode) and part in node.entries:
-            node = node.entries[str(part)][1]
-        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
-            node = node.items[part]
-        else:
-            return depth
-    return len(location)
-
-
-def _begins(form: str, node: Node) -> bool:
-    """Whether a map is meant to be of this form: it has its first key."""
-    return isinstance(node, MappingNode) and next(iter(_FORMS[form].model_fields)) in node.entries
-
-
-def _form(name: str) -> str:
-    if name in _FORMS:
-        return f"a map with `{next(iter(_FORMS[name].model_fields))}`"
-    return _KINDS.get(name, "a map")
-
-
-def _called(location: tuple[int | str, ...]) -> str:
+def _called(location: Sequence[int | str]) -> str:
     return f"`{'.'.join(str(part) for part in location)}`" if location else "a rule pack"
 
 
-def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: Reading) -> Problem:
-    node = _at(location, root)
-    if error["type"] == "extra_forbidden":
-        parent = _at(location[:-1], root)
-        key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
-        known = _fields_at(location[:-1])
-        message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
-        return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
-    if error["type"] == "missing":
+def _mistake(error: Any, root: Node, reading: Reading) -> Problem:
+    kind, context = error["type"], error.get("ctx", {})
+    location = [part for part in error["loc"] if not str(part).startswith(_FORM)]
+    if location[-1:] == [_KEY]:
+        allowed = tuple(re.findall(r"'(\w+)'", context["expected"]))
+        return _unknown_key(location[:-1], allowed, root, reading)
+    if kind == "extra_forbidden":
+        return _unknown_key(location, _keys_at(error["loc"]), root, reading)
+    where = reading.place(_at(location, root))
+    if kind == "missing":
         message = f"{_called(location[:-1])} lacks the key `{location[-1]}`"
-        return Problem("CQ010", message, reading.place(node), f"add `{location[-1]}: …`")
-    expected = _EXPECTED.get(error["type"])
-    if error["type"] == "literal_error":
-        expected = error["ctx"]["expected"].replace("'", "`")
+        return Problem("CQ010", message, where, f"add `{location[-1]}: …`")
+    choice = kind == "literal_error"
+    expected = context["expected"].replace("'", "`") if choice else _EXPECTED.get(kind)
     if expected is None:
-        said = error.get("ctx", {}).get("error", error["msg"])
-        return Problem("CQ011", f"{_called(location)}: {said}", reading.place(node))
-    code, message = (
-        "CQ011" if error["type"] == "literal_error" else "CQ009",
-        f"{_called(location)} must be {expected}, found {described(node)}",
-    )
-    advice = "begin each with a dash: `- …`" if error["type"] == "list_type" else None
-    return Problem(code, message, reading.place(node), advice)
+        return Problem("CQ011", f"{_called(location)}: {context.get('error', error['msg'])}", where)
+    message = f"{_called(location)} must be {expected}, found {described(_at(location, root))}"
+    advice = "begin each with a dash: `- …`" if kind == "list_type" else None
+    return Problem("CQ011" if choice else "CQ009", message, where, advice)
 
 
-def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Keys that may stand where an unknown one was found."""
+_KEY: Final = "[key]"
+"""What pydantic puts behind a key that is none of those that there may be."""
+
+
+def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: Reading) -> Problem:
+    parent = _at(location[:-1], root)
+    key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
+    message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
+    return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}")
+
+
+def _keys_at(location: Sequence[int | str]) -> tuple[str, ...]:
+    """Return the keys that may stand where pydantic found an unknown one."""
     models: dict[str, type[_Model]] = {
+        **_FORMS,
         "policies": PolicyModel,
         "rules": RuleModel,
         "presets": PresetModel,
@@ -390,8 +389,10 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
         "panel": PanelModel,
         "timing": TimingModel,
     }
-    model = models.get(str(location[0])) if location else PackModel
-    return () if model is None else tuple(model.model_fields)
+    if len(location) == 1:
+        return tuple(PackModel.model_fields)
+    within = location[-2] if location[-2] in _FORMS else location[0]
+    return tuple(models[str(within)].model_fields)
 
 
 def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
@@ -426,7 +427,7 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
     try:
         return RulePack(**model.given("cqos_pack", "define", *made), **made)  # type: ignore[arg-type]
     except PackError as error:
-        codes = [rule.code for rule in model.rules]
+        codes = [rule.code for rule in rules]
         raise InputError(
             [Problem("CQ011", message, reading.place(_at(_steps(at, codes), root))) for at, message in error.mistakes]
         ) from None
