@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from typing import ClassVar, Final, TypeAlias
+from collections.abc import Callable, Iterator
+from typing import Final
 
 from yaml.error import Mark
 from yaml.events import (
@@ -55,12 +55,9 @@ class JsonError(ValueError):
 
 _STRINGS = json.JSONDecoder()
 
-_Awaited: TypeAlias = str
-"""What may come next: ``value``, ``first item``, ``first key``, ``key``, ``next``."""
-
 
 def json_events(data: bytes) -> Iterator[Event]:
-    """Yield the events a YAML parser would yield for the JSON document ``data``, of any depth.
+    """Yield the events a YAML parser would yield for the JSON document ``data``.
 
     Raises:
         JsonError: where the text is not JSON, when the iteration gets there.
@@ -69,7 +66,7 @@ def json_events(data: bytes) -> Iterator[Event]:
 
 
 def json5_events(data: bytes) -> Iterator[Event]:
-    """Yield the events a YAML parser would yield for the JSON5 document ``data``, of any depth.
+    """Yield the events a YAML parser would yield for the JSON5 document ``data``.
 
     Raises:
         JsonError: where the text is not JSON5, when the iteration gets there.
@@ -92,8 +89,7 @@ class _Scanner:
         quotes: characters that begin and end a text.
         word, blanks, name: what a number or word, what may stand between two values, and a key without quotes look like.
         values, keys: what is expected where a value or a key begins, for messages.
-        after_comma: what may come after a comma, by the bracket that is open.
-        opened: the brackets that are not yet closed.
+        comma_at_end: a comma may stand before the bracket that closes a list or map.
     """
 
     quotes = '"'
@@ -102,52 +98,63 @@ class _Scanner:
     blanks = _BLANK
     name = _NOTHING
     keys = "a key in double quotes is expected here"
-    after_comma: ClassVar[dict[str, _Awaited]] = {"{": "key", "[": "value"}
+    comma_at_end = False
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.lines = Lines(text)
         self.at = 0
-        self.opened: list[str] = []
 
     def events(self) -> Iterator[Event]:
         """Yield events to the end of the text."""
         yield DocumentStartEvent()
-        awaited: _Awaited = "value"
-        while awaited != "next" or self.opened:
-            self.blank()
-            if awaited == "next":
-                event, awaited = self.after_value()
-            elif awaited == "key" or (awaited == "first key" and self.peek() != "}"):
-                event, awaited = self.key(), "value"
-            elif self.peek() == self.closing() and awaited.startswith("first"):
-                event, awaited = self.close(), "next"
-            else:
-                event, awaited = self.value()
-            if event is not None:
-                yield event
+        yield from self.value()
         self.blank()
         if self.at < len(self.text):
             raise self.error("something follows after the end of the document")
         yield StreamEndEvent()
 
-    def value(self) -> tuple[Event, _Awaited]:
-        """Read a scalar, or begin a list or map."""
-        mark = self.mark()
-        first = self.peek()
-        if first in {"{", "["}:
-            self.opened.append(first)
-            self.at += 1
-            if first == "{":
-                return MappingStartEvent(None, None, True, mark, mark), "first key"
-            return SequenceStartEvent(None, None, True, mark, mark), "first item"
-        if first and first in self.quotes:
-            return self.string(), "next"
-        word = self.word.match(self.text, self.at)
-        if word is None:
+    def value(self) -> Iterator[Event]:
+        """Read a value; the caller stops where lists and maps are nested too deep."""
+        self.blank()
+        mark, first = self.mark(), self.peek()
+        if first == "{":
+            yield MappingStartEvent(None, None, True, mark, mark)
+            yield from self.parts("}", self.entry)
+            yield MappingEndEvent(self.mark())
+        elif first == "[":
+            yield SequenceStartEvent(None, None, True, mark, mark)
+            yield from self.parts("]", self.value)
+            yield SequenceEndEvent(self.mark())
+        elif first and first in self.quotes:
+            yield self.string()
+        elif word := self.word.match(self.text, self.at):
+            self.at = word.end()
+            yield ScalarEvent(None, None, (True, False), word[0], mark, mark)
+        else:
             raise self.error(f"a value is expected here: {self.values}")
-        self.at = word.end()
-        return ScalarEvent(None, None, (True, False), word[0], mark, mark), "next"
+
+    def parts(self, closing: str, part: Callable[[], Iterator[Event]]) -> Iterator[Event]:
+        """Read what a list or map holds, from its first bracket to behind its last one."""
+        self.at += 1
+        self.blank()
+        more = self.peek() != closing
+        while more:
+            yield from part()
+            self.blank()
+            more = self.peek() == ","
+            if more:
+                self.at += 1
+                self.blank()
+                more = not (self.comma_at_end and self.peek() == closing)
+        if self.peek() != closing:
+            raise self.error(f"a comma or `{closing}` is expected here")
+        self.at += 1
+
+    def entry(self) -> Iterator[Event]:
+        """Read a key and its value."""
+        yield self.key()
+        yield from self.value()
 
     def key(self) -> Event:
         """Read a key, in quotes or where the format allows it a name, and its colon."""
@@ -162,21 +169,6 @@ class _Scanner:
             raise self.error("a colon is expected between key and value")
         self.at += 1
         return key
-
-    def after_value(self) -> tuple[Event | None, _Awaited]:
-        """Go over a comma, or end the list or map."""
-        if self.peek() == ",":
-            self.at += 1
-            return None, self.after_comma[self.opened[-1]]
-        if self.peek() != self.closing():
-            raise self.error(f"a comma or `{self.closing()}` is expected here")
-        return self.close(), "next"
-
-    def close(self) -> Event:
-        """End a list or map."""
-        mark = self.mark()
-        self.at += 1
-        return MappingEndEvent(mark, mark) if self.opened.pop() == "{" else SequenceEndEvent(mark, mark)
 
     def string(self) -> Event:
         """Read a text in quotes."""
@@ -207,10 +199,6 @@ class _Scanner:
         """Return the next character, or nothing at the end."""
         return self.text[self.at : self.at + 1]
 
-    def closing(self) -> str:
-        """Return the bracket that closes the innermost list or map."""
-        return "}" if self.opened and self.opened[-1] == "{" else "]"
-
     def mark(self) -> Mark:
         """Return the zero-based place, as YAML's events have it."""
         line, column = self.lines.position(self.at)
@@ -230,7 +218,7 @@ class _Json5Scanner(_Scanner):
     blanks = _IGNORED
     name = _IDENTIFIER
     keys = "a key is expected here: a name, or text in quotes"
-    after_comma: ClassVar[dict[str, _Awaited]] = {"{": "first key", "[": "first item"}
+    comma_at_end = True
 
     def characters(self, mark: Mark) -> str:
         """Return what stands within quotes of either kind, escapes resolved."""
