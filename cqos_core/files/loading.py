@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
-from dataclasses import field
-from functools import lru_cache, partial
+from dataclasses import field, replace
+from functools import lru_cache
+from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.model.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.system import Place, System
@@ -140,10 +141,18 @@ def read_source(
 
 @dataclass(frozen=True, slots=True)
 class GivenSource:
-    """A source, and what opens the files that it includes."""
+    """A source to read.
+
+    Attributes:
+        opener: opens the files that it includes.
+        importer: reads it; None: the one that claims it.
+        protocol: what it means if it states none.
+    """
 
     source: Source
     opener: Opener = no_files
+    importer: str | None = None
+    protocol: str | None = None
 
 
 def read_together(
@@ -156,35 +165,52 @@ def read_together(
 ) -> list[System | InputError]:
     """Read sources that are given together, and ``others``: for each its system, or why it has no system.
 
-    Sources whose reader is decided by what they are given with are read last. Of one that another of them includes, the
-    system is empty: it is read as part of that.
+    Of a source that another of them includes, the system is empty: it is read as part of that.
     """
-    families: dict[str, Family] = defaultdict(Family)
-    for each in given:
-        families[shares_names(each.source, importer)].sources.append(each.source)
+    asked = [replace(each, importer=importer, protocol=protocol) for each in given]
+    found = _read_all(asked, switches, others)
+    pairs = zip(given, found, strict=True)
+    parts = _parts({each.source.name: result for each, result in pairs if isinstance(result, System)})
+    names = [os.path.realpath(each.source.name) for each in given]
+    return [System() if name in parts else result for name, result in zip(names, found, strict=True)]
+
+
+def _read_all(
+    given: Sequence[GivenSource],
+    switches: Mapping[str, Mapping[str, str]] | None,
+    others: Iterable[System] = (),
+    step: Callable[[], None] = lambda: None,
+) -> list[System | InputError]:
+    """Read sources that are given together, those last whose reader is decided by what they are given with.
+
+    ``step`` is called after each.
+    """
+    shared = [shares_names(each.source, each.importer) for each in given]
+    alike = grouped(zip(shared, (each.source for each in given), strict=True))
+    families = {name: Family(sources) for name, sources in alike.items() if name}
 
     def read_one(number: int, beside: Collection[str] = ()) -> System | InputError:
-        each = given[number]
-        family = shares_names(each.source, importer)
+        each, family = given[number], families.get(shared[number])
         try:
             return read_source(
                 each.source,
-                importer,
+                each.importer,
                 switches,
                 opener=each.opener,
-                protocol=protocol,
+                protocol=each.protocol,
                 beside=beside,
-                family=families[family] if family else None,
+                family=family,
             )
         except InputError as error:
             return error
+        finally:
+            step()
 
-    later = {n for n, each in enumerate(given) if importer is None and depends_on_others(each.source)}
+    later = {n for n, each in enumerate(given) if each.importer is None and depends_on_others(each.source)}
     found = {n: read_one(n) for n in range(len(given)) if n not in later}
     beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
     found |= {n: read_one(n, beside) for n in later}
-    parts = _parts({given[n].source.name: each for n, each in found.items() if isinstance(each, System)})
-    return [System() if os.path.realpath(each.source.name) in parts else found[n] for n, each in enumerate(given)]
+    return [found[n] for n in range(len(given))]
 
 
 def _parts(read: Mapping[str, System]) -> dict[str, str]:
@@ -357,47 +383,36 @@ def load_paths(
         texts: bytes that count instead of those of files, by real path.
     """
     plugins = load_plugins()
-    read = partial(_read_file, switches=switches, opener=with_texts(texts) if texts else open_file)
     reader = folder_reader(plugins, switches or {})
     found, whole = _files([*paths], plugins, importer, excluded, folders_too=bool(reader))
     loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
-    outcomes: dict[int, FileOutcome] = {}
-    waiting, done = dict(enumerate(found.files)), 0
-    beside: frozenset[str] | None = None  # not known while there are files that say it themselves
-    families: dict[str, Family] = defaultdict(Family)
-    while waiting:
-        later: dict[int, File] = {}
-        for position, file in waiting.items():
-            try:
-                if file.path in whole:
-                    outcomes[position] = read(file, Source(file.path, b""), reader)
-                    continue
-                source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
-                if source is None:
-                    loaded.skipped += 1
-                elif beside is None and _waits(source, importer, families):
-                    later[position] = file
-                    continue
-                else:
-                    meant = protocol(file.path) if callable(protocol) else protocol
-                    family = shares_names(source, importer)
-                    outcomes[position] = read(file, source, importer, meant, beside or (), families.get(family))
-            except InputError as error:
-                outcomes[position] = FileOutcome(file, problems=error.problems)
-            done += 1
-            step(done, len(found.files))
-        waiting = later
-        beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
-    _divide([each for _, each in sorted(outcomes.items())], loaded)
+    opener = with_texts(texts) if texts else open_file
+    done = count(1)
+    given: dict[int, GivenSource] = {}
+    results: dict[int, System | InputError] = {}
+    for position, file in enumerate(found.files):
+        try:
+            if file.path in whole:
+                given[position] = GivenSource(Source(file.path, b""), opener, reader)
+                continue
+            source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
+            if source is not None:
+                own = no_files if source.name == STDIN_NAME else opener
+                meant = protocol(file.path) if callable(protocol) else protocol
+                given[position] = GivenSource(source, own, importer, meant)
+                continue
+            loaded.skipped += 1
+        except InputError as error:
+            results[position] = error
+        step(next(done), len(found.files))
+    read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
+    results |= zip(given, read, strict=True)
+    _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
     return loaded
 
 
-def _waits(source: Source, importer: str | None, families: dict[str, Family]) -> bool:
-    """Say whether a source is read after all others; one that shares names is put into the family of its format."""
-    family = shares_names(source, importer)
-    if family:
-        families[family].sources.append(source)
-    return bool(family) or (importer is None and depends_on_others(source))
+def _outcome(file: File, result: System | InputError) -> FileOutcome:
+    return FileOutcome(file, result) if isinstance(result, System) else FileOutcome(file, problems=result.problems)
 
 
 def _files(
@@ -408,22 +423,6 @@ def _files(
     found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
     found.files[:0] = [File(path) for path in paths if path in whole]
     return found, whole
-
-
-def _read_file(
-    file: File,
-    source: Source,
-    importer: str | None,
-    protocol: str | None = None,
-    beside: Collection[str] = (),
-    family: Family | None = None,
-    *,
-    switches: Mapping[str, Mapping[str, str]] | None,
-    opener: Opener,
-) -> FileOutcome:
-    opener = no_files if source.name == STDIN_NAME else opener
-    system = read_source(source, importer, switches, opener=opener, protocol=protocol, beside=beside, family=family)
-    return FileOutcome(file, system)
 
 
 def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
