@@ -18,7 +18,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import Lines, decode
@@ -229,25 +229,12 @@ def _flow_end(text: str, start: int) -> int:
     return len(text.rstrip())
 
 
-@dataclass(frozen=True, slots=True)
-class _Tag:
-    """A start tag of the source that a place may mean; `number` counts all start tags."""
+class _Tag(NamedTuple):
+    """A start tag of the source that a place may mean; `number` counts all start tags, `line` is where it ends."""
 
     number: int
-    name: str
-    start: int
-    attributes: str
-    attributes_start: int
-    last_line: int
-
-
-@dataclass(slots=True)
-class _Wanted:
-    """What is looked for in one source: ids, names of tags as written with those of paths, last lines of tags."""
-
-    ids: set[str] = field(default_factory=set)
-    tags: dict[str, str] = field(default_factory=dict)
-    lines: set[int] = field(default_factory=set)
+    line: int
+    match: re.Match[str]
 
 
 @dataclass(slots=True)
@@ -280,15 +267,19 @@ class _Names:
 def _find(wanted: list[Place], lines: Lines) -> dict[Place, Place]:
     names = _Names(lines.text)
     paths = {place: _PATH.fullmatch(place.path) if place.path else None for place in wanted}
-    look = _Wanted()
-    for place, path in paths.items():
-        if path and path["tag"]:
-            look.tags |= dict.fromkeys(names.spellings(path["tag"]), path["tag"])
-        if place.element is not None:
-            look.ids.add(place.element)
-        elif place.line is not None:
-            look.lines.add(place.line)
-    found = _collect(lines, look)
+    tags = {
+        name: path["tag"] for path in paths.values() if path and path["tag"] for name in names.spellings(path["tag"])
+    }
+    ids = {place.element for place in wanted if place.element is not None}
+    numbers = {place.line for place in wanted if place.element is None}
+    found = _Found()
+    for number, (line, match) in enumerate(_start_tags(lines.text)):
+        name, identity = match["name"], _identity(match["attributes"]) if ids else None
+        if line in numbers or name in tags or identity in ids:
+            tag = _Tag(number, line, match)
+            found.by_line.setdefault(line, []).append(tag)
+            found.by_name.setdefault(tags.get(name, name), []).append(tag)
+            found.by_id.setdefault(identity or "", []).append(tag)
     result = {}
     for place, path in paths.items():
         offset = _offset(place, path, found, names)
@@ -296,20 +287,6 @@ def _find(wanted: list[Place], lines: Lines) -> dict[Place, Place]:
             line, column = lines.position(offset)
             result[place] = replace(place, line=line, column=column)
     return result
-
-
-def _collect(lines: Lines, look: _Wanted) -> _Found:
-    """Read the source once and keep the start tags that are looked for."""
-    found = _Found()
-    for number, (line, match) in enumerate(_start_tags(lines.text)):
-        name, attributes = match["name"], match["attributes"]
-        identity = _identity(attributes) if look.ids else None
-        if line in look.lines or name in look.tags or identity in look.ids:
-            tag = _Tag(number, name, match.start(), attributes, match.start("attributes"), line)
-            found.by_line.setdefault(line, []).append(tag)
-            found.by_name.setdefault(look.tags.get(name, name), []).append(tag)
-            found.by_id.setdefault(identity or "", []).append(tag)
-    return found
 
 
 def _identity(attributes: str) -> str | None:
@@ -322,10 +299,10 @@ def _identity(attributes: str) -> str | None:
     return None if written is None else unescape(re.sub(r"[\t\r\n]", " ", written[1:-1]))
 
 
-def _attributes(tag: _Tag) -> Iterator[tuple[str, int]]:
+def _attributes(tag: re.Match[str]) -> Iterator[tuple[str, int]]:
     """Yield the name and the offset of every attribute."""
-    for match in _ATTRIBUTE.finditer(tag.attributes):
-        yield match["name"], tag.attributes_start + match.start()
+    for match in _ATTRIBUTE.finditer(tag.string, *tag.span("attributes")):
+        yield match["name"], match.start()
 
 
 def _offset(place: Place, path: re.Match[str] | None, found: _Found, names: _Names) -> int | None:
@@ -335,8 +312,8 @@ def _offset(place: Place, path: re.Match[str] | None, found: _Found, names: _Nam
     """
     tags = _candidates(place, path, found, names)
     spellings = names.spellings(path["attribute"] or "") if path else set()
-    offsets = [(tag.last_line, at) for tag in tags for name, at in _attributes(tag) if name in spellings]
-    offsets = offsets or [(tag.last_line, tag.start) for tag in tags]
+    offsets = [(tag.line, at) for tag in tags for name, at in _attributes(tag.match) if name in spellings]
+    offsets = offsets or [(tag.line, tag.match.start()) for tag in tags]
     line = place.line or 0
     return min(offsets, key=lambda offset: abs(offset[0] - line))[1] if offsets else None
 
@@ -346,7 +323,7 @@ def _candidates(place: Place, path: re.Match[str] | None, found: _Found, names: 
     child = path["tag"] if path else None
     if place.element is None:
         tags = found.by_line.get(place.line or 0, [])
-        return [tag for tag in tags if tag.name in names.spellings(child)] if child else tags
+        return [tag for tag in tags if tag.match["name"] in names.spellings(child)] if child else tags
     owners = found.by_id.get(place.element, [])
     if path is None or child is None:
         return owners
