@@ -10,6 +10,7 @@ from cqos_core.files.editing import is_json, replace_within, scalar
 from cqos_core.language.domains import flow
 from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 from cqos_core.model.excerpt import exact, span
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import re
 from cqos_core.model.source import Replacement
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     from cqos_core.model.report import Edit
     from cqos_core.model.source import Inserter, Source
-    from cqos_core.model.system import Place
 
 
 class EditedText(NamedTuple):
@@ -59,11 +59,9 @@ def replacements(
     text = decode(data)
     left: list[tuple[Edit, str]] = []
     changes: dict[Replacement, list[Edit]] = {}
-    added: dict[Place, list[Edit]] = {}
-    for edit in dict.fromkeys(edits):
-        if edit.old is None:
-            added.setdefault(edit.place, []).append(edit)
-            continue
+    wanted = dict.fromkeys(edits)
+    added = grouped((edit.place, edit) for edit in wanted if edit.old is None)
+    for edit in (each for each in wanted if each.old is not None):
         found = _replaced(text, edit, data)
         if found is None:
             left.append((edit, f"`{edit.old}` does not stand there"))

@@ -32,7 +32,7 @@ _LABEL = 50  # least cells for the label of a value
 
 def render_full(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
-    said = _Shown()
+    said, paint = _Shown(), terminal.paint(color=style.color)
     blocks: list[str] = []
     apart: list[str] = []  # of several systems, each with its verdict
     for one in report.parts or (report,):
@@ -45,10 +45,12 @@ def render_full(report: Report, style: Style) -> str:
             for each in findings
         ]
         if report.parts and not found and blocks and apart:
-            blocks[-1] += "\n" + "\n".join(page.verdict(one))  # nothing to tell it apart from the line before
+            blocks[-1] += "\n" + "\n".join(
+                wording.verdict(one, style, paint)
+            )  # nothing to tell it apart from the line before
             continue
         blocks += found
-        apart = ["\n".join(page.verdict(one))] if report.parts else []
+        apart = ["\n".join(wording.verdict(one, style, paint))] if report.parts else []
         blocks += apart
     blocks.append("\n".join(_end(report, style)))
     return "\n\n".join(blocks) + "\n"
@@ -169,10 +171,6 @@ class _Page:
         if self._said.is_new("see", finding.code, finding.clause):
             clause = f"; {finding.clause}" if finding.clause else ""
             yield from self._paragraph("see:", "quiet", f"cqos rule {finding.code}{clause}")
-
-    def verdict(self, report: Report) -> Iterator[str]:
-        """Yield the verdict of one of several systems."""
-        yield from wording.verdict(report, self._style, self._paint)
 
     def headline(self, finding: Finding) -> Iterator[str]:
         """Yield severity, code, name and message."""

@@ -94,14 +94,10 @@ def _column(fault: str) -> str:
 
 def _seen(pair: PairReport, columns: int) -> list[str]:
     """Tell where what is given was seen on running middleware; cells of one origin together."""
-    found: dict[str, dict[str, list[str]]] = {}
-    for each in pair.guarantees:
-        for cell in each.cells:
-            if cell.proven or cell.derived:
-                by_word = found.setdefault(_origin(cell), {})
-                by_word.setdefault(each.word, []).append(_column(cell.fault))
+    cells = [(each.word, cell) for each in pair.guarantees for cell in each.cells if cell.proven or cell.derived]
     lines = []
-    for origin, by_word in sorted(found.items(), reverse=True):
+    for origin, own in sorted(grouped((_origin(cell), (word, cell)) for word, cell in cells).items(), reverse=True):
+        by_word = grouped((word, _column(cell.fault)) for word, cell in own)
         listed = "; ".join(f"{word}: {', '.join(faults)}" for word, faults in by_word.items())
         lines += ["", *textwrap.wrap(f"{origin}: {listed}", max(columns, _NARROWEST), subsequent_indent="  ")]
     return lines

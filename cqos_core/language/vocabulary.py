@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.expression import AGGREGATES, SCOPES, Condition, Node, Term
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import ConditionError, PackError
 
 if TYPE_CHECKING:
@@ -61,10 +62,7 @@ class Vocabulary:
         self.functions = {function.name: function for function in functions}
         self.size = len(self.policies)
         self.indices = {(policy.level, policy.name): index for index, policy in enumerate(self.policies)}
-        self.following: dict[str, tuple[int, ...]] = {}
-        for index, policy in enumerate(self.policies):
-            for name in policy.follows:
-                self.following[name] = (*self.following.get(name, ()), index)
+        self.following = grouped((name, index) for index, policy in enumerate(self.policies) for name in policy.follows)
         if len(self.indices) != self.size:
             raise PackError("a policy is declared twice: " + ", ".join(p.name for p in self.policies))
 

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any, TypeVar
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
 from cqos_core.model.later import later
 from cqos_core.model.report import Finding, Group, Report, Severity, Verdict
 
@@ -118,9 +119,7 @@ class Difference:
 
 def _unequal(came: Sequence[_T], gone: Sequence[_T], of: Callable[[_T], object]) -> tuple[list[_T], list[_T]]:
     """Leave out what is on both sides."""
-    left: dict[object, list[_T]] = {}
-    for each in gone:
-        left.setdefault(of(each), []).append(each)
+    left = grouped((of(each), each) for each in gone)
     new = []
     for each in came:
         equal = left.get(of(each), [])

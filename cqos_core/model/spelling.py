@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect, insort
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from typing import Final
 
+from cqos_core.model.grouping import grouped
 from cqos_core.model.regular import regular_expression
 
 _LONGEST: Final = 60
@@ -119,7 +120,7 @@ class KnownNames:
 
     @cached_property
     def _by_stub(self) -> dict[str, list[str]]:
-        return _by_stub(self.names, _shortened)
+        return grouped((stub, name) for name in self.names for stub in _shortened(name))
 
 
 _FEW: Final = 200
@@ -132,14 +133,6 @@ def _shortened(name: str) -> set[str]:
     return {word, *(word[:at] + word[at + 1 :] for at in range(len(word)))}
 
 
-def _by_stub(names: Iterable[str], stubs: Callable[[str], Iterable[str]]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name in names:
-        for stub in stubs(name):
-            found.setdefault(stub, []).append(name)
-    return found
-
-
 def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list[str]]:
     """Return for each of ``names`` the ``others`` that differ from it by a typing error, the nearest first.
 
@@ -147,7 +140,7 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
     meant to. The cost grows with the length of all names, not with their pairs.
     """
-    by_stub = _by_stub(dict.fromkeys(others), stubs_of)
+    by_stub = grouped((stub, other) for other in dict.fromkeys(others) for stub in stubs_of(other))
     found = {}
     for name in dict.fromkeys(names):
         candidates = dict.fromkeys(other for stub in stubs_of(name) for other in by_stub.get(stub, ())[:_CROWD])

@@ -245,22 +245,25 @@ class RulePack:
 
     def rule(self, code_or_name: str) -> Rule | None:
         """Return the rule with that code, name or alias, or None."""
-        return self._by_spelling.get(code_or_name.lower(), (None, None))[0]
+        return self._rules.get(code_or_name.lower())
 
     def code(self, code_or_name: str) -> CodeInfo | None:
         """Return what an importer of the pack reports under that code, name or alias, or None."""
-        return self._by_spelling.get(code_or_name.lower(), (None, None))[1]
+        return self._codes.get(code_or_name.lower())
 
     @cached_property
-    def _by_spelling(self) -> Mapping[str, tuple[Rule | None, CodeInfo | None]]:
-        """By code, name and alias in lower case: the rule, or what an importer of the pack reports."""
-        found: dict[str, tuple[Rule | None, CodeInfo | None]] = {}
-        for info in reversed(self.codes):
-            found.update(dict.fromkeys(info.spellings, (None, info)))
-        for rule in reversed(self.rules):
-            for spelling in (rule.code.lower(), rule.name, *(alias.lower() for alias in rule.aliases)):
-                found[spelling] = (rule, found.get(spelling, (None, None))[1])
-        return found
+    def _rules(self) -> Mapping[str, Rule]:
+        """By code, name and alias in lower case; the first of a spelling counts."""
+        return {
+            spelling.lower(): rule
+            for rule in reversed(self.rules)
+            for spelling in (rule.code, rule.name, *rule.aliases)
+        }
+
+    @cached_property
+    def _codes(self) -> Mapping[str, CodeInfo]:
+        """By code, name and alias in lower case; the first of a spelling counts."""
+        return {spelling: info for info in reversed(self.codes) for spelling in info.spellings}
 
     def describe(self) -> dict[str, Any]:
         """Describe the pack for machines: enough to draw a property panel for a protocol never seen before."""
