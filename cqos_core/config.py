@@ -140,14 +140,14 @@ class Config:
         )
 
 
-def config_for(path: str | Path, texts: Mapping[str, bytes] | None = None) -> Config:
-    """Return the configuration that holds for a file or folder, or an empty one; ``texts`` as in `load_config`.
+def config_for(path: str | Path) -> Config:
+    """Return the configuration that holds for a file or folder, or an empty one.
 
     Raises:
         InputError: with everything that is wrong with it.
     """
     found = find_config(path)
-    return Config() if found is None else load_config(found, texts)
+    return Config() if found is None else load_config(found)
 
 
 def find_config(path: str | Path) -> Path | None:

@@ -196,7 +196,6 @@ def behaviour_finding(
     message: str,
     ends: Sequence[Resolved],
     *,
-    topic: str | None = None,
     policies: Iterable[str] = (),
     beside: Iterable[Side] = (),
     assumed: Iterable[str] = (),
@@ -210,7 +209,6 @@ def behaviour_finding(
         code: of `CODES`.
         message: one sentence.
         ends: the endpoints; the first one shows its values of ``policies``.
-        topic: as it is shown; that of the endpoints if not given.
         policies: names of policies; empty ones are passed over.
         beside: what else shows the reason.
         assumed: what the claim rests on.
@@ -230,7 +228,7 @@ def behaviour_finding(
         name=info.name,
         severity=severity or Severity(info.severity),
         message=message,
-        topic=topic or first.shown,
+        topic=first.shown,
         sides=(side, *beside),
         notes=tuple(f"assumed: {each}" for each in assumed),
         because=info.reason,

@@ -52,7 +52,7 @@ _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class CheckOptions:
     """What the command line says beside paths and reading; the fields are the parameters of the options below."""
 
     each: bool
@@ -168,40 +168,42 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
       cqos check a.yaml --format full --format sarif --output cqos.sarif
       cat a.yaml | cqos check - --stdin-name a.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    wishes = Wishes(**given)
+    options = CheckOptions(**given)
     if isinstance(ctx.obj, Run):
-        ctx.obj.silent = wishes.quiet
-    if not wishes.watch:
-        ctx.exit(_once(ctx, paths, reading, wishes)[0])
-    if STDIN in paths or wishes.fix or wishes.show_diff or wishes.write_baseline:
+        ctx.obj.silent = options.quiet
+    if not options.watch:
+        ctx.exit(_once(ctx, paths, reading, options)[0])
+    if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
         raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
     from cqos_core.cli.watching import watch  # which few runs need
 
-    ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, wishes)))
+    ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
 
 
-def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, wishes: Wishes) -> tuple[int, list[str]]:
+def _once(
+    ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, options: CheckOptions
+) -> tuple[int, list[str]]:
     """Check everything once; return the exit code, and the files on which it depends."""
     reader = prepare(reading, paths)
     config = reader.config
-    default = "statistics" if wishes.statistics else _default_format(config)
-    sinks = pair_sinks(ctx, wishes.formats, wishes.outputs, default, also=wishes.statistics)
+    default = "statistics" if options.statistics else _default_format(config)
+    sinks = pair_sinks(ctx, options.formats, options.outputs, default, also=options.statistics)
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
-    check_targets("--write-baseline", filter(None, [wishes.write_baseline]), paths)
-    if wishes.each and wishes.together:
+    check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
+    if options.each and options.together:
         raise click.UsageError("--each and --together exclude each other.", ctx)
-    select = counted(wishes.select, wishes.ignore, reader.context)
-    if wishes.server is not None and (reading.pack_files or config.packs):
+    select = counted(options.select, options.ignore, reader.context)
+    if options.server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
-    if wishes.fix or wishes.show_diff:
-        _refuse_fixing(ctx, paths, wishes.server or wishes.write_baseline)
-    work = _Check(reader, wishes, select, _known(wishes.baseline or config.baseline, wishes.write_baseline))
-    if wishes.proofs is not None:
+    if options.fix or options.show_diff:
+        _refuse_fixing(ctx, paths, options.server or options.write_baseline)
+    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
+    if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
-        work.proofs = runs_from_json(wishes.proofs, read_path(wishes.proofs).data)
+        work.proofs = runs_from_json(options.proofs, read_path(options.proofs).data)
     work.run(paths)
-    if wishes.show_diff:  # which takes standard output
+    if options.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
     return work.finish(sinks), work.files()
@@ -256,7 +258,7 @@ class _Check:
     """
 
     reader: InputReader
-    wishes: Wishes
+    options: CheckOptions
     counted: Counted
     known: Baseline | None
     loaded: Loaded = field(init=False)
@@ -270,10 +272,10 @@ class _Check:
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
-        wishes = self.wishes
-        with Progress("reading", quiet=wishes.quiet) as progress:
+        options = self.options
+        with Progress("reading", quiet=options.quiet) as progress:
             self.loaded = self.reader.load(paths, progress.step)
-            grouping = "each" if wishes.each else "together" if wishes.together else ""
+            grouping = "each" if options.each else "together" if options.together else ""
             found, self.how = units(self.loaded, grouping)
             progress.start("checking")
             alone = len(found) == 1
@@ -287,13 +289,13 @@ class _Check:
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
     def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
-        reader, wishes = self.reader.nearest(unit.path), self.wishes
+        reader, options = self.reader.nearest(unit.path), self.options
         system = reader.tried(unit.systems)
         report = self.counted(self._judged(system, reader, step))
-        if (wishes.fix or wishes.show_diff) and report.findings:
+        if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            system, report, diff, notes = fixed(unit, system, reader, self.counted, write=not wishes.show_diff)
+            system, report, diff, notes = fixed(unit, system, reader, self.counted, write=not options.show_diff)
             self.diffs.append(diff)
             for note in notes:
                 self._note(note)
@@ -310,14 +312,14 @@ class _Check:
 
     def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
-        if self.wishes.server is None:
+        if self.options.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
             raise click.UsageError(_PACKS_STAY)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
-        with Client(self.wishes.server) as client:
+        with Client(self.options.server) as client:
             return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
 
     def files(self) -> list[str]:
@@ -332,20 +334,20 @@ class _Check:
         found = self.reports
         if self.known is not None:
             self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems(self.loaded.problems, self.wishes.color)
+        say_problems(self.loaded.problems, self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
         if self.loaded.problems or self.empty or not written:
             return UNUSABLE
-        if self.wishes.write_baseline is not None:
+        if self.options.write_baseline is not None:
             return CLEAN
-        fail_on = self.wishes.fail_on
+        fail_on = self.options.fail_on
         failed = (each.report.fails(_FAIL[fail_on or each.config.fail_on or "error"]) for each in self.reports)
         return FINDINGS if self._nothing_compared() or any(failed) else CLEAN
 
     def _nothing_compared(self) -> bool:
         """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
-        required = self.wishes.require_pairs or any(each.report.misses_pairs for each in self.reports)
+        required = self.options.require_pairs or any(each.report.misses_pairs for each in self.reports)
         missed = required and not any(each.report.pair_count for each in self.reports)
         if missed:
             self._fault("no pair was compared: no publisher matches a subscriber in what was read")
@@ -356,10 +358,10 @@ class _Check:
         written = True
         reports, problems = [each.report for each in self.reports], self.loaded.problems
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
-            if self.wishes.quiet and sink.path == STDOUT:
+            if self.options.quiet and sink.path == STDOUT:
                 continue
             try:
-                with Progress("writing", quiet=self.wishes.quiet):
+                with Progress("writing", quiet=self.options.quiet):
                     text = render(sink, reports, problems, self._style(sink))
                 sink.write(text)
             except CqosError as error:
@@ -368,11 +370,11 @@ class _Check:
         return written
 
     def _style(self, sink: Sink) -> Style:
-        shown = self.wishes.show or self.reader.config.show
+        shown = self.options.show or self.reader.config.show
         loudest = (_SHOW[each] for each in shown if each in _SHOW)
         return Style(
             show=max(loudest, key=lambda each: each.rank, default=Severity.WARNING),
-            color=colored(self.wishes.color, sys.stdout if sink.path == STDOUT else None),
+            color=colored(self.options.color, sys.stdout if sink.path == STDOUT else None),
             width=width(),
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
@@ -394,7 +396,7 @@ class _Check:
         return replacements_of(self.sources, edits, self.reader.options.importer)
 
     def _write_baseline(self, found: Sequence[_Checked]) -> bool:
-        target = self.wishes.write_baseline
+        target = self.options.write_baseline
         if target is None:
             return True
         if self.loaded.problems:
@@ -432,11 +434,11 @@ class _Check:
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
 
     def _note(self, text: str) -> None:
-        if not self.wishes.quiet:
-            say(text, severity="note", choice=self.wishes.color)
+        if not self.options.quiet:
+            say(text, severity="note", choice=self.options.color)
 
     def _fault(self, text: str) -> None:
-        say(text, severity="error", choice=self.wishes.color)
+        say(text, severity="error", choice=self.options.color)
 
 
 def _documentation() -> str:

@@ -88,7 +88,10 @@ def explain(
     system, loaded = reader.one(paths, color, partly=True)
     system = tried_out(system, reader.protocol)
     if chains or budgets:
-        emit(_time(Pipeline(system, reader.context), form, chains=chains, budgets=budgets))
+        from cqos_core.formatters.time_and_budgets import explain_time
+
+        pipeline = Pipeline(system, reader.context)
+        emit(explain_time(pipeline, form, width(), chains=chains, budgets=budgets))
         ctx.exit(UNUSABLE if loaded.problems else CLEAN)
     with Progress("resolving"):
         endpoints = endpoints_of(system, reader.context)
@@ -119,12 +122,6 @@ def _style(system: System, color: str) -> Style:
         sources=system.sources,
         tool_version=version("cqos-core"),
     )
-
-
-def _time(pipeline: Pipeline, form: str, *, chains: bool, budgets: bool) -> str:
-    from cqos_core.formatters.time_and_budgets import explain_time
-
-    return explain_time(pipeline, form, width(), chains=chains, budgets=budgets)
 
 
 def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:

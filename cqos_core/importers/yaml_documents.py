@@ -81,12 +81,12 @@ class Loader:
             included = waiting.pop()
             opened = self.open(included)
             if opened is not None:
-                waiting += self.read(opened, _same(included.reading.source.name))
+                waiting += self.read(opened, os.path.normpath(included.reading.source.name))
 
     def read(self, source: Source, above: str) -> list[_Included]:
         """Read the documents of one file; return what it includes, the first last."""
         self.sources[source.name] = source.data
-        self.opened[_same(source.name)] = above
+        self.opened[os.path.normpath(source.name)] = above
         before = len(self.problems)
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
@@ -157,9 +157,9 @@ class Loader:
         except InputError as error:
             self.problems += [replace(problem, place=place) for problem in error.problems]
             return None
-        path = _same(source.name)
+        path = os.path.normpath(source.name)
         if path in self.opened:
-            trail = self.trail(_same(reading.source.name))
+            trail = self.trail(os.path.normpath(reading.source.name))
             if path not in trail:
                 return None
             circle = " → ".join((*trail[trail.index(path) :], path))
@@ -170,7 +170,7 @@ class Loader:
             return source
         else:
             self.sources[source.name] = source.data
-            self.opened[path] = _same(reading.source.name)
+            self.opened[path] = os.path.normpath(reading.source.name)
             self.read_foreign(source, reading, place)
         return None
 
@@ -195,11 +195,6 @@ class Loader:
         for document in self.documents:
             found.update(each.value.get(PROTOCOL) for each in (document.get(PARTICIPANTS) or {}).values())
         return frozenset(protocol for protocol in found if protocol is not None)
-
-
-def _same(name: str) -> str:
-    """Return what is equal for different ways to write one path."""
-    return os.path.normpath(name)
 
 
 def _is_system_file(source: Source) -> bool:

@@ -11,7 +11,7 @@ from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, On
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from cqos_core.language.domains import Domain
     from cqos_core.language.values import Plain, Value
@@ -35,6 +35,18 @@ class ByOption:
 
 
 Meaning: TypeAlias = str | PerRole | ByOption | Anything | FromPeers | OneOf
+
+
+def parts_of(meaning: Meaning) -> Iterator[Meaning]:
+    """Yield a meaning, and all meanings within it that it may turn out to be."""
+    yield meaning
+    inner: tuple[Meaning | None, ...] = ()
+    if isinstance(meaning, PerRole):
+        inner = (meaning.publisher, meaning.subscriber)
+    elif isinstance(meaning, ByOption):
+        inner = (*(each for _, each in meaning.meanings), meaning.otherwise)
+    for each in inner:
+        yield from () if each is None else parts_of(each)
 
 
 def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning) -> ByOption:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.language.policy import ENDPOINT, ByOption, PerRole
+from cqos_core.language.policy import ENDPOINT, parts_of
 from cqos_core.language.values import Anything, FromPeers, normalise
 from cqos_core.model.dataclass import dataclass
 
@@ -124,12 +124,8 @@ def _plain_name(policy: Policy) -> str:
 
 def _of_people(words: Mapping[str, Meaning]) -> Iterable[str]:
     """Words that a person would write: not what tools write for what they do not know, or bridges for what they copy."""
-    return [word for word, meaning in words.items() if not _is_of_tools(meaning)]
+    return [word for word, meaning in words.items() if not any(map(_is_of_tools, parts_of(meaning)))]
 
 
-def _is_of_tools(meaning: Meaning | None) -> bool:
-    if isinstance(meaning, PerRole):
-        return _is_of_tools(meaning.publisher) or _is_of_tools(meaning.subscriber)
-    if isinstance(meaning, ByOption):
-        return any(_is_of_tools(each) for each in (meaning.otherwise, *(each for _, each in meaning.meanings)))
+def _is_of_tools(meaning: Meaning) -> bool:
     return isinstance(meaning, Anything) or (isinstance(meaning, FromPeers) and meaning.waits)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.domains import Choice, Count, Duration, is_unit
 from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUNCTIONS
-from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, PerRole
+from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, parts_of
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import ConditionError, InvalidValueError, PackError
 from cqos_core.model.regular import regular_expression
@@ -304,26 +304,20 @@ def _text(policy: Policy, text: str | None) -> Iterator[str]:
 
 
 def _meaning(policy: Policy, meaning: Meaning, pack: RulePack) -> Iterator[str]:
-    match meaning:
-        case str():
-            yield from _text(policy, meaning)
-        case OneOf(values):
-            for text in values:
-                yield from _text(policy, text)
-        case PerRole(publisher, subscriber):
-            yield from (*_meaning(policy, publisher, pack), *_meaning(policy, subscriber, pack))
-        case ByOption(option, meanings, otherwise):
-            if not meanings:
-                yield from _option_value(pack, option, None)
-            for value, inner in meanings:
-                yield from _option_value(pack, option, value)
-                yield from _meaning(policy, inner, pack)
-            if otherwise is not None:
-                yield from _meaning(policy, otherwise, pack)
-        case FromPeers():
-            if meaning.peers not in COMBINATIONS:
-                yield f"peers are put together by `{meaning.peers}`; known: {', '.join(COMBINATIONS)}"
-            yield from _text(policy, meaning.alone)
+    for part in parts_of(meaning):
+        match part:
+            case str():
+                yield from _text(policy, part)
+            case OneOf(values):
+                for text in values:
+                    yield from _text(policy, text)
+            case ByOption(option, meanings):
+                for value in dict(meanings) or [None]:
+                    yield from _option_value(pack, option, value)
+            case FromPeers():
+                if part.peers not in COMBINATIONS:
+                    yield f"peers are put together by `{part.peers}`; known: {', '.join(COMBINATIONS)}"
+                yield from _text(policy, part.alone)
 
 
 def _circle(policy: Policy, word: str) -> Iterator[str]:
@@ -339,23 +333,11 @@ def _circle(policy: Policy, word: str) -> Iterator[str]:
 
 
 def _followers(policy: Policy, word: str) -> Iterator[str]:
-    for text in _texts(policy.words[word]):
+    for text in (each for each in parts_of(policy.words[word]) if isinstance(each, str)):
         if _word(policy, text) in policy.words:
             yield _word(policy, text)
         elif policy.zero is not None and policy.zero in policy.words and policy.domain.read(text) == 0:
             yield policy.zero
-
-
-def _texts(meaning: Meaning) -> Iterator[str]:
-    """Yield all texts that a word may be read as."""
-    match meaning:
-        case str():
-            yield meaning
-        case PerRole(publisher, subscriber):
-            yield from (*_texts(publisher), *_texts(subscriber))
-        case ByOption(_, meanings, otherwise):
-            listed = (*(inner for _, inner in meanings), *(() if otherwise is None else (otherwise,)))
-            yield from (text for inner in listed for text in _texts(inner))
 
 
 def _option_value(pack: RulePack, option: str, value: str | None) -> Iterator[str]:

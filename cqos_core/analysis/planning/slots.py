@@ -31,27 +31,23 @@ MOST_VALUES: Final = 40
 """So many values of one policy are tried on one topic; of more, the nearest to what is stated."""
 
 
-class Weights(NamedTuple):
-    """What a change of one endpoint weighs, and what is added to that."""
+# What a change of one endpoint weighs, and what is added to that
 
-    change: int = 100
-    role: int = 1
-    """A request rather than an offer: of two equal changes, the publisher's comes first."""
-    step: int = 2
-    """Each further value between the old and the new one, at most `_FARTHEST` times."""
-    strongest: int = 1
-    """Of a policy with an order, the strongest value that there is."""
-    other_default: int = 5
-    """Of values without order, one that the standard does not prefer."""
-    shared: int = 150
-    """A place that several endpoints share: a profile, a participant, a broker."""
-    weaker: int = 1_000
-    code: int = 10_000
-    """A promise that the program must keep."""
-
-
-WEIGHTS: Final = Weights()
+_CHANGE: Final = 100
+_REQUEST: Final = 1
+"""A request rather than an offer: of two equal changes, the publisher's comes first."""
+_STEP: Final = 2
+"""Each further value between the old and the new one, at most `_FARTHEST` times."""
 _FARTHEST: Final = 20
+_STRONGEST: Final = 1
+"""Of a policy with an order, the strongest value that there is."""
+_OTHER_DEFAULT: Final = 5
+"""Of values without order, one that the standard does not prefer."""
+_SHARED: Final = 150
+"""A place that several endpoints share: a profile, a participant, a broker."""
+_WEAKER: Final = 1_000
+_CODE: Final = 10_000
+"""A promise that the program must keep."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,7 +249,7 @@ def statements(endpoint: Resolved, index: int, values: Sequence[Plain]) -> list[
     return [*found.values()]
 
 
-def weighed(slot: Slot, edits: dict[Plain, tuple[Edit, ...]], weights: Weights = WEIGHTS) -> tuple[Candidate, ...]:
+def weighed(slot: Slot, edits: dict[Plain, tuple[Edit, ...]]) -> tuple[Candidate, ...]:
     """Return the candidates of a slot, each with its weight; a value that all readers have is none."""
     current = [end.profile.values[index] for end, index in slot.readers]
     found = [NO_CHANGE]
@@ -264,18 +260,18 @@ def weighed(slot: Slot, edits: dict[Plain, tuple[Edit, ...]], weights: Weights =
         if weakens and slot.policy.level in {BROKER, TOPIC}:
             continue  # others may rest on what a broker promises
         code = any(is_promise(slot.policy, each, value, slot.role) for each in current)
-        weight = weights.change + weights.weaker * weakens + weights.code * code + weights.shared * slot.shared
-        weight += weights.role * (slot.role != PUBLISHER) + _distance(slot, current, value, [*edits], weights)
+        weight = _CHANGE + _WEAKER * weakens + _CODE * code + _SHARED * slot.shared
+        weight += _REQUEST * (slot.role != PUBLISHER) + _distance(slot, current, value, [*edits])
         times = 1 if slot.shared else len(slot.endpoints)
         found.append(Candidate(value, made, weight * times, weakens, "needs_code" if code else "configuration"))
     return tuple(found)
 
 
-def _distance(slot: Slot, current: Sequence[object], value: Plain, values: Sequence[Plain], weights: Weights) -> int:
+def _distance(slot: Slot, current: Sequence[object], value: Plain, values: Sequence[Plain]) -> int:
     """Return what the way from the current values to another one weighs."""
     domain = slot.policy.domain
     if isinstance(domain, Choice) and not domain.ordered:
-        return 0 if domain.format(value) == slot.policy.default_for(slot.role) else weights.other_default
+        return 0 if domain.format(value) == slot.policy.default_for(slot.role) else _OTHER_DEFAULT
     if not isinstance(value, int):
         return 0
     between = [
@@ -286,4 +282,4 @@ def _distance(slot: Slot, current: Sequence[object], value: Plain, values: Seque
     strongest = bool(slot.policy.stronger) and value == (
         domain.highest if slot.policy.stronger == "higher" else domain.lowest
     )
-    return weights.step * min(max(between, default=0), _FARTHEST) + weights.strongest * strongest
+    return _STEP * min(max(between, default=0), _FARTHEST) + _STRONGEST * strongest
