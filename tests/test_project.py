@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution, entry_points
+from importlib.metadata import PackageNotFoundError, distribution, entry_points, packages_distributions
 from pathlib import Path
 
 import pytest
@@ -156,6 +156,27 @@ def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
         assert pin is not None, f"{requirement.name} is not in constraints.txt"
         (exact,) = pin.specifier
         assert exact.version in requirement.specifier, f"{requirement} does not allow {pin}"
+
+
+@each_project_with_code
+def test_every_dependency_is_imported(project):
+    """What no module imports is a download for nothing; tests and lint have extras of their own."""
+    extras = metadata(project).get("optional-dependencies", {})
+    stated = sum((extras[name] for name in extras.keys() - DEVELOPING), metadata(project).get("dependencies", []))
+    trees = [
+        ast.parse(file.read_text(encoding="utf-8")) for package in packages(project) for file in package.rglob("*.py")
+    ]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    names |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    imported = {name.partition(".")[0] for name in names}
+    modules = packages_distributions()
+    ours = {metadata(each)["name"] for each in PROJECTS}
+    for name in {Requirement(text).name for text in stated} - ours:
+        provided = {
+            module for module, owners in modules.items() if canonicalize_name(name) in map(canonicalize_name, owners)
+        }
+        assert not provided or provided & imported, f"nothing imports {name}"
 
 
 @PINNED

@@ -19,7 +19,6 @@ RUNTIME = (
     "grpcio",
     "grpcio-health-checking",
     "grpcio-reflection",
-    "grpcio-status",
     "protobuf",
 )
 EXAMPLE = ROOT / "examples" / "smart_agriculture_incompatible.bpmn"
