@@ -245,10 +245,10 @@ def draft(ends: Sequence[Resolved], policy: str, value: Plain) -> Remedy | None:
         return None
     members = tuple(sorted({each.id for each in ends}))
     return Remedy(
-        PUBLISHER if first.role == PUBLISHER else SUBSCRIBER,
-        members,
-        policy,
-        first.pack.policy(policy).domain.format(value),
-        "configuration",
-        "",
+        role=PUBLISHER if first.role == PUBLISHER else SUBSCRIBER,
+        members=members,
+        policy=policy,
+        value=first.pack.policy(policy).domain.format(value),
+        kind="configuration",
+        text="",
     )

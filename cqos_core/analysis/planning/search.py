@@ -179,7 +179,17 @@ class Search:
                 if each.stays:
                     refusals.open.add(name)
         nothing = Edited(dict(self.sources), {})
-        return RepairPlan((), 0, False, False, (), tried, nothing, self.before.report, self.before.report)
+        return RepairPlan(
+            changes=(),
+            weight=0,
+            confirmed=False,
+            proven=False,
+            conflicts=(),
+            tried=tried,
+            edited=nothing,
+            before=self.before.report,
+            after=self.before.report,
+        )
 
     def _model(self) -> RepairModel:
         return build(self.before.pipeline.topics, self.active, self.goals, self.keep, self.may)
@@ -189,15 +199,15 @@ class Search:
         self.after = at.after
         conflicts = _conflicts(at)
         return RepairPlan(
-            at.changes,
-            at.found.weight,
-            bool(at.changes) or not at.found.given_up,
-            at.found.proven,
-            conflicts,
-            tried,
-            at.edited,
-            self.before.report,
-            at.after.report,
+            changes=at.changes,
+            weight=at.found.weight,
+            confirmed=bool(at.changes) or not at.found.given_up,
+            proven=at.found.proven,
+            conflicts=conflicts,
+            tried=tried,
+            edited=at.edited,
+            before=self.before.report,
+            after=at.after.report,
             cut=tuple(
                 f"{policy} on `{topic}`: {tried_values} of {count} values were tried, those nearest to what is stated"
                 for (topic, policy), (tried_values, count) in sorted(at.model.cut.items())

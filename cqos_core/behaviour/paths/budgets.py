@@ -244,24 +244,24 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
     if costs.from_broker is not None:
         parts = _segments(None if not sent or None in sent else max(each for each in sent if each is not None))
     return Stream(
-        publisher.id,
-        publisher.endpoint.participant,
-        publisher.shown,
-        frozenset(filter(None, (publisher.shown, publisher.key, publisher.endpoint.topic))),
-        size,
-        _SECOND / period,
-        _is_single(profile),
-        parts,
-        confirmed,
-        frozenset(certain),
-        frozenset(perhaps - certain),
-        frozenset(name for name, each in confirming.items() if each is False),
-        frozenset(name for name, each in confirming.items() if each),
-        0.0 if framing is None else framing.answer * min(_SECOND / period, framing.answers),
-        tuple(sorted(late.items())),
-        _IP if costs.from_broker is None else _TCP,
-        None if costs.to_broker is None or broker is None else broker.id,
-        _segments(_message(costs.to_broker, publisher, size, profile, profile)),
+        publisher=publisher.id,
+        participant=publisher.endpoint.participant,
+        topic=publisher.shown,
+        names=frozenset(filter(None, (publisher.shown, publisher.key, publisher.endpoint.topic))),
+        size=size,
+        per_second=_SECOND / period,
+        single=_is_single(profile),
+        parts=parts,
+        confirmed=confirmed,
+        receivers=frozenset(certain),
+        perhaps=frozenset(perhaps - certain),
+        unconfirmed=frozenset(name for name, each in confirming.items() if each is False),
+        answering=frozenset(name for name, each in confirming.items() if each),
+        answers=0.0 if framing is None else framing.answer * min(_SECOND / period, framing.answers),
+        late=tuple(sorted(late.items())),
+        header=_IP if costs.from_broker is None else _TCP,
+        broker=None if costs.to_broker is None or broker is None else broker.id,
+        to_broker=_segments(_message(costs.to_broker, publisher, size, profile, profile)),
     )
 
 
@@ -335,7 +335,14 @@ def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inwar
     )
     likely = None if None in wires else sum(each for each in wires if each is not None) + sum(back)
     return LinkLoad(
-        link, facts, inward, certain, likely, tuple(over), tuple(_lost(over, facts)), tuple(_late(over, facts, there))
+        link=link,
+        facts=facts,
+        inward=inward,
+        certain=certain,
+        likely=likely,
+        streams=tuple(over),
+        lost=tuple(_lost(over, facts)),
+        catching_up=tuple(_late(over, facts, there)),
     )
 
 

@@ -315,7 +315,19 @@ def _step_times(step: ChainStep, topic: str, arriving: Sequence[_Arrival], *, la
     missing = _without_bound(step, {"latency": latency, "takes": takes} | ({} if derived else {"waits": waits}))
     open_gap = tuple(_why_open(step, topic, gap, arriving, doubtful=doubtful)) if derived or last else ()
     bridges = tuple(each.bridge.id for each in arriving[0].way if isinstance(each, Hop))
-    return StepTimes(step.at, topic, bridges, latency, waits, takes, gap, ANY_TIME, missing, open_gap, tuple(assumed))
+    return StepTimes(
+        at=step.at,
+        topic=topic,
+        bridges=bridges,
+        latency=latency,
+        waits=waits,
+        takes=takes,
+        gap=gap,
+        age=ANY_TIME,
+        missing=missing,
+        gap_missing=open_gap,
+        assumed=tuple(assumed),
+    )
 
 
 def _why_open(

@@ -65,7 +65,12 @@ def facts_of(link: StatedLink) -> LinkFacts:
             faults.append(LinkFault(message, setting.place, error.advice()))
     whole = {name: int(found[name]) for name in ("mtu", "round_trip") if name in found}
     return LinkFacts(
-        link, found.get("rate"), found.get("loss"), whole.get("mtu"), whole.get("round_trip"), tuple(faults)
+        link=link,
+        rate=found.get("rate"),
+        loss=found.get("loss"),
+        mtu=whole.get("mtu"),
+        round_trip=whole.get("round_trip"),
+        faults=tuple(faults),
     )
 
 
