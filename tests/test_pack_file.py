@@ -469,6 +469,16 @@ WRONG = {
         "odd:",
         "`alone` is no key here",
     ),
+    "two options that have a preset": (
+        FILE.replace("needs: {carrier: train}", "needs: {carrier: train, other: a}"),
+        "  valuable:",
+        "`presets.valuable.needs` must be a map with one entry, found a map",
+    ),
+    "an id with a capital": (
+        FILE.replace("id: mail", "id: Mail"),
+        "id:",
+        "`id` must be lower-case letters, digits and `_` after a letter, found `Mail`",
+    ),
     "a severity that is none": (
         FILE.replace("severity: error", "severity: loud"),
         "severity",
@@ -603,6 +613,8 @@ def test_any_file_is_a_pack_or_a_list_of_problems(rng):
         if any(policy.name == "care" for policy in pack.policies):
             check_pair(pack.id, {"care": "usual", "delay": "0s"}, {"care": "best"}, packs=[pack])
     assert all(problem.message and problem.place is not None for problem in found)
+    # pydantic says what a value should be, in words of Python
+    assert not any(" should " in problem.message for problem in found)
 
 
 # Time

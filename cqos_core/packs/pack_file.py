@@ -106,7 +106,7 @@ class UnknownModel(_Model):
     unknown: str
 
 
-def _by_option(model: Any) -> ByOption:
+def _by_option(model: Any) -> ByOption:  # its meanings are made by then
     return ByOption(model.by_option, tuple(model.cases.items()), model.otherwise)
 
 
@@ -121,6 +121,7 @@ _FROM_PEERS, _PER_ROLE, _BY_OPTION, _UNKNOWN = map(Tag, _FORMS)
 
 
 def _form(value: object) -> str | None:
+    """Return the form of a meaning, by the first key of a map; None where it has none of them."""
     if isinstance(value, dict):
         return next((form for form in _FORMS if form[len(_FORM) :] in value), None)
     return _TEXT.tag if isinstance(value, (str, int)) and not isinstance(value, bool) else None
@@ -326,6 +327,8 @@ _EXPECTED: Final = {
     **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
     **dict.fromkeys(("list_type", "tuple_type", "frozen_set_type"), "a list"),
     **dict.fromkeys(("dict_type", "mapping_type", "model_type"), "a map"),
+    **dict.fromkeys(("too_long", "too_short"), "a map with one entry"),
+    "string_pattern_mismatch": "lower-case letters, digits and `_` after a letter",
 }
 """What pydantic misses, by its type of error."""
 
