@@ -73,7 +73,7 @@ def add_configured(placed: Placed, result: FilledNode, launched: Launched, works
 def _nodl(placed: Placed, result: FilledNode, launched: Launched, workspace: Workspace) -> None:
     """Add what the NoDL document of a node says: the file `EXECUTABLE.nodl.yaml` of its package, where no node file is."""
     package, name = placed.instance.package, f"{placed.instance.executable}{nodl.ENDING}"
-    if placed.inner or not isinstance(package, str) or package not in workspace.packages:
+    if placed.depth or not isinstance(package, str) or package not in workspace.packages:
         return
     found = workspace.files_of(package).get(name, ())
     if len(found) != 1:

@@ -70,7 +70,7 @@ def _remaps(found: Join) -> Iterator[ImportNote]:
     for nodes in by_owner.values():
         if not all(node.complete for node in nodes):
             continue
-        rules = {id(rule): rule for node in nodes if not node.placed.inner for rule in node.placed.rules}
+        rules = {id(rule): rule for node in nodes if not node.placed.depth for rule in node.placed.rules}
         names = {named.written for node in nodes for _, named, _ in node.endpoints if named.written}
         placed = nodes[0].placed
         for rule in unmatched(rules.values(), used):
@@ -182,7 +182,7 @@ def _lifecycle(found: Join) -> Iterator[ImportNote]:
     if not managers or not known:
         return
     for node in found.nodes:
-        if node.placed.inner or not node.filled.lifecycle or node.placed.address in managed:
+        if node.placed.depth or not node.filled.lifecycle or node.placed.address in managed:
             continue
         if node.placed.instance.kind == "lifecycle_node":
             continue  # the launch file may activate it itself

@@ -41,7 +41,7 @@ class Placed:
 
     Attributes:
         address: its full name.
-        inner: whether another node creates it.
+        depth: how many nodes around it create each other and it; 0: the launch starts it.
         sections: the parameters that it is given.
         rules: remaps, in the order in which they are tried.
         file, facts: what is known of it; None where no node file is.
@@ -58,7 +58,7 @@ class Placed:
     file: NodeFile | None = None
     facts: Entry | None = None
     cause: str = ""
-    inner: bool = False
+    depth: int = 0
     asked: set[str] = field(default_factory=set)
 
     @property
@@ -166,9 +166,10 @@ class Placing:
             self._processes[id(container)] = self._process(container, -1)
         return self._processes[id(container)]
 
-    def inside(self, placed: Placed, filled: FilledNode, depth: int = 0) -> Iterator[Placed]:
-        """Yield the nodes that a node creates, and those that these create."""
-        if depth > _DEEPEST:
+    def inside(self, placed: Placed, filled: FilledNode) -> Iterator[Placed]:
+        """Yield the nodes that a node creates; that it creates any is a gap where too many are around it."""
+        if filled.inside and placed.depth >= _DEEPEST:
+            filled.gaps.append(Unknown("the nodes that it creates are nested too deep", placed.place))
             return
         for each in filled.inside:
             package, _, executable = each.node.partition("/")
@@ -176,10 +177,9 @@ class Placing:
             stated = found[1].get(form.NAMESPACE) if found is not None else None
             namespace = f"/{(each.namespace.strip('/') or stated or '').strip('/')}"
             address = f"{namespace.rstrip('/')}/{each.name}"
-            process = placed.process
-            inner = Placed(
-                placed.instance, address, each.name, namespace, process, [process.sections], process.rules, inner=True
-            )
+            process, instance = placed.process, placed.instance
+            inner = Placed(instance, address, each.name, namespace, process, [process.sections], process.rules)
+            inner.depth = placed.depth + 1
             if found is None:
                 inner.cause = f"no node file for `{package}` `{executable}`"
             else:

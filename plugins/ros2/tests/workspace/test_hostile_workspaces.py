@@ -45,6 +45,10 @@ CASES = {
         {**launch(NODE.format("")), "bot/bot.node.yaml": b'cqos_nodes: 1\npackage: bot\nfragments: {"bot::A": {uses: ["bot::A"]}}\nnodes: {talker: {uses: ["bot::A"]}}\n'},
         "circle",
     ),
+    "a node inside itself": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b"cqos_nodes: 1\npackage: bot\nnodes: {talker: {publishes: {a: {}}, inside: [{node: bot/talker, name: inner}]}}\n"},
+        "nested too deep",
+    ),
     "holes in a circle": (
         {**launch(NODE.format("")), "bot/bot.node.yaml": b'cqos_nodes: 1\npackage: bot\nnodes: {talker: {parameters: {a: {default: "${b}"}, b: {default: "${a}"}}, publishes: {"${a}": {}}}}\n'},
         "circle",
