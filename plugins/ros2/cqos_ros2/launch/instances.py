@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.entities import Action, Sub
 from cqos_ros2.launch.parameter_files import plain_text
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.model.system import Place
-    from cqos_ros2.launch.scope import Scope
-    from cqos_ros2.launch.started import InstanceKind, Launched, Parameters
+    from cqos_ros2.launch.running import Launch
+    from cqos_ros2.launch.started import InstanceKind, Parameters
     from cqos_ros2.launch.values import Guards, Text
 
 NODES: Final[dict[str, InstanceKind]] = {
@@ -50,25 +50,7 @@ _MOST_PARAMETERS: Final = 10_000
 _TYPES: Final = frozenset(("str", "builtins.str"))
 
 
-class Running(Protocol):
-    """What the start of a node asks of the launch."""
-
-    scope: Scope
-    found: Launched
-    via: tuple[Place, ...]
-    after: str
-
-    def perform(self, value: Any) -> Any:
-        """Return the text of a substitution here and now."""
-
-    def decide(self, action: Any) -> Any:
-        """Return whether a condition holds."""
-
-    def remark(self, about: str, what: str, cause: str, place: Place | None) -> None:
-        """Note something that is not known of the launch."""
-
-
-def start(action: Action, run: Running) -> None:
+def start(action: Action, run: Launch) -> None:
     """Add what an action starts."""
     kind = NODES[action.kind]
     if len(run.found.instances) >= MOST_INSTANCES:
@@ -85,13 +67,13 @@ def start(action: Action, run: Running) -> None:
             _components(action, node.name or "", run)
 
 
-def _container_name(target: Any, run: Running) -> Text:
+def _container_name(target: Any, run: Launch) -> Text:
     if isinstance(target, Action):
         return run.perform(target.fields.get("name"))  # type: ignore[no-any-return]
     return run.perform(target)  # type: ignore[no-any-return]
 
 
-def _components(action: Action, container: Text, run: Running) -> None:
+def _components(action: Action, container: Text, run: Launch) -> None:
     listed = action.fields.get("composable_node_descriptions")
     for guards, each in _flat(listed):
         if not isinstance(each, Action):
@@ -122,7 +104,7 @@ def _flat(value: Any) -> Iterator[tuple[Guards, Any]]:
         yield (), value
 
 
-def _process(action: Action, run: Running) -> None:
+def _process(action: Action, run: Launch) -> None:
     command = action.fields.get("cmd")
     words = command if isinstance(command, (list, tuple)) else [command]
     instance = _instance(action, "process", run)
@@ -136,11 +118,11 @@ def _pairs(words: Any) -> Iterator[tuple[Guards, Any]]:
         yield (word.guards, word.value) if isinstance(word, When) else ((), word)
 
 
-def _instance(action: Action, kind: InstanceKind, run: Running) -> Instance:
+def _instance(action: Action, kind: InstanceKind, run: Launch) -> Instance:
     return Instance(kind, place_of(action.place), guards=run.scope.guards, after=run.after, via=run.via)
 
 
-def _node(action: Action, kind: InstanceKind, run: Running) -> Instance:
+def _node(action: Action, kind: InstanceKind, run: Launch) -> Instance:
     fields = action.fields
     node = _instance(action, kind, run)
     unknown = fields.get("**")
@@ -168,14 +150,14 @@ def _node(action: Action, kind: InstanceKind, run: Running) -> Instance:
     return node
 
 
-def _remaps_around(run: Running) -> Iterator[tuple[Text, Text]]:
+def _remaps_around(run: Launch) -> Iterator[tuple[Text, Text]]:
     for source, target in run.scope.remaps:
         held = where_held(source, run.scope.guards)
         if held is not None:
             yield held, target
 
 
-def _parameters_around(run: Running) -> Iterator[Parameters]:
+def _parameters_around(run: Launch) -> Iterator[Parameters]:
     guards = run.scope.guards
     for each in run.scope.parameters:
         if isinstance(each, ParameterFile):
@@ -191,12 +173,12 @@ def _parameters_around(run: Running) -> Iterator[Parameters]:
             yield each
 
 
-def _variables(fields: dict[str, Any], run: Running) -> dict[str, Any]:
+def _variables(fields: dict[str, Any], run: Launch) -> dict[str, Any]:
     stated = fields.get("additional_env") or fields.get("env")
     return {str(name): run.perform(value) for name, value in stated.items()} if isinstance(stated, dict) else {}
 
 
-def _remaps(stated: Any, run: Running, node: Instance) -> Iterator[tuple[Text, Text]]:
+def _remaps(stated: Any, run: Launch, node: Instance) -> Iterator[tuple[Text, Text]]:
     for guards, rule in _rules(stated):
         if isinstance(rule, (list, tuple)) and len(rule) == 2:  # noqa: PLR2004 - from and to
             source = only_where(guards, run.perform(rule[0]))
@@ -217,7 +199,7 @@ def _rules(stated: Any) -> Iterator[tuple[Guards, Any]]:
             yield from (((*guards, *more, *inner), one) for inner, one in cases(rule))
 
 
-def parameters(stated: Any, run: Running, place: Place) -> Iterator[Parameters]:
+def parameters(stated: Any, run: Launch, place: Place) -> Iterator[Parameters]:
     """Yield the parameters of a node in order: files, values, and what is not known."""
     for guards, each in _flat(stated):
         if isinstance(each, dict):
@@ -242,7 +224,7 @@ def parameters(stated: Any, run: Running, place: Place) -> Iterator[Parameters]:
             yield first_unknown(each) or Unknown("parameters of another kind", place)
 
 
-def _dotted(values: dict[Any, Any], run: Running, above: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+def _dotted(values: dict[Any, Any], run: Launch, above: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
     """Yield parameters by their full names: nested ones are joined with dots."""
     for key, value in values.items():
         name = f"{above}{shown(run.perform(key))}"
@@ -252,7 +234,7 @@ def _dotted(values: dict[Any, Any], run: Running, above: str = "", depth: int = 
             yield name, parameter_value(value, run)
 
 
-def parameter_value(value: Any, run: Running) -> Any:
+def parameter_value(value: Any, run: Launch) -> Any:
     """Return the value of a parameter; a text made of substitutions has the type that it has in YAML."""
     if isinstance(value, Either):
         return either((guards, parameter_value(each, run)) for guards, each in value.cases)
@@ -278,7 +260,7 @@ def _typed(text: Any) -> Any:
     return plain_text(text) if isinstance(text, str) and not isinstance(text, MadeFile) else text
 
 
-def _command_line(stated: Any, ros: bool, node: Instance, run: Running) -> None:  # noqa: FBT001 - which of two fields it is
+def _command_line(stated: Any, ros: bool, node: Instance, run: Launch) -> None:  # noqa: FBT001 - which of two fields it is
     """Take in a command line: `-r`, `-p` and `--params-file` after ``--ros-args``, the rest as arguments."""
     for guards, value in cases(stated):
         listed = value if isinstance(value, (list, tuple)) else [] if value is None else [value]

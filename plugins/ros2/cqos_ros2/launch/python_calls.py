@@ -111,7 +111,7 @@ def _library(
     if last in _SHARE or last in _PREFIX:
         return _package(last, arguments, node, frame)
     if last == "perform_substitutions" and len(arguments) == 2:  # noqa: PLR2004 - the context and the text
-        return walk.world.perform(arguments[1])
+        return walk.launch.perform(arguments[1])
     known = _FUNCTIONS.get(function.name)
     if known is not None:
         return known(arguments, named, node, frame, walk)
@@ -193,7 +193,7 @@ def _environment(arguments: list[Any], named: dict[str, Any], node: ast.Call, fr
     if not arguments or not isinstance(arguments[0], str):
         return _refused(arguments, node, frame)
     default = arguments[1] if len(arguments) > 1 else named.get("default")
-    return walk.world.environment(arguments[0], default, frame.place(node))
+    return walk.launch.environment(arguments[0], default, frame.place(node))
 
 
 def _opened(arguments: list[Any], _named: Any, node: ast.Call, frame: Frame, _walk: Walk) -> Any:
@@ -206,7 +206,7 @@ def _loaded(arguments: list[Any], _named: Any, node: ast.Call, frame: Frame, wal
 
     if not arguments or not isinstance(arguments[0], FileText):
         return _refused(arguments, node, frame)
-    data = walk.world.read(arguments[0].path, frame.place(node))
+    data = walk.launch.read(arguments[0].path, frame.place(node))
     return data if isinstance(data, Unknown) else plain_yaml(data, str(arguments[0].path), frame.place(node))
 
 
@@ -334,11 +334,11 @@ def _method(
 ) -> Any:
     of, name = method.of, method.name
     if (isinstance(of, Sub) and name == "perform") or (isinstance(of, ContextValue) and arguments):
-        return walk.world.perform(of if isinstance(of, Sub) else arguments[0])
+        return walk.launch.perform(of if isinstance(of, Sub) else arguments[0])
     if isinstance(of, ConfigurationsValue) and name == "get" and arguments:
-        return walk.world.configurations().get(arguments[0], arguments[1] if len(arguments) > 1 else None)
+        return walk.launch.scope.configurations.get(arguments[0], arguments[1] if len(arguments) > 1 else None)
     if isinstance(of, Action) and name == "evaluate":
-        return walk.world.decide(of)
+        return walk.launch.decide(of)
     if isinstance(of, Action) and name in {"add_action", "add_entity"} and arguments:
         return _append(of.fields.setdefault("entities", []), arguments[:1], walk)
     if isinstance(of, FileText):

@@ -26,6 +26,7 @@ from cqos_ros2.launch.values import (
     Joined,
     Unknown,
     When,
+    cases,
     either,
     first_unknown,
     join,
@@ -141,7 +142,7 @@ def _name(node: ast.Name, frame: Frame, _walk: Walk) -> Any:
     return frame.unknown(f"`{node.id}` has no value that the file states", node)
 
 
-def _items(nodes: list[ast.expr], frame: Frame, walk: Walk) -> list[Any] | Unknown:
+def _items(nodes: list[ast.expr], frame: Frame, walk: Walk) -> list[Any]:
     found: list[Any] = []
     for node in nodes:
         if not isinstance(node, ast.Starred):
@@ -253,20 +254,16 @@ def _boolean(node: ast.BoolOp, frame: Frame, walk: Walk) -> Any:
         stop = isinstance(node.op, ast.Or)
 
         def chosen(first: Any, second: Any, stop: bool = stop) -> Any:  # noqa: FBT001 - bound for the closure
-            return either([(guards, first if held is stop else second) for guards, held in _cases(truth(first))])
+            return either([(guards, first if held is stop else second) for guards, held in cases(truth(first))])
 
         result = lift(chosen, result, other)
     return result
 
 
-def _cases(value: Any) -> tuple[tuple[Any, Any], ...]:
-    return value.cases if isinstance(value, Either) else (((), value),)
-
-
 def _unary(node: ast.UnaryOp, frame: Frame, walk: Walk) -> Any:
     value = value_of(node.operand, frame, walk)
     if isinstance(node.op, ast.Not):
-        return lift(lambda each: not each, truth(value))
+        return _not(truth(value))
     if isinstance(value, (int, float)):
         return -value if isinstance(node.op, ast.USub) else +value
     return first_unknown(value) or frame.unknown(f"`{written(node)}` is not followed", node)
@@ -302,12 +299,15 @@ def compared(kind: type[ast.cmpop], act: Callable[[Any, Any], Any], one: Any, ot
         except TypeError:
             return Unknown("two values that do not compare")
     if kind in {ast.Is, ast.IsNot} and (one is None or other is None):
-        return undecided(unknown.guard("None")) if not negative else _not(undecided(unknown.guard("None")))
+        found: Any = undecided(unknown.guard("None"))
+        return _not(found) if negative else found
     if kind in {ast.Eq, ast.NotEq} and isinstance(one, Unknown) and isinstance(other, (str, bool, int)):
-        found: Any = undecided(one.guard(str(other)))
+        found = undecided(one.guard(str(other)))
         return _not(found) if negative else found
     if kind in {ast.In, ast.NotIn} and isinstance(one, Unknown) and _plain(other):
-        found = either([((one.guard(str(each)),), True) for each in other] + [(_none_of(one, other), False)])
+        guards = [one.guard(str(each)) for each in other]
+        none_of = tuple(each.negated() for each in guards)
+        found = either([*(((each,), True) for each in guards), (none_of, False)])
         return _not(found) if negative else found
     return unknown
 
@@ -322,17 +322,13 @@ def _plain(value: Any) -> bool:
     return isinstance(value, (list, tuple)) and all(isinstance(each, (str, int)) for each in value)
 
 
-def _none_of(unknown: Unknown, values: Any) -> tuple[Any, ...]:
-    return tuple(unknown.guard(str(each)).negated() for each in values)
-
-
 def _not(value: Any) -> Any:
     return lift(lambda each: not each, value)
 
 
 def _conditional(node: ast.IfExp, frame: Frame, walk: Walk) -> Any:
     found = []
-    for guards, held in _cases(truth(value_of(node.test, frame, walk))):
+    for guards, held in cases(truth(value_of(node.test, frame, walk))):
         walk.guards += guards
         found.append((guards, value_of(node.body if held else node.orelse, frame, walk)))
         del walk.guards[len(walk.guards) - len(guards) :]
@@ -352,9 +348,9 @@ def _subscript(node: ast.Subscript, frame: Frame, walk: Walk) -> Any:
 
 def _item(of: Any, key: Any, node: ast.Subscript, frame: Frame, walk: Walk) -> Any:
     if isinstance(of, Library) and of.name == "os.environ" and isinstance(key, str):
-        return walk.world.environment(key, None, frame.place(node))
+        return walk.launch.environment(key, None, frame.place(node))
     if isinstance(of, ConfigurationsValue) and isinstance(key, str):
-        return walk.world.perform(Sub("LaunchConfiguration", {"name": key}, frame.place(node)))
+        return walk.launch.perform(Sub("LaunchConfiguration", {"name": key}, frame.place(node)))
     if (unknown := first_unknown(of, key)) is not None and not (isinstance(of, dict) and not first_unknown(key)):
         return unknown
     try:
@@ -382,12 +378,10 @@ def _call(node: ast.Call, frame: Frame, walk: Walk) -> Any:
             named |= {str(name): each for name, each in value.items()}
         else:
             named["**"] = first_unknown(value) or frame.unknown(f"`{written(keyword.value)}` is not followed", node)
-    if isinstance(arguments, Unknown):
-        return arguments
     return lift(lambda each: call(each, arguments, named, node, frame, walk), function)
 
 
-def _comprehended(node: Any, frame: Frame, walk: Walk) -> list[Any] | Unknown:
+def _comprehension(node: Any, frame: Frame, walk: Walk) -> list[Any] | Unknown:
     """Return the values of a comprehension: of its element, or pairs of key and value."""
     found: list[Any] = []
     inner = type(frame)(frame.path, outer=frame)
@@ -415,12 +409,8 @@ def _comprehended(node: Any, frame: Frame, walk: Walk) -> list[Any] | Unknown:
     return run(0) or found
 
 
-def _comprehension(node: Any, frame: Frame, walk: Walk) -> Any:
-    return _comprehended(node, frame, walk)
-
-
 def _mapping(node: ast.DictComp, frame: Frame, walk: Walk) -> Any:
-    pairs = _comprehended(node, frame, walk)
+    pairs = _comprehension(node, frame, walk)
     if isinstance(pairs, Unknown):
         return pairs
     if not all(isinstance(key, (str, int, float, Sub)) for key, _ in pairs):
@@ -459,10 +449,6 @@ def _set_item(target: ast.Subscript, value: Any, frame: Frame, walk: Walk) -> No
         of["?"] = first_unknown(key) or frame.unknown(f"`{written(target)}` is not followed", target)
 
 
-def _iterated(items: list[Any] | Unknown, kind: type[list[Any] | tuple[Any, ...]]) -> Any:
-    return items if isinstance(items, Unknown) else kind(items)
-
-
 _VALUES: Final[dict[type[ast.expr], Callable[[Any, Frame, Walk], Any]]] = {
     ast.Attribute: _attribute,
     ast.BinOp: _binary,
@@ -476,12 +462,12 @@ _VALUES: Final[dict[type[ast.expr], Callable[[Any, Frame, Walk], Any]]] = {
     ast.IfExp: _conditional,
     ast.JoinedStr: _formatted,
     ast.Lambda: lambda node, frame, _walk: Function(node, frame),
-    ast.List: lambda node, frame, walk: _iterated(_items(node.elts, frame, walk), list),
+    ast.List: lambda node, frame, walk: _items(node.elts, frame, walk),
     ast.ListComp: _comprehension,
     ast.Name: _name,
-    ast.Set: lambda node, frame, walk: _iterated(_items(node.elts, frame, walk), list),
+    ast.Set: lambda node, frame, walk: _items(node.elts, frame, walk),
     ast.SetComp: _comprehension,
     ast.Subscript: _subscript,
-    ast.Tuple: lambda node, frame, walk: _iterated(_items(node.elts, frame, walk), tuple),
+    ast.Tuple: lambda node, frame, walk: tuple(_items(node.elts, frame, walk)),
     ast.UnaryOp: _unary,
 }

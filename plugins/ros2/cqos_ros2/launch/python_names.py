@@ -5,10 +5,13 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Guard, Unknown
+
+if TYPE_CHECKING:
+    from cqos_ros2.launch.running import Launch
 
 MOST_STEPS: Final = 200_000
 """How many expressions and statements of Python are walked for one entry point."""
@@ -85,28 +88,6 @@ class Method:
     name: str
 
 
-class World(Protocol):
-    """What a walk of Python asks of the launch that it is part of."""
-
-    def perform(self, value: Any) -> Any:
-        """Return the text of a substitution here and now."""
-
-    def decide(self, condition: Any) -> Any:
-        """Return whether a condition holds, as a truth value that may have alternatives."""
-
-    def environment(self, name: str, default: Any, place: Place) -> Any:
-        """Return a variable of the environment."""
-
-    def configurations(self) -> dict[str, Any]:
-        """Return the launch configurations."""
-
-    def read(self, path: Any, place: Place) -> bytes | Unknown:
-        """Return the content of a file in the workspace."""
-
-    def module(self, name: str, beside: str) -> str | None:
-        """Return the path of a Python module in the workspace, or beside the file that imports it."""
-
-
 @dataclass(slots=True)
 class Walk:
     """One walk: its limits, the guards that hold where it is, and the launch that it belongs to.
@@ -115,7 +96,7 @@ class Walk:
         call: calls a function of a file; the statements provide it.
     """
 
-    world: World
+    launch: Launch
     call: Callable[[Walk, Function, Sequence[Any], dict[str, Any]], Any]
     guards: list[Guard] = field(default_factory=list)
     steps: int = 0

@@ -258,12 +258,12 @@ def _import(node: ast.Import | ast.ImportFrom, frame: Frame, walk: Walk) -> None
 
 def _module(name: str, node: ast.stmt, frame: Frame, walk: Walk) -> ModuleValue | Unknown | None:
     """Return a module of the workspace; None for one that it does not have."""
-    path = None if name.partition(".")[0] in _LIBRARIES else walk.world.module(name, frame.path)
+    path = None if name.partition(".")[0] in _LIBRARIES else walk.launch.workspace.module(name, frame.path)
     if path is None:
         return None
     if walk.calls >= DEEPEST_CALL:
         return frame.unknown(f"`{name}` imports others too deep", node)
-    tree = parsed(path, walk.world.read(path, frame.place(node)))
+    tree = parsed(path, walk.launch.read(path, frame.place(node)))
     if isinstance(tree, Unknown):
         return tree
     walk.calls += 1

@@ -39,7 +39,14 @@ _ENTRY: Final = "generate_launch_description"
 
 
 class Launch:
-    """One launch that is read; see `launch`."""
+    """One launch that is read; see `launch`.
+
+    Attributes:
+        scope: what holds where the action runs that is read.
+        file, via: the launch file that is read, and the places of the includes that lead to it.
+        after: the event that actions wait for; empty: none.
+        walk: the walk of Python, whose limits hold for the whole launch.
+    """
 
     def __init__(self, workspace: Workspace, given: Mapping[str, str], variables: Mapping[str, str]) -> None:
         self.workspace = workspace
@@ -47,31 +54,19 @@ class Launch:
         self.variables = dict(variables)
         self.scope = Scope(configurations=dict(given))
         self.found = Launched("", workspace.root)
-        self.file = ""
+        self.file: str = ""
         self.via: tuple[Place, ...] = ()
         self.after = ""
         self._chain: list[str] = []
-        self._walk = Walk(self, call_function)
+        self.walk = Walk(self, call_function)
         self._actions = 0
         self._includes = 0
 
     # What Python, substitutions and nodes ask for
 
-    def walk(self) -> Walk:
-        """Return the walk of Python, whose limits hold for the whole launch."""
-        return self._walk
-
     def perform(self, value: Any) -> Any:
         """Return the text of a substitution here and now."""
         return under(perform(value, self), self.scope.guards)
-
-    def configuration(self, name: str) -> Any:
-        """Return a launch configuration; None where it is not set."""
-        return self.scope.configuration(name)
-
-    def configurations(self) -> dict[str, Any]:
-        """Return the launch configurations."""
-        return self.scope.configurations
 
     def environment(self, name: str, default: Any, place: Place) -> Any:
         """Return a variable of the environment: what the launch sets, what the caller gives, else the default."""
@@ -96,10 +91,6 @@ class Launch:
         if isinstance(data, bytes):
             self.found.files.setdefault(real, data)
         return data
-
-    def module(self, name: str, beside: str) -> str | None:
-        """Return the path of a Python module in the workspace, or beside the file that imports it."""
-        return self.workspace.module(name, beside)
 
     def decide(self, action: Any) -> Any:
         """Return whether a condition holds, as a truth value that may have alternatives."""
@@ -185,18 +176,18 @@ class Launch:
         tree = parsed(path, data)
         if isinstance(tree, Unknown):
             return tree
-        guards = self._walk.guards
-        self._walk.guards = list(self.scope.guards)
+        guards = self.walk.guards
+        self.walk.guards = list(self.scope.guards)
         try:
-            frame = run_module(path, tree, self._walk)
+            frame = run_module(path, tree, self.walk)
             entry = frame.names.get(_ENTRY)
             if not isinstance(entry, Function):
                 return Unknown(f"it has no function `{_ENTRY}`", Place(path, 1, 1))
-            return call_function(self._walk, entry, (), {})
+            return call_function(self.walk, entry, (), {})
         except RecursionError:
             return Unknown("it is nested too deep to be followed", Place(path, 1, 1))
         finally:
-            self._walk.guards = guards
+            self.walk.guards = guards
 
     # Actions
 
@@ -343,10 +334,9 @@ def _opaque(run: Launch, action: Action) -> None:
         return
     arguments = [ContextValue(), *action.members("args")]
     named = action.fields.get("kwargs") or {}
-    walk = run.walk()
-    before, walk.guards = walk.guards, list(run.scope.guards)
-    found = call_function(walk, function, arguments, named if isinstance(named, dict) else {})
-    walk.guards = before
+    before, run.walk.guards = run.walk.guards, list(run.scope.guards)
+    found = call_function(run.walk, function, arguments, named if isinstance(named, dict) else {})
+    run.walk.guards = before
     run.run(found)
 
 
@@ -358,7 +348,7 @@ def _event(run: Launch, action: Action) -> None:
     for name, value in handler.fields.items():
         if name.startswith("on_") or name == "entities":
             found = (
-                call_function(run.walk(), value, (Unknown("an event"), Unknown("a context")), {})
+                call_function(run.walk, value, (Unknown("an event"), Unknown("a context")), {})
                 if isinstance(value, Function)
                 else value
             )

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ast
 import posixpath
 import re
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.entities import Action, Sub
 from cqos_ros2.launch.python_calls import PACKAGE_PREFIX, PACKAGE_SHARE, join_path
 from cqos_ros2.launch.python_expressions import value_of
-from cqos_ros2.launch.python_names import FileText, Frame, TooMuchError, Walk
+from cqos_ros2.launch.python_names import FileText, Frame, TooMuchError
 from cqos_ros2.launch.started import MadeFile
 from cqos_ros2.launch.values import Either, Joined, Unknown, When, either, first_unknown, join, lift, shown, undecided
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cqos_core.model.system import Place
+    from cqos_ros2.launch.running import Launch
     from cqos_ros2.launch.values import Text
 
 TRUE: Final = frozenset(("true", "1"))
@@ -26,24 +27,9 @@ _LONGEST_EXPRESSION: Final = 5_000
 _HOLE: Final = re.compile(r"not_known_(\d+)_")
 
 
-class Here(Protocol):
-    """What substitutions ask of the launch where they are."""
-
-    file: str
-
-    def configuration(self, name: str) -> Any:
-        """Return a launch configuration; None where it is not set."""
-
-    def environment(self, name: str, default: Any, place: Place) -> Any:
-        """Return a variable of the environment."""
-
-    def walk(self) -> Walk:
-        """Return the walk of Python that evaluates expressions."""
-
-
-def perform(value: Any, here: Here) -> Text:
+def perform(value: Any, here: Launch) -> Text:
     """Return the text of a substitution, or of a list of them, here and now."""
-    here.walk().step()
+    here.walk.step()
     if isinstance(value, str) or value is None:
         return value or ""
     if isinstance(value, (Unknown, Joined)):
@@ -83,11 +69,11 @@ def _as_word(value: Any) -> Any:
     return lift(lambda each: each if isinstance(each, Unknown) else str(bool(each)).lower(), value)
 
 
-def _configuration(sub: Sub, here: Here) -> Text:
+def _configuration(sub: Sub, here: Launch) -> Text:
     def of(name: Any) -> Any:
         if not isinstance(name, str):
             return first_unknown(name)
-        found = here.configuration(name)
+        found = here.scope.configuration(name)
         if found is not None:
             return found
         if sub.fields.get("default") is not None:
@@ -97,24 +83,24 @@ def _configuration(sub: Sub, here: Here) -> Text:
     return lift(of, perform(sub.fields.get("name", sub.fields.get("variable_name")), here))  # type: ignore[no-any-return]
 
 
-def _flag(sub: Sub, here: Here) -> Text:
+def _flag(sub: Sub, here: Launch) -> Text:
     """Return what nav2_common's ``LaunchConfigAsBool`` makes of an argument."""
     words = {"1", "true", "t", "yes", "y", "on"}
     return lift(lambda each: str(each.lower() in words) if isinstance(each, str) else each, _configuration(sub, here))  # type: ignore[no-any-return]
 
 
-def _variable(sub: Sub, here: Here) -> Text:
+def _variable(sub: Sub, here: Launch) -> Text:
     name = perform(sub.fields.get("name"), here)
     default = sub.fields.get("default_value")
     given = None if default is None else perform(default, here)
     return lift(lambda each: here.environment(each, given, sub.place) if isinstance(each, str) else each, name)  # type: ignore[no-any-return]
 
 
-def _found(start: str, field: str) -> Callable[[Sub, Here], Text]:
+def _found(start: str, field: str) -> Callable[[Sub, Launch], Text]:
     return lambda sub, here: join([start, perform(sub.fields.get(field), here), ")"])
 
 
-def _equals(sub: Sub, here: Here) -> Any:
+def _equals(sub: Sub, here: Launch) -> Any:
     left, right = perform(sub.fields.get("left"), here), perform(sub.fields.get("right"), here)
     return lift(_equal, left, right)
 
@@ -139,8 +125,8 @@ def _meaning(text: str) -> Any:
         return text
 
 
-def _of_truths(combine: Callable[[list[Any]], Any]) -> Callable[[Sub, Here], Text]:
-    def made(sub: Sub, here: Here) -> Text:
+def _of_truths(combine: Callable[[list[Any]], Any]) -> Callable[[Sub, Launch], Text]:
+    def made(sub: Sub, here: Launch) -> Text:
         names = [name for name in ("left", "right", "value") if name in sub.fields]
         parts = sub.fields.get("*", [sub.fields[name] for name in names])
         held = [condition(perform(each, here), sub.place) for each in parts]
@@ -149,33 +135,33 @@ def _of_truths(combine: Callable[[list[Any]], Any]) -> Callable[[Sub, Here], Tex
     return made
 
 
-def _if_else(sub: Sub, here: Here) -> Text:
+def _if_else(sub: Sub, here: Launch) -> Text:
     held = condition(perform(sub.fields.get("condition"), here), sub.place)
     names = {True: "if_value", False: "else_value"}
     return lift(lambda each: perform(sub.fields.get(names[bool(each)]), here), held)  # type: ignore[no-any-return]
 
 
-def _path(sub: Sub, here: Here) -> Text:
+def _path(sub: Sub, here: Launch) -> Text:
     parts = sub.fields.get("substitutions", sub.fields.get("path", []))
     listed = parts if isinstance(parts, (list, tuple)) else [parts]
     return lift(lambda *texts: join_path(texts), *(perform(each, here) for each in listed))  # type: ignore[no-any-return]
 
 
-def _strings(sub: Sub, here: Here) -> Text:
+def _strings(sub: Sub, here: Launch) -> Text:
     between = perform(sub.fields.get("delimiter"), here)
     parts = [perform(each, here) for each in sub.fields.get("substitutions", [])]
     return join([each for part in parts for each in (between, part)][1:])
 
 
-def _not_known(what: str, field: str) -> Callable[[Sub, Here], Text]:
-    def made(sub: Sub, here: Here) -> Text:
+def _not_known(what: str, field: str) -> Callable[[Sub, Launch], Text]:
+    def made(sub: Sub, here: Launch) -> Text:
         text = shown(perform(sub.fields.get(field), here)) if field else ""
         return Unknown(what.format(text[:80]), sub.place)
 
     return made
 
 
-def _made_file(sub: Sub, here: Here) -> Text:
+def _made_file(sub: Sub, here: Launch) -> Text:
     """Return the path of a file that ``RewrittenYaml`` or ``ReplaceString`` of nav2_common makes."""
 
     def texts(name: str) -> dict[str, Any]:
@@ -196,12 +182,12 @@ def _made_file(sub: Sub, here: Here) -> Text:
     return lift(made, perform(sub.fields.get("source_file"), here))  # type: ignore[no-any-return]
 
 
-def _expression(sub: Sub, here: Here) -> Text:
+def _expression(sub: Sub, here: Launch) -> Text:
     text = perform(sub.fields.get("expression"), here)
     return lift(lambda each: _evaluated(each, sub, here), text)  # type: ignore[no-any-return]
 
 
-def _evaluated(text: Any, sub: Sub, here: Here) -> Any:
+def _evaluated(text: Any, sub: Sub, here: Launch) -> Any:
     """Return the text of a Python expression in a substitution: walked as data, with unknown parts as names."""
     parts = text.parts if isinstance(text, Joined) else (text,)
     holes = [part for part in parts if isinstance(part, Unknown)]
@@ -219,7 +205,7 @@ def _evaluated(text: Any, sub: Sub, here: Here) -> Any:
     frame = Frame(sub.place.source)
     body = _Filled(frame, holes).visit(tree.body)
     try:
-        found = value_of(body, frame, here.walk())
+        found = value_of(body, frame, here.walk)
     except TooMuchError:
         raise
     except RecursionError:
@@ -263,7 +249,7 @@ def _result(value: Any, what: str, sub: Sub) -> Any:
     return Unknown(f"{what} makes no text", sub.place)
 
 
-_KINDS: Final[dict[str, Callable[[Sub, Here], Text]]] = {
+_KINDS: Final[dict[str, Callable[[Sub, Launch], Text]]] = {
     "AllSubstitution": _of_truths(all),
     "AndSubstitution": _of_truths(all),
     "AnonName": lambda sub, here: join(
