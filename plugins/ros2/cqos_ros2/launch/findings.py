@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.tree import MappingNode
 from cqos_core.model.spelling import distance
 from cqos_core.model.system import Place
-from cqos_ros2.launch.parameter_files import tree_of
+from cqos_ros2.launch.parameter_files import covers, sections, tree_of
 from cqos_ros2.launch.started import MadeFile, ParameterFile
 from cqos_ros2.launch.values import Unknown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.tree import Node
     from cqos_ros2.launch.started import Instance, Launched
     from cqos_ros2.launch.workspace import Workspace
 
-PARAMETERS: Final = "ros__parameters"
 _TYPED_WRONG: Final = 1
 _SHORTEST: Final = 4
-_DEEPEST: Final = 20
 
 
 class LaunchFinding(NamedTuple):
@@ -40,18 +35,6 @@ class LaunchFinding(NamedTuple):
     help: str
     place: Place
     other: Place | None = None
-
-
-class _Section(NamedTuple):
-    """A part of a parameter file: the pattern of node names that it is for, and its place."""
-
-    pattern: str
-    place: Place
-
-    def covers(self, name: str) -> bool:
-        """Whether a node of this full name takes the parameters (rclcpp: parameter_map.cpp)."""
-        pattern = re.escape(self.pattern).replace("/\\*\\*", "(/\\w+)*").replace("/\\*", "(/\\w+)")
-        return re.fullmatch(pattern, name) is not None
 
 
 def findings(launched: Launched, workspace: Workspace) -> list[LaunchFinding]:
@@ -104,16 +87,15 @@ def _unused_sections(launched: Launched, workspace: Workspace) -> Iterator[Launc
         if name is None or instance.after.startswith("event"):
             continue
         for given in instance.parameters:
-            sections = _sections_of(given, launched, workspace) if isinstance(given, ParameterFile) else []
-            if any(section.covers(name) for section in sections):
+            stated = _sections_of(given, launched, workspace) if isinstance(given, ParameterFile) else []
+            if any(covers(pattern, name) for pattern, _ in stated):
                 continue
-            unused = [each for each in sections if not any(each.covers(known) for known in names)]
-            for section in unused:
-                advice = _meant(section.pattern, name)
-                if advice and (section.place, name) not in seen:
-                    seen.add((section.place, name))
-                    message = f"the section `{section.pattern.lstrip('/')}` names no node, so `{name}` gets no parameter of it"
-                    yield LaunchFinding("section-names-no-node", message, advice, section.place, instance.place)
+            for pattern, place in stated:
+                advice = "" if any(covers(pattern, known) for known in names) else _meant(pattern, name)
+                if advice and (place, name) not in seen:
+                    seen.add((place, name))
+                    message = f"the section `{pattern.lstrip('/')}` names no node, so `{name}` gets no parameter of it"
+                    yield LaunchFinding("section-names-no-node", message, advice, place, instance.place)
 
 
 def _meant(pattern: str, name: str) -> str:
@@ -127,8 +109,8 @@ def _meant(pattern: str, name: str) -> str:
     return ""
 
 
-def _sections_of(given: ParameterFile, launched: Launched, workspace: Workspace) -> list[_Section]:
-    """Return the sections of a parameter file; none where it is not known what the node reads."""
+def _sections_of(given: ParameterFile, launched: Launched, workspace: Workspace) -> list[tuple[str, Place]]:
+    """Return the patterns of the sections of a parameter file with their places; none where it is not known what the node reads."""
     path = given.path
     if not isinstance(path, str):
         return []
@@ -143,16 +125,7 @@ def _sections_of(given: ParameterFile, launched: Launched, workspace: Workspace)
         return []
     launched.files.setdefault(real, data)
     root = tree_of(data, real, given.place)
-    found = [] if isinstance(root, Unknown) else [*_sections(root, above, Place(real, 1), 0)]
-    return [] if any("$(" in each.pattern for each in found) else found
-
-
-def _sections(node: Node, above: str, place: Place, depth: int) -> Iterator[_Section]:
-    if not isinstance(node, MappingNode) or depth > _DEEPEST:
-        return
-    for name, (key, value) in node.entries.items():
-        if name == PARAMETERS:
-            yield _Section(above or "/**", place)
-        else:
-            inner = Place(place.source, key.line, key.column)
-            yield from _sections(value, f"{above}/{name.strip('/')}", inner, depth + 1)
+    if isinstance(root, Unknown):
+        return []
+    found = [(pattern, place) for pattern, place, _ in sections(root, above, Place(real, 1))]
+    return [] if any("$(" in pattern for pattern, _ in found) else found

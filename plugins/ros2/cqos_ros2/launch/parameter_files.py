@@ -1,20 +1,26 @@
-"""YAML files as plain values, for what Python launch files look up in them."""
+"""YAML files of launches: as plain values, and parameter files as sections for patterns of node names."""
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, kind_of, whole_number
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
+from cqos_core.model.system import Place
 from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.values import Unknown
 
 if TYPE_CHECKING:
-    from cqos_core.importers.tree import Node, ScalarNode
-    from cqos_core.model.system import Place
+    from collections.abc import Iterator
 
+    from cqos_core.importers.tree import Node, ScalarNode
+
+SECTION: Final = "ros__parameters"
+EVERY: Final = "/**"
+DEEPEST: Final = 20
 _LONGEST_NUMBER: Final = 40
 _FLAGS: Final = {"yes": True, "on": True, "no": False, "off": False}
 
@@ -74,3 +80,23 @@ def _scalar(node: ScalarNode) -> Any:
         if short and kind_of(node) == "number"
         else node.text
     )
+
+
+def sections(node: Node, above: str, place: Place, depth: int = 0) -> Iterator[tuple[str, Place, Node]]:
+    """Yield the sections of a parameter file: for which pattern of node names each is, its place, and its parameters."""
+    if not isinstance(node, MappingNode) or depth > DEEPEST:
+        return
+    for name, (key, value) in node.entries.items():
+        if name == SECTION:
+            yield above or EVERY, place, value
+        else:
+            here = Place(place.source, key.line, key.column)
+            yield from sections(value, f"{above}/{name.strip('/')}", here, depth + 1)
+
+
+def covers(pattern: str, full_name: str) -> bool:
+    """Whether a section is for a node (rclcpp: is_node_name_matched)."""
+    if "*" not in pattern:
+        return pattern == full_name
+    expression = re.escape(pattern).replace("/\\*\\*", "(?:/\\w+)*").replace("/\\*", "/\\w+")
+    return re.fullmatch(expression, full_name) is not None

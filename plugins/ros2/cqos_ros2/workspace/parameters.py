@@ -8,13 +8,12 @@ node's name, unless an earlier file has `/**` before that. A component gets its 
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.model.system import Place
-from cqos_ros2.launch.parameter_files import plain, tree_of
+from cqos_ros2.launch.parameter_files import DEEPEST, EVERY, SECTION, covers, plain, sections, tree_of
 from cqos_ros2.launch.started import MadeFile, ParameterFile, ParameterValues
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes.filling import Parameter
@@ -26,10 +25,9 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.started import Instance, Launched, Parameters
     from cqos_ros2.launch.workspace import Workspace
 
-SECTION: Final = "ros__parameters"
-EVERY: Final = "/**"
-_DEEPEST: Final = 20
 _MOST: Final = 20_000
+_Stated = list[tuple[str, dict[str, Parameter]]]
+"""The sections of a parameter file: parameters by pattern of node names."""
 _KEPT: Final = 200
 
 
@@ -57,14 +55,6 @@ class Sections:
         return values
 
 
-def covers(pattern: str, full_name: str) -> bool:
-    """Whether a section is for a node (rclcpp: is_node_name_matched)."""
-    if "*" not in pattern:
-        return pattern == full_name
-    expression = re.escape(pattern).replace("/\\*\\*", "(?:/\\w+)*").replace("/\\*", "/\\w+")
-    return re.fullmatch(expression, full_name) is not None
-
-
 class ParameterReader:
     """Reads the parameter files of one launch, each once."""
 
@@ -72,46 +62,41 @@ class ParameterReader:
         """Read files of ``workspace``; what is read goes to the files of ``launched``."""
         self._launched = launched
         self._workspace = workspace
-        self._known: dict[object, list[tuple[str, dict[str, Parameter]]] | Unknown] = {}
+        self._known: dict[object, _Stated | Unknown] = {}
 
     def of_process(self, instance: Instance) -> Sections:
         """Return the parameters on the command line of a process."""
         sections = Sections()
         own = _own_pattern(instance)
-        for each in instance.parameters:
-            if isinstance(each, Unknown):
-                sections.unknown = sections.unknown or each
-            elif isinstance(each, ParameterValues):
+        for each, read in self._read(instance.parameters, sections):
+            if isinstance(each, ParameterValues):
                 sections.add(EVERY if each.rule else own, _given(each))
-            else:
-                read = self.file(each)
-                if isinstance(read, Unknown):
-                    sections.unknown = sections.unknown or read
-                    continue
-                for pattern, values in read:
-                    sections.add(pattern, values)
+            for pattern, values in read:
+                sections.add(pattern, values)
         return sections
 
     def of_component(self, parameters: Sequence[Parameters], full_name: str) -> Sections:
         """Return the parameters of the request that loads a component."""
         sections = Sections()
-        for each in parameters:
-            if isinstance(each, Unknown):
-                sections.unknown = sections.unknown or each
-            elif isinstance(each, ParameterValues):
+        for each, read in self._read(parameters, sections):
+            if isinstance(each, ParameterValues):
                 sections.add(full_name, _given(each))
-            else:
-                read = self.file(each)
-                if isinstance(read, Unknown):
-                    sections.unknown = sections.unknown or read
-                    continue
-                for wanted in (EVERY, full_name):
-                    for pattern, values in read:
-                        if pattern.strip("/") == wanted.strip("/"):
-                            sections.add(full_name, values)
+            for wanted in (EVERY, full_name):
+                for pattern, values in read:
+                    if pattern.strip("/") == wanted.strip("/"):
+                        sections.add(full_name, values)
         return sections
 
-    def file(self, given: ParameterFile) -> list[tuple[str, dict[str, Parameter]]] | Unknown:
+    def _read(self, parameters: Sequence[Parameters], sections: Sections) -> Iterator[tuple[Parameters, _Stated]]:
+        """Yield parameters with what their file states; those that are not known go to ``sections``."""
+        for each in parameters:
+            read = self.file(each) if isinstance(each, ParameterFile) else each
+            if isinstance(read, Unknown):
+                sections.unknown = sections.unknown or read
+            else:
+                yield each, read if isinstance(read, list) else []
+
+    def file(self, given: ParameterFile) -> _Stated | Unknown:
         """Return the sections of a file, or why they are not known."""
         path = given.path
         key: object = path
@@ -125,11 +110,11 @@ class ParameterReader:
             self._known[key] = self._file(path, given)
         return self._known[key] if key in self._known else Unknown("there are too many parameter files", given.place)
 
-    def _file(self, path: str, given: ParameterFile) -> list[tuple[str, dict[str, Parameter]]] | Unknown:
+    def _file(self, path: str, given: ParameterFile) -> _Stated | Unknown:
         real = self._workspace.find(str(path), given.place)
         data = real if isinstance(real, Unknown) else self._workspace.read(real, given.place)
         if isinstance(real, Unknown) or isinstance(data, Unknown):
-            return data if isinstance(data, Unknown) else Unknown("it is not found", given.place)
+            return data  # type: ignore[return-value] # why it is not found, or not read
         self._launched.files.setdefault(real, data)
         if isinstance(path, MadeFile):
             unknown = (
@@ -146,7 +131,9 @@ class ParameterReader:
             return Unknown("the parameter file is no map of nodes", Place(real, 1))
         rewrites, values = (path.rewrites, path.value_rewrites) if isinstance(path, MadeFile) else ({}, {})
         rewriting = _Rewriting(rewrites, values, given.place)
-        found = [*_sections(rewriting.rewritten(root), "", _Read(real, given.substitutions, rewriting.put_in))]
+        read = _Read(real, given.substitutions, rewriting.put_in)
+        stated = sections(rewriting.rewritten(root), "", Place(real, 1))
+        found = [(pattern, dict(_leaves(node, "", read))) for pattern, _, node in stated]
         return _made(found, path, rewriting) if isinstance(path, MadeFile) else found
 
 
@@ -170,19 +157,9 @@ class _Read(NamedTuple):
     put_in: dict[int, Parameter]
 
 
-def _sections(node: Node, above: str, read: _Read, depth: int = 0) -> Iterator[tuple[str, dict[str, Parameter]]]:
-    if not isinstance(node, MappingNode) or depth > _DEEPEST:
-        return
-    for name, (_, value) in node.entries.items():
-        if name == SECTION:
-            yield above or EVERY, dict(_leaves(value, "", read))
-        else:
-            yield from _sections(value, f"{above}/{name.strip('/')}", read, depth + 1)
-
-
 def _leaves(node: Node, above: str, read: _Read, depth: int = 0) -> Iterator[tuple[str, Parameter]]:
     """Yield parameters by their full names; nested ones are joined with dots."""
-    if not isinstance(node, MappingNode) or depth > _DEEPEST:
+    if not isinstance(node, MappingNode) or depth > DEEPEST:
         return
     for count, (name, (key, value)) in enumerate(node.entries.items()):
         if count > _MOST:
@@ -221,7 +198,7 @@ class _Rewriting:
         """Return a node with values replaced; without rewrites, the node itself."""
         if self.values and isinstance(node, (ScalarNode, SequenceNode)):
             return self._replaced(node)
-        if not isinstance(node, MappingNode) or not (self.rewrites or self.values) or depth > _DEEPEST:
+        if not isinstance(node, MappingNode) or not (self.rewrites or self.values) or depth > DEEPEST:
             return node
         made = MappingNode(node.line, node.column, end=node.end)
         for name, (key, value) in node.entries.items():
@@ -258,9 +235,7 @@ def _converted(value: Any) -> Any:
     return {"true": True, "false": False}.get(value.lower(), value) if isinstance(value, str) else value
 
 
-def _made(
-    found: list[tuple[str, dict[str, Parameter]]], path: MadeFile, rewriting: _Rewriting
-) -> list[tuple[str, dict[str, Parameter]]]:
+def _made(found: _Stated, path: MadeFile, rewriting: _Rewriting) -> _Stated:
     """Return the sections as ``RewrittenYaml`` writes them: keys sorted, below the root key."""
     above = f"/{path.root_key.strip('/')}" if isinstance(path.root_key, str) and path.root_key.strip("/") else ""
     made = [(f"{above}{pattern}", values) for pattern, values in sorted(found, key=lambda each: each[0])]
