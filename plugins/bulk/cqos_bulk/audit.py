@@ -21,6 +21,7 @@ from cqos_bulk.topic_frames import (
     FINDING,
     TOPIC,
     confirmed,
+    finding_columns,
     literals,
     of_pairs,
     routed_topics,
@@ -118,14 +119,10 @@ def audit(
     if remarked:
         parts.append(_of_ends(found, profiles, store, remarked))
     protocol = nw.lit(profiles.pack.id).alias("protocol")
-    listed = [each.with_columns(protocol).select(*map(_typed, FINDING)) for each in parts]
+    listed = [each.with_columns(protocol).select(*finding_columns()) for each in parts]
     findings = store.keep("findings", nw.concat(listed, how="vertical"))
     stated = [each.texts for each in profiles.known]
     return Audited(stated, findings, _totals(found, said, rest.verdicts, len(stated)))
-
-
-def _typed(name: str) -> nw.Expr:
-    return nw.col(name).cast(nw.String if FINDING[name] == "text" else nw.Int64)
 
 
 _PLAIN_TOPICS: Final = ("/topic", "topic")

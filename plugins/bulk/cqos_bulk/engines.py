@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.problems import CqosError
 
@@ -25,22 +25,6 @@ _SPARK: Final = {
     "sql.ansi.enabled": "true",
     "sql.csv.parser.columnPruning.enabled": "false",
 }
-
-
-class Engine(Protocol):
-    """What an engine has of its own."""
-
-    def source(self, path: str, table: str) -> nw.LazyFrame[Any]:
-        """Open the table of endpoints."""
-
-    def scan(self, path: Path) -> nw.LazyFrame[Any]:
-        """Open a Parquet file that was kept."""
-
-    def write(self, frame: nw.LazyFrame[Any], path: Path) -> None:
-        """Write a table as Parquet."""
-
-    def close(self) -> None:
-        """Let go of it."""
 
 
 class DuckDB:

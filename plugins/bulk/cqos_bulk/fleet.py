@@ -21,7 +21,7 @@ from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
 from cqos_bulk.folded_audit import FOLDED_STAGES, audit_folded
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_name
 from cqos_bulk.table_store import TableStore
-from cqos_bulk.topic_frames import FINDING
+from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
@@ -36,7 +36,6 @@ from cqos_core.packs.parts import nothing_follows, nothing_summed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_bulk.engines import Engine
     from cqos_core.matching.pipeline import Context
     from cqos_core.packs.pack import RulePack
 
@@ -213,8 +212,7 @@ def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
     frames = []
     for each in parts:
         ends = [nw.when(nw.col(end) < 0).then(-1).otherwise(nw.col(end) + len(texts)).alias(end) for end in _ROLES]
-        kinds = [nw.col(name).cast(nw.String if kind == "text" else nw.Int64) for name, kind in FINDING.items()]
-        frames.append(each.findings.with_columns(*ends).select(*kinds))
+        frames.append(each.findings.with_columns(*ends).select(*finding_columns()))
         texts += each.texts
         totals.update(each.totals)
     return Audited(texts, store.keep("all_findings", nw.concat(frames, how="vertical")), totals)
@@ -224,7 +222,7 @@ def _together(parts: Sequence[Audited], store: TableStore) -> Audited:
 
 
 @contextmanager
-def _engine(wanted: WantedAudit, folder: Path) -> Iterator[Engine]:
+def _engine(wanted: WantedAudit, folder: Path) -> Iterator[DuckDB | Spark]:
     folder.mkdir(parents=True, exist_ok=True)
     kind = Polars if wanted.engine == "polars" else DuckDB
     engine = Spark(wanted.spark) if wanted.spark else kind(folder, wanted.memory)

@@ -17,7 +17,7 @@ from cqos_bulk.clients import ENDS, Alike, Clients, folded_columns
 from cqos_bulk.engines import DOT
 from cqos_bulk.far_ends import FAR, FarEnds
 from cqos_bulk.hearing import HEARD, NEAR, Hearing
-from cqos_bulk.meetings import ALONE, FoundRows, Meetings, Written, remarks_of
+from cqos_bulk.meetings import ALONE, Meetings, remarks_of, write_finding
 from cqos_bulk.profiles import settings_of
 from cqos_bulk.similar_names import NAMED
 from cqos_bulk.topic_frames import FINDING
@@ -71,15 +71,15 @@ def audit_folded(
         store.spooled("alone", ALONE) as alone,
         store.spooled("names", NAMED) as names,
     ):
-        meetings = Meetings(clients, hearing, far, Written(FoundRows(found), alone, names))
+        meetings = Meetings(clients, hearing, far, found, alone, names)
         meetings.judge(store.tuples(_meetings(ends, near, heard, store)))
         meetings.judge_far()
         for (system, topic, p), number in sorted(clients.nameless.items()):
             for row in remarks_of(clients, p, number):
-                meetings.out.found.write(system, topic, row)
+                write_finding(found, system, topic, row)
     step(FOLDED_STAGES[4])
     with store.spooled("lonely", FINDING) as out:
-        write_unmatched(clients, hearing, store.scan("alone"), store.scan("names"), store, FoundRows(out))
+        write_unmatched(clients, hearing, store.scan("alone"), store.scan("names"), store, out)
     parts = [store.scan(each) for each in ("found", "lonely")]
     findings = nw.concat(parts, how="vertical").with_columns(nw.lit(pack.id).alias("protocol")).select(*FINDING)
     totals = {"endpoints": 0, "topics": 0, **meetings.totals, "profiles": len(clients.known)}

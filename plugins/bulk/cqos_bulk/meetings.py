@@ -76,14 +76,9 @@ class Outcome(NamedTuple):
     sides: int
 
 
-class FoundRows(NamedTuple):
-    """A table with the columns `cqos_bulk.topic_frames.FINDING`."""
-
-    out: Spool
-
-    def write(self, system: str, topic: str, row: Mapping[str, Any]) -> None:
-        """Write a finding of a topic; what it does not state is about no end, and has no words."""
-        self.out.add(*[{**_UNSTATED, **row, "system": system, "topic": topic}[each] for each in FINDING])
+def write_finding(out: Spool, system: str, topic: str, row: Mapping[str, Any]) -> None:
+    """Write a finding of a topic to a table with the columns `FINDING`; what it does not state is about no end, and has no words."""
+    out.add(*[{**_UNSTATED, **row, "system": system, "topic": topic}[each] for each in FINDING])
 
 
 _UNSTATED: Final = {
@@ -99,26 +94,22 @@ _UNSTATED: Final = {
 
 
 @dataclass(slots=True)
-class Written:
-    """The tables that the topics fill: findings, `ALONE` and `cqos_bulk.similar_names.NAMED`."""
-
-    found: FoundRows
-    alone: Spool
-    names: Spool
-
-
-@dataclass(slots=True)
 class Meetings:
     """Judges the topics of a fleet.
 
     Attributes:
+        found: table of findings.
+        alone: table with the columns `ALONE`.
+        names: table with the columns `cqos_bulk.similar_names.NAMED`.
         totals: numbers of endpoints and topics, and of pairs by verdict.
     """
 
     clients: Clients
     hearing: Hearing
     far: FarEnds
-    out: Written
+    found: Spool
+    alone: Spool
+    names: Spool
     totals: Counter[str] = field(default_factory=Counter)
     _outcomes: dict[_Shape, Outcome] = field(default_factory=dict)
     _topics: dict[tuple[Any, ...], Outcome] = field(default_factory=dict)
@@ -160,13 +151,13 @@ class Meetings:
         for verdict, pairs in outcome.verdicts.items():
             self.totals[verdict] += pairs
         for row in outcome.rows:
-            self.out.found.write(system, topic, row)
+            write_finding(self.found, system, topic, row)
         if outcome.sides and alone:
-            self.out.names.add(system, topic, outcome.sides)
+            self.names.add(system, topic, outcome.sides)
 
     def _write_alone(self, system: str, topic: str, p: int, number: int, first: int, last: int) -> None:
         offers = self.clients.known[p].resolved.role == PUBLISHER
-        self.out.alone.add(system, topic, p, number * offers, number * (not offers), first, last)
+        self.alone.add(system, topic, p, number * offers, number * (not offers), first, last)
 
     def _plainly(self, rows: Sequence[tuple[Any, ...]], met: int) -> Outcome:
         """Judge a topic on which no owner counts but among its visitors."""

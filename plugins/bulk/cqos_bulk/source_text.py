@@ -107,7 +107,7 @@ def answers(rules: Sequence[RuleForm]) -> Iterator[tuple[str, RuleForm]]:
 
 def _sql(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
     of_pairs = sql(pack.vocabulary)
-    of_endpoints = sql(pack.vocabulary, ends=("endpoints", "endpoints"))
+    of_endpoints = sql(pack.vocabulary, ("endpoints", "endpoints"))
     ids = "offered.id AS publisher, requested.id AS subscriber"
     joined = "offered JOIN requested ON offered.topic = requested.topic"
     for title, spelling, rules, first, tables in (

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import narwhals as nw
 
-    from cqos_bulk.engines import Engine
+    from cqos_bulk.engines import DuckDB, Spark
 
 _ROWS_READ: Final = 50_000
 _ROWS_WRITTEN: Final = 100_000
@@ -21,7 +21,7 @@ _ROWS_WRITTEN: Final = 100_000
 class TableStore:
     """The tables of one audit; a table that is there already is not made again, unless it comes from Python."""
 
-    def __init__(self, engine: Engine, folder: Path) -> None:
+    def __init__(self, engine: DuckDB | Spark, folder: Path) -> None:
         """Keep tables of an engine in a folder."""
         self.engine = engine
         self.folder = folder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
@@ -15,8 +16,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_bulk.forms import Column, RuleForm
-    from cqos_core.model.report import Verdict
+    from cqos_bulk.forms import Column
 
     Frame = nw.LazyFrame[Any]
 
@@ -38,6 +38,11 @@ FINDING: Final = {
 }
 """The columns of findings: `publisher` and `subscriber` are numbers of profiles, the others counts of endpoints and pairs."""
 _REPORTS, _UNDECIDED = 1, 2
+
+
+def finding_columns() -> list[nw.Expr]:
+    """Return the columns of findings, each of its kind."""
+    return [nw.col(name).cast(nw.String if kind == "text" else nw.Int64) for name, kind in FINDING.items()]
 
 
 def summed(*names: str) -> list[nw.Expr]:
@@ -77,19 +82,15 @@ def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False, weight
     if alike:
         found = found.with_columns(*literals(alike))
 
-    def column(each: Column) -> nw.Expr:
-        name = column_name(judge, each)
-        return fixed[name] if name in fixed else _value(judge, name)
-
-    def matching(each: Column) -> nw.Expr:
-        name = column_name(judge, each, matching=True)
+    def column(each: Column, *, matching: bool = False) -> nw.Expr:
+        name = column_name(judge, each, matching=matching)
         return fixed[name] if name in fixed else _value(judge, name)
 
     slow = nw.col("example") >= len(judge.table["p"][1])
     for name in sides:
         slow = slow | (nw.col(f"{name}_least") != nw.col(f"{name}_most")).fill_null(value=False)
     for rule in judge.matching:
-        slow = slow | ~expression(rule.quiet, matching).fill_null(value=True)
+        slow = slow | ~expression(rule.quiet, partial(column, matching=True)).fill_null(value=True)
     loud = nw.lit(value=False)
     for rule in judge.rules:
         loud = loud | ~expression(rule.quiet, column).fill_null(value=True)
@@ -169,7 +170,7 @@ def of_pairs(said: Frame, judge: Judge) -> Iterator[Frame]:
             texts = {
                 "code": rule.bound.rule.code,
                 "severity": "warning" if undecided and severity == "error" else severity,
-                "verdict": verdict_of(rule, answer).value,
+                "verdict": verdict_by(rule.bound.rule, unknown=undecided).value,
                 "help": "",
             }
             yield said.filter(nw.col(f"r{at}") == answer).with_columns(*literals(texts))
@@ -180,15 +181,12 @@ def literals(values: Mapping[str, str | int]) -> list[nw.Expr]:
     return [nw.lit(each).alias(name) for name, each in values.items()]
 
 
-def verdict_of(rule: RuleForm, answer: int) -> Verdict:
-    """Return the verdict that an answer of a rule gives."""
-    return verdict_by(rule.bound.rule, unknown=answer == _UNDECIDED)
-
-
 def verdicts_of(said: Frame, judge: Judge) -> dict[int, int]:
     """Return the pairs on which a rule reports, by rank of their verdict."""
     ranks = [
-        nw.when(nw.col(f"r{at}") == answer).then(verdict_of(rule, answer).rank).otherwise(0)
+        nw.when(nw.col(f"r{at}") == answer)
+        .then(verdict_by(rule.bound.rule, unknown=answer == _UNDECIDED).rank)
+        .otherwise(0)
         for at, rule in enumerate(judge.rules)
         for answer in (_REPORTS, _UNDECIDED)
     ]

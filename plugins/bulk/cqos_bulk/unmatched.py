@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import narwhals as nw
 
 from cqos_bulk.hearing import by_topic
+from cqos_bulk.meetings import write_finding
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_bulk.stand_ins import StandIns
 from cqos_core.model.codes import CODES
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.clients import Clients
     from cqos_bulk.hearing import Hearing
-    from cqos_bulk.meetings import FoundRows
-    from cqos_bulk.table_store import TableStore
+    from cqos_bulk.table_store import Spool, TableStore
     from cqos_core.resolving.resolved import Resolved
 
     Frame = nw.LazyFrame[Any]
@@ -27,7 +27,7 @@ _TOPIC: Final = ["system", "topic"]
 
 
 def write_unmatched(
-    clients: Clients, hearing: Hearing, alone: Frame, names: Frame, store: TableStore, out: FoundRows
+    clients: Clients, hearing: Hearing, alone: Frame, names: Frame, store: TableStore, out: Spool
 ) -> None:
     """Write the findings about endpoints without partners.
 
@@ -48,7 +48,7 @@ def write_unmatched(
     store.keep("unlike_any", ordered)
     for name, rows in by_topic(store.tuples("unlike_any")):
         for row in _alone(clients, rows):
-            out.write(*name, row)
+            write_finding(out, *name, row)
     store.keep("like_others", by_name.filter(nw.col("sides") > 0).select(*columns).sort(*_TOPIC, "p"))
     store.keep("meant", similar.filter(nw.col("sides") == BUSY).select(*_TOPIC).sort(*_TOPIC))
     busy: dict[str, list[str]] = {}
@@ -58,7 +58,7 @@ def write_unmatched(
         stand_ins = StandIns(clients)
         unmatched = {topic: [_stand_in(stand_ins, topic, *row) for row in rows] for (_, topic), rows in of_system}
         for topic, row in stand_ins.alone(unmatched, busy.get(system, ())):
-            out.write(system, topic, row)
+            write_finding(out, system, topic, row)
 
 
 def _reached(clients: Clients, hearing: Hearing, store: TableStore) -> Iterator[tuple[str, str, int]]:

@@ -120,26 +120,22 @@ def pattern_of(pattern: str) -> str:
 _PARTS: Final = re.compile(r"\[!?\]?[^\]]*\]|.", re.DOTALL)
 
 
-def sql(vocabulary: Vocabulary, *, spark: bool = False, ends: tuple[str, str] = ("offered", "requested")) -> Spelling:
-    """Return how SQL is written, as DuckDB or Spark reads it, with columns of two tables."""
-    quote = "`" if spark else '"'
-
-    def column(at: Column) -> str:
-        return f"{ends[at.second]}.{quote}{at.name(vocabulary)}{quote}"
+def sql(vocabulary: Vocabulary, ends: tuple[str, str] = ("offered", "requested")) -> Spelling:
+    """Return how SQL is written, as DuckDB reads it, with columns of two tables."""
 
     def constant(value: bool | int | str) -> str:  # noqa: FBT001 - one of the constants
         if isinstance(value, bool):
             return "TRUE" if value else "FALSE"
         if isinstance(value, int):
-            return f"{value}L" if spark else f"{value}::BIGINT"
-        return "'" + (value.replace("\\", "\\\\") if spark else value).replace("'", "\\'" if spark else "''") + "'"
+            return f"{value}::BIGINT"
+        return "'" + value.replace("'", "''") + "'"
 
     def matches(text: str, pattern: str) -> str:
         whole = constant(rf"(?s)\A{pattern}\z")
-        return f"({text} RLIKE {whole})" if spark else f"regexp_matches({text}, {whole})"
+        return f"regexp_matches({text}, {whole})"
 
     return Spelling(
-        column,
+        lambda at: f'{ends[at.second]}."{at.name(vocabulary)}"',
         constant,
         {"and": "AND", "or": "OR", "not": "NOT", "==": "="},
         lambda condition, then, otherwise: f"CASE WHEN {condition} THEN {then} ELSE {otherwise} END",
