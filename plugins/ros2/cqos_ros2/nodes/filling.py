@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import EVERY_OTHER, Place, Setting
@@ -14,7 +14,7 @@ from cqos_ros2.nodes.reading import endpoints
 from cqos_ros2.nodes.versions import settled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.forms import Entry
     from cqos_core.model.system import ImportNote, Settings
@@ -43,13 +43,6 @@ class Parameter(NamedTuple):
 
     value: Any
     place: Place | None
-
-
-class Parameters(Protocol):
-    """The parameters that a node is given."""
-
-    def __call__(self, name: str) -> Parameter | None:
-        """Return a parameter; None where none of this name is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,17 +110,15 @@ class Filling:
     """Fills one node for one distribution.
 
     Attributes:
-        parameters: those that it is given.
+        parameters: gives those that are set, by name.
         variables: texts by name: ``node``, ``namespace``, ``above`` (the namespace around it), and those of `for_each` and of plugins.
         distro: the ROS 2 distribution; empty: of every distribution alike.
-        seen: the parameters that were asked for, for what is not used.
     """
 
     library: Library
-    parameters: Parameters
+    parameters: Callable[[str], Parameter | None]
     variables: Mapping[str, str]
     distro: str
-    seen: set[str] = field(default_factory=set)
 
     def fill(self, file: NodeFile, part: Entry, result: FilledNode, *, own_node: bool = False, depth: int = 0) -> None:
         """Add what a node or fragment has to ``result``."""
@@ -150,8 +141,7 @@ class Filling:
         result.lifecycle |= part.get(form.LIFECYCLE) is True
         stated = part.get(form.ACTIVATES)
         if stated:
-            value, place = scope.parameter_of(stated)
-            result.activates = Parameter(value, place)
+            result.activates = scope.parameter_of(stated)
 
     def fragment(self, name: str, place: Place, result: FilledNode, *, own_node: bool, depth: int) -> None:
         """Add what a fragment has, by its name."""
@@ -187,7 +177,6 @@ class _Scope:
 
     def parameter(self, name: str, depth: int = 0) -> Parameter:
         """Return the value of a parameter: the one that is given, else its default."""
-        self.filling.seen.add(name)
         given = self.filling.parameters(name)
         if given is not None:
             return given
@@ -206,13 +195,13 @@ class _Scope:
                     )
         return Parameter(Unknown(f"the parameter `{name[:80]}` is not set and has no default"), None)
 
-    def parameter_of(self, text: str) -> tuple[Any, Place | None]:
+    def parameter_of(self, text: str) -> Parameter:
         """Return the value of a text that is one hole, as it is: a list stays a list."""
         if text.startswith(_HOLE) and text.endswith("}") and text.count(_HOLE) == 1:
             name = text[2:-1]
             if name not in self.filling.variables:
                 return self.parameter(name)
-        return self.text(text, None), None
+        return Parameter(self.text(text, None), None)
 
     def text(self, written: str, place: Place | None, depth: int = 0) -> str | Unknown:
         """Return a text with its holes filled."""
@@ -274,7 +263,7 @@ class _Scope:
 
     def plugins(self, entry: Entry, result: FilledNode) -> Iterator[tuple[str, str, Place]]:
         """Yield the plugins of a slot, each with its class and the place that names it."""
-        names, _ = self.parameter_of(entry.require(form.NAMES))
+        names = self.parameter_of(entry.require(form.NAMES)).value
         unknown = first_unknown(names)
         if unknown is not None:
             result.gaps.append(unknown)
@@ -282,7 +271,7 @@ class _Scope:
         classes = {name: each.value for name, each in (entry.get(form.CLASSES) or {}).items()}
         for plugin in _listed(names)[:_MOST_PLUGINS]:
             inner = replace(self.filling, variables={**self.filling.variables, "plugin": plugin})
-            where = inner_text(inner, self, entry.require(form.CLASS))
+            where = replace(self, filling=inner).text(entry.require(form.CLASS), None)
             given = self.filling.parameters(where) if isinstance(where, str) else None
             name = classes.get(plugin) if given is None else as_text(given.value)
             if not isinstance(name, str):
@@ -350,7 +339,7 @@ class _Scope:
         for variable, member in (written.entry.get(form.FOR_EACH) or {}).items():
             values: list[str] = []
             for setting in member.value:
-                value, _ = self.parameter_of(setting.text)
+                value = self.parameter_of(setting.text).value
                 unknown = first_unknown(value)
                 if unknown is not None:
                     result.gaps.append(unknown)
@@ -454,11 +443,6 @@ def source_place(file: NodeFile, entry: Entry) -> Place | None:
     """Return the line of the source that an entry of a learned node file names; None where it names none."""
     path, _, line = (entry.get(form.AT) or "").rpartition(":")
     return Place(f"{file.sources}/{path}", int(line)) if path and line.isdigit() else None
-
-
-def inner_text(filling: Filling, scope: _Scope, written: str) -> str | Unknown:
-    """Return a text with the variables of another filling."""
-    return replace(scope, filling=filling).text(written, None)
 
 
 def as_text(value: Any) -> str | Unknown:

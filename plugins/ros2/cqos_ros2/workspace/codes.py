@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.code_info import CodeInfo
+from cqos_core.model.system import ImportNote
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Place
 
 CODES: Final = (
     CodeInfo(
@@ -94,4 +98,10 @@ CODES: Final = (
         "The node fails when it loads the plugin.",
     ),
 )
-BY_CODE: Final = {each.code: each for each in CODES}
+_BY_CODE: Final = {each.code: each for each in CODES}
+
+
+def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
+    """Return a note with the severity of its code, and its advice where there is none of its own."""
+    info = _BY_CODE[code]
+    return ImportNote(code, info.severity, message, place, advice or info.help or None)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cqos_core.importers.reading import listed
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import EVERY_OTHER, MESSAGE, ImportNote, Place
+from cqos_core.model.system import EVERY_OTHER, MESSAGE, Place
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions
 from cqos_ros2.names import expand
@@ -15,24 +15,19 @@ from cqos_ros2.nodes.filling import MISSPELT, VERBS
 from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.nodes.versions import ANOTHER
 from cqos_ros2.workspace.agreeing import OPEN
-from cqos_ros2.workspace.codes import BY_CODE
+from cqos_ros2.workspace.codes import note
 from cqos_ros2.workspace.joining import UNKNOWN_POLICY
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
+    from cqos_core.model.system import ImportNote
     from cqos_ros2.workspace.joining import Join, JoinedNode
 
 _LAUNCH_CODES = {"two-nodes-of-one-name": "ROS970", "section-names-no-node": "ROS971"}
 _NAMED = 5
-
-
-def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-    """Return a note with the severity of its code."""
-    info = BY_CODE[code]
-    return ImportNote(code, info.severity, message, place, advice or info.help or None)
 
 
 def notes(found: Join) -> list[ImportNote]:
@@ -43,7 +38,7 @@ def notes(found: Join) -> list[ImportNote]:
         *_overrides(found),
         *_lifecycle(found),
         *_plugins(found),
-        *open_ends(found, note),
+        *open_ends(found),
         *_not_known(found),
         *_not_decided(found),
     ]
@@ -98,12 +93,8 @@ def _meant(wanted: str, names: Iterable[str]) -> str | None:
     return same[0] if len(same) == 1 else nearest(wanted, known)
 
 
-def _few(names: Iterable[str]) -> str:
-    known = sorted(names)
-    shown = [f"`{each}`" for each in known[:_NAMED]]
-    if len(known) > _NAMED:
-        shown.append(f"{len(known) - _NAMED} more")
-    return listed(shown, "and") if shown else "none"
+def _few(names: Collection[str]) -> str:
+    return _few_texts([f"`{each}`" for each in sorted(names)]) if names else "none"
 
 
 # Overrides
@@ -153,7 +144,7 @@ def _refused(topic: str, role: str, policy: str, identity: str, node: JoinedNode
     meant = written or _meant(topic, {str(full) for _, full in there})
     if meant:
         return f"it has no topic `{topic}`", f"did you mean `{meant}`? overrides name the topic after remaps"
-    return f"it has no topic `{topic}`", f"it has {_few(str(full) for _, full in there)}"
+    return f"it has no topic `{topic}`", f"it has {_few([str(full) for _, full in there])}"
 
 
 # Lifecycle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.spelling import typing_errors
 from cqos_core.model.system import EVERY_OTHER, MESSAGE, PUBLISHER, SUBSCRIBER
@@ -11,11 +11,12 @@ from cqos_core.packs import normalise
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.names import without_namespace
 from cqos_ros2.presets import PRESETS
+from cqos_ros2.workspace.codes import note
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.model.system import Endpoint, ImportNote, Place
+    from cqos_core.model.system import Endpoint, ImportNote
     from cqos_ros2.nodes.filling import Filled
     from cqos_ros2.workspace.joining import Join
     from cqos_ros2.workspace.naming import Named
@@ -26,14 +27,7 @@ _NAMED: Final = 3
 _ELSEWHERE: Final = tuple(each.pattern for each in CONVENTIONS if each.external)
 
 
-class Noted(Protocol):
-    """Makes a note of a code."""
-
-    def __call__(self, code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-        """Return the note."""
-
-
-def open_ends(found: Join, note: Noted) -> Iterator[ImportNote]:
+def open_ends(found: Join) -> Iterator[ImportNote]:
     """Yield topics whose partner is not in the launch; first those whose name nearly agrees with another topic."""
     topics: dict[str, dict[str, list[Found]]] = {}
     for node in found.nodes:

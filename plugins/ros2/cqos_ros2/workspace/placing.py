@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import posixpath
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.launch.values import Unknown, first_unknown
@@ -59,7 +59,6 @@ class Placed:
     facts: Entry | None = None
     cause: str = ""
     depth: int = 0
-    asked: set[str] = field(default_factory=set)
 
     @property
     def place(self) -> Place:
@@ -94,7 +93,7 @@ class Placed:
 
         namespace = self.namespace.rstrip("/")
         variables = {"node": self.name, "namespace": namespace, "above": namespace.rpartition("/")[0]}
-        Filling(library, parameter, variables, distro, self.asked).fill(self.file, self.facts, result)
+        Filling(library, parameter, variables, distro).fill(self.file, self.facts, result)
         return result
 
 
