@@ -71,7 +71,7 @@ def _touches(finding: Finding, path: str, extent: Range, analysis: Analysis, uni
 def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, str]) -> WorkspaceEdit | None:
     """Return a fix as changes of texts; None where one of its edits cannot be applied."""
     changes = {
-        uris.get(os.path.realpath(name)) or uri_of(name): [
+        uri_of(name, uris): [
             TextEdit(units.replaced(lines_of(analysis.sources[name]), change), change.text) for change in changed
         ]
         for name, changed in replacements_of(analysis.sources, remedy.edits).items()
@@ -93,6 +93,6 @@ def _acceptance(
         return
     end = units.position(lines, line, len(text) + 1)
     edit = TextEdit(Range(end, end), f"  # cqos: ignore[{finding.code}] ")
-    changes = {uris.get(os.path.realpath(source)) or uri_of(source): [edit]}
+    changes = {uri_of(source, uris): [edit]}
     title = f"{finding.code}: accept it here (write the reason behind the comment)"
     yield CodeAction(title, CodeActionKind.QuickFix, fixed, edit=WorkspaceEdit(changes=changes))

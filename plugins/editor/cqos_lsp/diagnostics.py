@@ -39,9 +39,9 @@ _MOST_RELATED: Final = 20
 _NOTES: Final = "notes"
 
 
-def uri_of(path: str) -> str:
-    """Return the URI of a file."""
-    return from_fs_path(os.path.abspath(path)) or path  # noqa: PTH100 - a link keeps its name
+def uri_of(path: str, known: Mapping[str, str] = {}) -> str:
+    """Return the URI of a file: how the client calls it, where it is among the ``known`` ones by real path."""
+    return known.get(os.path.realpath(path)) or from_fs_path(os.path.abspath(path)) or path  # noqa: PTH100 - a link keeps its name
 
 
 def shown_findings(analysis: Analysis, *, notes: bool) -> list[Finding]:

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 
 from cqos_core.model.problems import CqosError
 from cqos_lsp.actions import actions
@@ -138,10 +138,25 @@ _FEATURES: Final[tuple[tuple[str, object, Handler], ...]] = (
 )
 
 
-def register(server: CqosServer, feature: Callable[[str, object, Callable[[Any], Awaitable[object]]], None]) -> None:
-    """Register everything that the server answers, with ``feature``."""
-    for name, options, handler in _FEATURES:
-        feature(name, options, partial(handler, server))
+def register(server: CqosServer) -> None:
+    """Register everything that the server answers."""
+    for name, options, answer in _FEATURES:
+        server.feature(name, options)(_guarded(server, answer))
+
+
+def _guarded(server: CqosServer, answer: Handler) -> Callable[[Any], Awaitable[object]]:
+    """Return a handler that logs one line of a fault; the editor then goes on without the answer."""
+
+    async def handler(params: Any) -> object:
+        try:
+            return await answer(server, params)
+        except JsonRpcException:
+            raise  # an answer in words
+        except Exception as error:  # noqa: BLE001 - a client has no use for a traceback
+            server.report(error)
+            return None
+
+    return handler
 
 
 def _text(server: CqosServer, path: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -112,9 +111,7 @@ def rename(
     _refuse_others(analysis, {file: _with(analysis.sources[file], own) for file, own in changes.items()}, name, new)
     return WorkspaceEdit(
         changes={
-            uris.get(os.path.realpath(file)) or uri_of(file): [
-                TextEdit(units.of(place, analysis.sources), text) for place, _, text in own
-            ]
+            uri_of(file, uris): [TextEdit(units.of(place, analysis.sources), text) for place, _, text in own]
             for file, own in changes.items()
         }
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -155,7 +155,7 @@ class CqosServer(LanguageServer):
             state.checked, state.texts, state.units, notes=state.settings.notes, documentation=state.documentation
         )
         for path in sorted({*found, *state.published, *state.texts}):
-            uri = state.uris.get(path) or uri_of(path)
+            uri = uri_of(path, state.uris)
             params = types.PublishDiagnosticsParams(uri=uri, diagnostics=found.get(path, []))
             self.text_document_publish_diagnostics(params)
         state.published = {*found}
@@ -181,23 +181,8 @@ def make_server() -> CqosServer:
     """Return a server with all that it offers."""
     server = CqosServer()
     _documents(server)
-    register(server, partial(_register, server))
+    register(server)
     return server
-
-
-def _register(server: CqosServer, name: str, options: Any, answer: Callable[[Any], Awaitable[Any]]) -> None:
-    """Register a handler; of a fault in it, one line is logged, and the editor goes on without the answer."""
-
-    async def handler(params: Any) -> Any:
-        try:
-            return await answer(params)
-        except JsonRpcException:
-            raise  # an answer in words
-        except Exception as error:  # noqa: BLE001 - a client has no use for a traceback
-            server.report(error)
-            return None
-
-    server.feature(name, options)(handler)
 
 
 def _documents(server: CqosServer) -> None:
