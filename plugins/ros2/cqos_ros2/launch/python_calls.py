@@ -79,7 +79,7 @@ def attribute(of: Any, node: ast.Attribute, frame: Frame) -> Any:
         return of.fields[name]
     if isinstance(of, (str, list, dict, Sub, Action, FileText, ContextValue, ConfigurationsValue)):
         return Method(of, name)
-    return frame.unknown(f"`{written(node)}` is not followed", node)
+    return frame.not_followed(node)
 
 
 def _path_part(path: PathText, name: str) -> str:
@@ -148,7 +148,7 @@ def _folder(path: str) -> str:
 
 
 def _joined_path(arguments: list[Any], _named: Any, node: ast.Call, frame: Frame, _walk: Walk) -> Any:
-    return lift(lambda *parts: join_path(parts) if _texts(parts) else _refused(parts, node, frame), *arguments)
+    return lift(lambda *parts: join_path(parts) if _texts(parts) else frame.not_followed(node, *parts), *arguments)
 
 
 def join_path(parts: Sequence[Any]) -> Any:
@@ -167,16 +167,12 @@ def _texts(values: Sequence[Any]) -> bool:
     return all(isinstance(each, (str, Unknown, Joined)) for each in values)
 
 
-def _refused(values: Sequence[Any], node: ast.Call, frame: Frame) -> Unknown:
-    return first_unknown(values) or frame.unknown(f"`{written(node)}` is not followed", node)
-
-
 def _of_text(function: Callable[[str], Any]) -> Callable[..., Any]:
     def applied(arguments: list[Any], _named: Any, node: ast.Call, frame: Frame, _walk: Walk) -> Any:
         if not arguments:
-            return frame.unknown(f"`{written(node)}` is not followed", node)
+            return frame.not_followed(node)
         return lift(
-            lambda each: function(each) if isinstance(each, str) else _refused((each,), node, frame), arguments[0]
+            lambda each: function(each) if isinstance(each, str) else frame.not_followed(node, each), arguments[0]
         )
 
     return applied
@@ -191,7 +187,7 @@ def _path(arguments: list[Any], named: Any, node: ast.Call, frame: Frame, walk: 
 
 def _environment(arguments: list[Any], named: dict[str, Any], node: ast.Call, frame: Frame, walk: Walk) -> Any:
     if not arguments or not isinstance(arguments[0], str):
-        return _refused(arguments, node, frame)
+        return frame.not_followed(node, *arguments)
     default = arguments[1] if len(arguments) > 1 else named.get("default")
     return walk.launch.environment(arguments[0], default, frame.place(node))
 
@@ -205,7 +201,7 @@ def _loaded(arguments: list[Any], _named: Any, node: ast.Call, frame: Frame, wal
     from cqos_ros2.launch.parameter_files import plain_yaml
 
     if not arguments or not isinstance(arguments[0], FileText):
-        return _refused(arguments, node, frame)
+        return frame.not_followed(node, *arguments)
     data = walk.launch.read(arguments[0].path, frame.place(node))
     return data if isinstance(data, Unknown) else plain_yaml(data, str(arguments[0].path), frame.place(node))
 
@@ -214,7 +210,7 @@ def _partial(arguments: list[Any], named: dict[str, Any], node: ast.Call, frame:
     if arguments and isinstance(arguments[0], Function):
         of = arguments[0]
         return Function(of.node, of.frame, (*of.bound, *arguments[1:]), (*of.named, *named.items()))
-    return _refused(arguments, node, frame)
+    return frame.not_followed(node, *arguments)
 
 
 _FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
@@ -252,7 +248,7 @@ def _builtin(name: str, arguments: list[Any], node: ast.Call, frame: Frame) -> A
     if name == "isinstance" and arguments:
         return frame.unknown(f"`{written(node)}` is not followed", node, written(node))
     if name in {"list", "tuple", "dict", "set"} and not arguments:
-        return {} if name == "dict" else ()[:] if name == "tuple" else []
+        return {} if name == "dict" else () if name == "tuple" else []
     return lift(lambda *values: _applied(name, values, node, frame), *arguments)
 
 
@@ -268,7 +264,7 @@ def _applied(name: str, values: tuple[Any, ...], node: ast.Call, frame: Frame) -
         try:
             return _COLLECTIONS[name](*values)
         except (TypeError, ValueError):
-            return _refused(values, node, frame)
+            return frame.not_followed(node, *values)
     if (unknown := first_unknown(*values)) is not None:
         return unknown
     plain = all(isinstance(each, (str, int, float)) or each is None for each in values)
@@ -277,7 +273,7 @@ def _applied(name: str, values: tuple[Any, ...], node: ast.Call, frame: Frame) -
             return _SCALARS[name](*values)
         except (TypeError, ValueError, OverflowError):
             pass
-    return _refused(values, node, frame)
+    return frame.not_followed(node, *values)
 
 
 def _range(*ends: int) -> list[int]:
@@ -342,7 +338,7 @@ def _method(
     if isinstance(of, Action) and name in {"add_action", "add_entity"} and arguments:
         return _append(of.fields.setdefault("entities", []), arguments[:1], walk)
     if isinstance(of, FileText):
-        return of if name in {"read", "__enter__"} else _refused((), node, frame)
+        return of if name in {"read", "__enter__"} else frame.not_followed(node)
     if isinstance(of, list):
         return _of_list(of, name, arguments, node, frame, walk)
     if isinstance(of, dict):
@@ -351,7 +347,7 @@ def _method(
         return _of_path(of, name, arguments, node, frame)
     if isinstance(of, str):
         return lift(lambda *values: _of_text_method(of, name, values, named, node, frame), *arguments)
-    return _refused((of, *arguments), node, frame)
+    return frame.not_followed(node, of, *arguments)
 
 
 def _append(members: list[Any], values: Sequence[Any], walk: Walk) -> None:
@@ -372,7 +368,7 @@ def _of_list(of: list[Any], name: str, arguments: list[Any], node: ast.Call, fra
         return _append(of, arguments[:1], walk)
     if name == "extend" and arguments:
         more = arguments[0]
-        return _append(of, more if isinstance(more, (list, tuple)) else [_refused(arguments, node, frame)], walk)
+        return _append(of, more if isinstance(more, (list, tuple)) else [frame.not_followed(node, *arguments)], walk)
     if name == "insert" and len(arguments) > 1 and isinstance(arguments[0], int):
         of.insert(arguments[0], When(tuple(walk.guards), arguments[1]) if walk.guards else arguments[1])
         return None
@@ -386,8 +382,8 @@ def _of_list(of: list[Any], name: str, arguments: list[Any], node: ast.Call, fra
     ):
         return _SET_METHODS[name](of, arguments[0])
     if name in {"remove", "pop", "clear", "sort", "reverse"}:
-        _append(of, [frame.unknown(f"`{written(node)}` is not followed", node)], walk)
-    return _refused(arguments, node, frame)
+        _append(of, [frame.not_followed(node)], walk)
+    return frame.not_followed(node, *arguments)
 
 
 def _of_dict(of: dict[Any, Any], name: str, arguments: list[Any], node: ast.Call, frame: Frame, walk: Walk) -> Any:
@@ -399,8 +395,8 @@ def _of_dict(of: dict[Any, Any], name: str, arguments: list[Any], node: ast.Call
         of.update(arguments[0])
         return None
     if name in {"update", "pop", "clear", "setdefault", "popitem"}:
-        of["?"] = _refused(arguments, node, frame)
-    return _refused(arguments, node, frame)
+        of["?"] = frame.not_followed(node, *arguments)
+    return frame.not_followed(node, *arguments)
 
 
 def _of_path(of: PathText, name: str, arguments: list[Any], node: ast.Call, frame: Frame) -> Any:
@@ -412,7 +408,7 @@ def _of_path(of: PathText, name: str, arguments: list[Any], node: ast.Call, fram
         return FileText(str(of))
     if name == "with_suffix" and arguments and isinstance(arguments[0], str):
         return PathText(posixpath.splitext(of)[0] + arguments[0])
-    return frame.unknown(f"`{written(node)}` is not followed", node)
+    return frame.not_followed(node)
 
 
 def _of_text_method(
@@ -430,15 +426,15 @@ def _of_text_method(
         try:
             found = getattr(of, name)(*values)
         except (TypeError, ValueError):
-            return _refused(values, node, frame)
+            return frame.not_followed(node, *values)
         return list(found) if isinstance(found, tuple) else found
-    return _refused(values, node, frame)
+    return frame.not_followed(node, *values)
 
 
 def _formatted(of: str, values: tuple[Any, ...], named: dict[str, Any], node: ast.Call, frame: Frame) -> Any:
     given = [*values, *named.values()]
     if not _PLAIN_FIELDS.fullmatch(of) or not all(isinstance(each, (str, int, float)) for each in given):
-        return _refused(given, node, frame)
+        return frame.not_followed(node, *given)
     try:
         return of.format(*values, **named)
     except (IndexError, KeyError, ValueError):

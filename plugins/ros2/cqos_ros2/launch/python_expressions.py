@@ -102,7 +102,7 @@ def value_of(node: ast.expr, frame: Frame, walk: Walk) -> Any:
     walk.step()
     found = _VALUES.get(type(node))
     if found is None:
-        return frame.unknown(f"`{written(node)}` is not followed", node)
+        return frame.not_followed(node)
     if walk.depth > DEEPEST_EXPRESSION:
         return frame.unknown("an expression is nested too deep", node)
     walk.depth += 1
@@ -127,7 +127,7 @@ def _truth(value: Any) -> Any:
 
 def _constant(node: ast.Constant, frame: Frame, _walk: Walk) -> Any:
     if node.value is Ellipsis or isinstance(node.value, complex):
-        return frame.unknown(f"`{written(node)}` is not followed", node)
+        return frame.not_followed(node)
     return node.value
 
 
@@ -154,7 +154,7 @@ def _items(nodes: list[ast.expr], frame: Frame, walk: Walk) -> list[Any]:
         elif isinstance(inner, Either) and all(isinstance(each, (list, tuple)) for _, each in inner.cases):
             found += [When(guards, one) for guards, each in inner.cases for one in each]
         else:
-            found.append(first_unknown(inner) or frame.unknown(f"`{written(node)}` is not followed", node))
+            found.append(frame.not_followed(node, inner))
     return found
 
 
@@ -164,7 +164,7 @@ def _dictionary(node: ast.Dict, frame: Frame, walk: Walk) -> Any:
         value = value_of(inner, frame, walk)
         if key is None:
             if not isinstance(value, dict):
-                return first_unknown(value) or frame.unknown(f"`{written(inner)}` is not followed", inner)
+                return frame.not_followed(inner, value)
             found.update(value)
             continue
         name = value_of(key, frame, walk)
@@ -226,7 +226,7 @@ def _combine(node: ast.BinOp, one: Any, other: Any, frame: Frame) -> Any:
         return [*one, other]
     act = _ARITHMETIC.get(type(node.op))
     if act is None or isinstance(one, _OPAQUE) or isinstance(other, _OPAQUE) or _too_large(node, one, other):
-        return frame.unknown(f"`{written(node)}` is not followed", node)
+        return frame.not_followed(node)
     try:
         return act(one, other)
     except (TypeError, ValueError, ArithmeticError, KeyError):
@@ -266,7 +266,7 @@ def _unary(node: ast.UnaryOp, frame: Frame, walk: Walk) -> Any:
         return _not(truth(value))
     if isinstance(value, (int, float)):
         return -value if isinstance(node.op, ast.USub) else +value
-    return first_unknown(value) or frame.unknown(f"`{written(node)}` is not followed", node)
+    return frame.not_followed(node, value)
 
 
 def _compare(node: ast.Compare, frame: Frame, walk: Walk) -> Any:
@@ -341,7 +341,7 @@ def _subscript(node: ast.Subscript, frame: Frame, walk: Walk) -> Any:
         ends = [None if each is None else value_of(each, frame, walk) for each in (node.slice.lower, node.slice.upper)]
         if isinstance(of, (str, list, tuple)) and all(each is None or isinstance(each, int) for each in ends):
             return of[ends[0] : ends[1]]
-        return first_unknown(of, *ends) or frame.unknown(f"`{written(node)}` is not followed", node)
+        return frame.not_followed(node, of, *ends)
     key = value_of(node.slice, frame, walk)
     return lift(lambda one, at: _item(one, at, node, frame, walk), of, key)
 
@@ -359,7 +359,7 @@ def _item(of: Any, key: Any, node: ast.Subscript, frame: Frame, walk: Walk) -> A
             return either([(found.guards, found.value)]) if isinstance(found, When) else found
     except (KeyError, IndexError, TypeError):
         return frame.unknown(f"`{written(node)}` is not there", node)
-    return frame.unknown(f"`{written(node)}` is not followed", node)
+    return frame.not_followed(node)
 
 
 def _attribute(node: ast.Attribute, frame: Frame, walk: Walk) -> Any:
@@ -414,7 +414,7 @@ def _mapping(node: ast.DictComp, frame: Frame, walk: Walk) -> Any:
     if isinstance(pairs, Unknown):
         return pairs
     if not all(isinstance(key, (str, int, float, Sub)) for key, _ in pairs):
-        return frame.unknown(f"`{written(node)}` is not followed", node)
+        return frame.not_followed(node)
     return dict(pairs)
 
 
@@ -428,11 +428,11 @@ def bind(target: ast.expr, value: Any, frame: Frame, walk: Walk) -> None:
         frame.names[target.id] = value
     elif isinstance(target, (ast.Tuple, ast.List)):
         known = isinstance(value, (list, tuple)) and len(value) == len(target.elts)
-        missing = first_unknown(value) or frame.unknown(f"`{written(target)}` is not followed", target)
+        missing = frame.not_followed(target, value)
         for number, each in enumerate(target.elts):
             bind(each, value[number] if known else missing, frame, walk)
     elif isinstance(target, ast.Starred):
-        bind(target.value, frame.unknown(f"`{written(target)}` is not followed", target), frame, walk)
+        bind(target.value, frame.not_followed(target), frame, walk)
     elif isinstance(target, ast.Subscript):
         _set_item(target, value, frame, walk)
 
@@ -446,7 +446,7 @@ def _set_item(target: ast.Subscript, value: Any, frame: Frame, walk: Walk) -> No
     elif isinstance(of, list) and isinstance(key, int) and -len(of) <= key < len(of):
         of[key] = replaced(of[key], value, tuple(walk.guards))
     elif isinstance(of, dict):
-        of["?"] = first_unknown(key) or frame.unknown(f"`{written(target)}` is not followed", target)
+        of["?"] = frame.not_followed(target, key)
 
 
 _VALUES: Final[dict[type[ast.expr], Callable[[Any, Frame, Walk], Any]]] = {

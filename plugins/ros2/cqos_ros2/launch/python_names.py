@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
-from cqos_ros2.launch.values import Guard, Unknown
+from cqos_ros2.launch.values import Guard, Unknown, first_unknown
 
 if TYPE_CHECKING:
     from cqos_ros2.launch.running import Launch
@@ -144,6 +144,10 @@ class Frame:
     def unknown(self, cause: str, node: ast.AST, subject: str = "") -> Unknown:
         """Return a value that is not known, for a cause that stands at a part of the file."""
         return Unknown(cause, self.place(node), subject)
+
+    def not_followed(self, node: ast.AST, *values: Any) -> Unknown:
+        """Return the first unknown part of ``values``; where all are known, that C-QoS does not follow a part of the file."""
+        return first_unknown(*values) or self.unknown(f"`{written(node)}` is not followed", node)
 
 
 def written(node: ast.AST, limit: int = 60) -> str:

@@ -45,6 +45,7 @@ class Launch:
         scope: what holds where the action runs that is read.
         file, via: the launch file that is read, and the places of the includes that lead to it.
         after: the event that actions wait for; empty: none.
+        chain: the launch files that include each other, the one that is read last.
         walk: the walk of Python, whose limits hold for the whole launch.
     """
 
@@ -57,7 +58,7 @@ class Launch:
         self.file: str = ""
         self.via: tuple[Place, ...] = ()
         self.after = ""
-        self._chain: list[str] = []
+        self.chain: list[str] = []
         self.walk = Walk(self, call_function)
         self._actions = 0
         self._includes = 0
@@ -130,7 +131,7 @@ class Launch:
     def include(self, path: Any, place: Place | None) -> None:
         """Run the launch file at a path, of each alternative under its guards."""
         for guards, each in cases(path):
-            self._under(guards, self._include, each, place)
+            self.within(guards, self._include, each, place)
 
     def _include(self, path: Any, place: Place | None) -> None:
         if not isinstance(path, str):
@@ -142,18 +143,18 @@ class Launch:
             self.remark("include", path, real.cause, place, self.workspace.missing(path))
             return
         self._includes += 1
-        if real in self._chain:
+        if real in self.chain:
             self.remark("include", self.workspace.short(real), "it includes itself, which is not followed", place)
-        elif len(self._chain) >= DEEPEST_INCLUDE or self._includes > MOST_INCLUDES:
+        elif len(self.chain) >= DEEPEST_INCLUDE or self._includes > MOST_INCLUDES:
             limit = f"limit {DEEPEST_INCLUDE} deep and {MOST_INCLUDES} in all"
             self.remark("include", self.workspace.short(real), f"there are too many includes: {limit}", place)
         else:
             before = self.file, self.via
-            self._chain.append(real)
+            self.chain.append(real)
             self.file = real
             self.via = (*self.via, place) if place is not None else self.via
             self.run_file(real)
-            self._chain.pop()
+            self.chain.pop()
             self.file, self.via = before
 
     def run_file(self, path: str) -> None:
@@ -200,19 +201,19 @@ class Launch:
             for each in entities:
                 self.run(each)
         elif isinstance(entities, When):
-            self._under(entities.guards, self.run, entities.value)
+            self.within(entities.guards, self.run, entities.value)
         elif isinstance(entities, Either):
             for guards, each in entities.cases:
-                self._under(guards, self.run, each)
+                self.within(guards, self.run, each)
         elif isinstance(entities, Unknown):
             what = self.workspace.short(entities.place.source) if entities.place else ""
             self.remark("action", what, entities.cause, entities.place)
         elif isinstance(entities, Action):
             for guards, held in cases(self.decide(entities.fields.get("condition"))):
                 if held:
-                    self._under(guards, self._act, entities)
+                    self.within(guards, self._act, entities)
 
-    def _under(self, guards: Any, do: Callable[..., None], *arguments: Any) -> None:
+    def within(self, guards: Any, do: Callable[..., None], *arguments: Any) -> None:
         """Do something under further guards; nothing where they exclude those that hold here."""
         held = both(self.scope.guards, guards)
         if held is None:
@@ -276,12 +277,12 @@ def _include(run: Launch, action: Action) -> None:
                 name = run.perform(both_parts[0])
                 if isinstance(name, str):
                     value = run.perform(both_parts[1])
-                    run._under(guards, run.scope.configure, name, value)  # noqa: SLF001 - a function of this class
+                    run.within(guards, run.scope.configure, name, value)
     else:
         unknown = first_unknown(pairs)
         run.remark("include", "launch_arguments", unknown.cause if unknown else "they are not followed", action.place)
     for guards, each in cases(source):
-        run._under(guards, _source, run, each, action)  # noqa: SLF001
+        run.within(guards, _source, run, each, action)
 
 
 def _source(run: Launch, source: Any, action: Action) -> None:
@@ -467,7 +468,7 @@ def launch(
     """
     run = Launch(workspace, given, variables or {})
     run.found.entry = run.file = entry
-    run._chain.append(entry)  # noqa: SLF001 - this function belongs to the class
+    run.chain.append(entry)
     try:
         run.run_file(entry)
     except TooMuchError:

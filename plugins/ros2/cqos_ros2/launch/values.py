@@ -160,22 +160,21 @@ def where_held(value: Any, guards: Guards) -> Any:
     """Return what `only_where` made, as it is where ``guards`` hold; None where they exclude it."""
     if not isinstance(value, Either):
         return value
-    known = set(guards)
-    left = tuple(
-        (tuple(g for g in each if g not in known), v) for each, v in value.cases if both(guards, each) is not None
-    )
+    left = _left(value, guards)
     if len(left) == 1 and not left[0][0]:
         return left[0][1]
-    return Either(left) if left else None
+    return Either(tuple(left)) if left else None
 
 
 def under(value: Any, guards: Guards) -> Any:
     """Return a value as it is where ``guards`` hold: alternatives that they exclude are gone."""
-    if not isinstance(value, Either):
-        return value
+    return either(_left(value, guards)) if isinstance(value, Either) else value
+
+
+def _left(value: Either, guards: Guards) -> list[tuple[Guards, Any]]:
+    """Return the cases that ``guards`` do not exclude, each without what they say already."""
     known = set(guards)
-    left = [(tuple(g for g in each if g not in known), v) for each, v in value.cases if both(guards, each) is not None]
-    return either(left)
+    return [(tuple(g for g in each if g not in known), v) for each, v in value.cases if both(guards, each) is not None]
 
 
 def replaced(old: Any, new: Any, guards: Guards) -> Any:

@@ -29,14 +29,6 @@ DESIGN: Final = b"autoware_system_design_format"
 _SILENT: Final = "the file states no quality of service"
 _DEFAULTS: Final = {"subscribers": "~/input/{}", "publishers": "~/output/{}"}
 _OF_DESIGN: Final = {"subscribers": "subscribes", "publishers": "publishes", "servers": "serves", "clients": "calls"}
-_OF_NODL: Final = {
-    "publishers": "publishes",
-    "subscriptions": "subscribes",
-    "service_servers": "serves",
-    "service_clients": "calls",
-    "action_servers": "action_servers",
-    "action_clients": "action_clients",
-}
 _NAMES: Final = {"deadline_ns": "deadline", "lifespan_ns": "lifespan"} | {
     key: field.policy for key, field in nodl.FIELDS.items()
 }
@@ -82,7 +74,8 @@ def nodl_document(path: str, data: bytes, package: str) -> dict[str, Any] | None
         return None
     name = posixpath.basename(path).removesuffix(nodl.ENDING)
     node: dict[str, Any] = {"name": name.partition(".")[0]}
-    for section, direction in _OF_NODL.items():
+    for section, kind in nodl.SECTIONS.items():
+        direction = form.BY_KIND[kind]
         for entry, line in _entries(root, section):
             _add(node.setdefault(direction, {}), entry["name"], _endpoint(entry, "type", _policies, path, line))
     if "include" in document:

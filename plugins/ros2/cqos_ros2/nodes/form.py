@@ -8,13 +8,14 @@ from cqos_core.importers.forms import Form, Key, ListOf, MapOf, OneOrMore
 from cqos_core.importers.reading import listed
 from cqos_core.importers.shapes import FLAG, SCALARS, SETTING, TEXT, TEXTS, Scalar, Shape, one_of
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, whole_number
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.launch.parameter_files import plain
 
 if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place
+    from cqos_core.model.system import Place, Role
 
 VERSION: Final = 1
 DISTRO: Final = "distro"
@@ -176,6 +177,16 @@ DIRECTIONS: Final = {
         ("action_clients", "Actions it calls."),
     )
 }
+KINDS: Final[dict[str, tuple[str, Role]]] = {
+    "publishes": ("message", PUBLISHER),
+    "subscribes": ("message", SUBSCRIBER),
+    "serves": ("service_server", SUBSCRIBER),
+    "calls": ("service_client", PUBLISHER),
+    "action_servers": ("action_server", SUBSCRIBER),
+    "action_clients": ("action_client", PUBLISHER),
+}
+"""Kind and role of the endpoints of each direction."""
+BY_KIND: Final = {kind: direction for direction, kind in KINDS.items()}
 
 # What nodes are made of
 

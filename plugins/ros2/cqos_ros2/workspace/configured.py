@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import Setting
 from cqos_ros2.importers import gz_bridge, nodl, rviz
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes import form
@@ -24,14 +24,6 @@ if TYPE_CHECKING:
     from cqos_ros2.workspace.placing import Placed
 
 _READERS: Final = {"rviz": rviz.read, "gz_bridge": gz_bridge.read, "nodl": nodl.read}
-_DIRECTIONS: Final = {
-    ("message", PUBLISHER): "publishes",
-    ("message", SUBSCRIBER): "subscribes",
-    ("service_server", SUBSCRIBER): "serves",
-    ("service_client", PUBLISHER): "calls",
-    ("action_server", SUBSCRIBER): "action_servers",
-    ("action_client", PUBLISHER): "action_clients",
-}
 _WORD: Final = re.compile(r"(?P<topic>[^@\[\]]+)@(?P<type>[^@\[\]]+)(?:(?P<way>[@\[\]])(?P<gz>.*))?")
 _WAYS: Final = {"@": ("publishes", "subscribes"), "[": ("publishes",), "]": ("subscribes",)}
 _OVERRIDABLE: Final = {
@@ -112,7 +104,7 @@ def _file(
 
 
 def _taken(each: Endpoint, kind: str, placed: Placed) -> Filled:
-    direction = _DIRECTIONS[each.kind, each.role]
+    direction = form.BY_KIND[each.kind, each.role]
     return Filled(
         direction,
         each.topic or "",

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
     Acceptance,
     Endpoint,
     Participant,
@@ -37,14 +35,6 @@ if TYPE_CHECKING:
     from cqos_ros2.workspace.overriding import Override
     from cqos_ros2.workspace.placing import Placed
 
-KINDS: Final[dict[str, tuple[str, Role]]] = {
-    "publishes": ("message", PUBLISHER),
-    "subscribes": ("message", SUBSCRIBER),
-    "serves": ("service_server", SUBSCRIBER),
-    "calls": ("service_client", PUBLISHER),
-    "action_servers": ("action_server", SUBSCRIBER),
-    "action_clients": ("action_client", PUBLISHER),
-}
 _ENVIRONMENT: Final = {"RMW_IMPLEMENTATION": "rmw", "ROS_DOMAIN_ID": "domain"}
 _ASSUMED: Final = ("rmw",)
 """Options that a check decides for all their values where nothing states them, so that an open one needs no warning."""
@@ -222,7 +212,7 @@ def _options(placed: Placed) -> Settings:
 
 
 def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, numbers: dict[str, int]) -> Endpoint:
-    kind, role = KINDS[each.direction]
+    kind, role = form.KINDS[each.direction]
     identity = endpoint_id(participant, role if kind == "message" else kind, full)
     made = Endpoint(
         id=numbered(identity, numbers),
