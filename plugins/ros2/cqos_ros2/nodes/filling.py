@@ -107,43 +107,51 @@ class FilledNode:
 
 @dataclass(frozen=True, slots=True)
 class Filling:
-    """Fills one node for one distribution.
+    """Adds to ``result`` what a node or a fragment has, for one distribution.
 
     Attributes:
         parameters: gives those that are set, by name.
         variables: texts by name: ``node``, ``namespace``, ``above`` (the namespace around it), and those of `for_each` and of plugins.
         distro: the ROS 2 distribution; empty: of every distribution alike.
+        file: the node file in which the part stands.
+        declared: the parameters that the part declares, with their defaults.
+        own_node: the endpoints are of a further node that the node creates.
+        depth: how many fragments use each other around the part.
     """
 
     library: Library
     parameters: Callable[[str], Parameter | None]
     variables: Mapping[str, str]
     distro: str
+    result: FilledNode
+    file: NodeFile
+    declared: Mapping[str, list[Entry]] = field(default_factory=dict)
+    own_node: bool = False
+    depth: int = 0
 
-    def fill(self, file: NodeFile, part: Entry, result: FilledNode, *, own_node: bool = False, depth: int = 0) -> None:
-        """Add what a node or fragment has to ``result``."""
-        if depth > _DEEPEST:
-            result.gaps.append(Unknown("fragments use each other in a circle", part.place))
+    def fill(self, part: Entry) -> None:
+        """Add what a part of the file has."""
+        if self.depth > _DEEPEST:
+            self.result.gaps.append(Unknown("fragments use each other in a circle", part.place))
             return
-        fit = self.library.fit(file, self.distro)
-        scope = _Scope(self if fit is None else replace(self, distro=fit.distro), file, _declared(part))
+        fit = self.library.fit(self.file, self.distro)
+        filling = replace(self, distro=self.distro if fit is None else fit.distro, declared=_declared(part))
         if fit is None or fit.same:
-            scope.own(part, result, own_node=own_node, depth=depth)
+            filling.own(part)
         else:
-            scope = scope.beside(part, fit, result, own_node=own_node, depth=depth)
-        for each in scope.held(part.get(form.INSIDE), result):
-            texts = [scope.text(each.get(key) or "", each.place) for key in (form.NODE, form.NAME, form.NAMESPACE)]
-            result.inside.append(Inside(*[text if isinstance(text, str) else "" for text in texts]))
-        for each in scope.held(part.get(form.PLUGINS), result):
-            for plugin, name, named_at in scope.plugins(each, result):
-                filling = replace(self, variables={**self.variables, "plugin": plugin})
-                filling.fragment(name, named_at, result, own_node=own_node, depth=depth)
-        result.lifecycle |= part.get(form.LIFECYCLE) is True
+            filling = filling.beside(part, fit)
+        for each in filling.held(part.get(form.INSIDE)):
+            texts = [filling.text(each.get(key) or "", each.place) for key in (form.NODE, form.NAME, form.NAMESPACE)]
+            self.result.inside.append(Inside(*[text if isinstance(text, str) else "" for text in texts]))
+        for each in filling.held(part.get(form.PLUGINS)):
+            for plugin, name, named_at in filling.plugins(each):
+                self.having({"plugin": plugin}).fragment(name, named_at)
+        self.result.lifecycle |= part.get(form.LIFECYCLE) is True
         stated = part.get(form.ACTIVATES)
         if stated:
-            result.activates = scope.parameter_of(stated)
+            self.result.activates = filling.parameter_of(stated)
 
-    def fragment(self, name: str, place: Place, result: FilledNode, *, own_node: bool, depth: int) -> None:
+    def fragment(self, name: str, place: Place) -> None:
         """Add what a fragment has, by its name."""
         found = self.library.fragment(name)
         if found is None:
@@ -151,33 +159,24 @@ class Filling:
             cause = (
                 f"`{name[:120]}`, did you mean `{meant}`?" if meant else f"no node file has the class `{name[:120]}`"
             )
-            result.gaps.append(Unknown(cause, place, MISSPELT if meant else ""))
+            self.result.gaps.append(Unknown(cause, place, MISSPELT if meant else ""))
             return
         file, part = found
         known = self.library.fit(file, self.distro) or not file.versions or not self.distro
         if not known and self.distro not in file.versions:
-            result.gaps.append(Unknown(f"`{name[:120]}` is not known for {self.distro}", place))
+            self.result.gaps.append(Unknown(f"`{name[:120]}` is not known for {self.distro}", place))
             return
-        self.fill(file, part, result, own_node=own_node, depth=depth + 1)
+        replace(self, file=file, depth=self.depth + 1).fill(part)
 
-
-def _declared(part: Entry) -> dict[str, list[Entry]]:
-    return {name: member.value for name, member in (part.get(form.PARAMETERS) or {}).items()}
-
-
-@dataclass(frozen=True, slots=True)
-class _Scope:
-    """One node or fragment that is filled, with the defaults of its parameters."""
-
-    filling: Filling
-    file: NodeFile
-    declared: Mapping[str, list[Entry]]
+    def having(self, variables: Mapping[str, str]) -> Filling:
+        """Return the same with further variables."""
+        return replace(self, variables={**self.variables, **variables})
 
     # Values
 
     def parameter(self, name: str, depth: int = 0) -> Parameter:
         """Return the value of a parameter: the one that is given, else its default."""
-        given = self.filling.parameters(name)
+        given = self.parameters(name)
         if given is not None:
             return given
         for written, entries in self.declared.items():
@@ -199,7 +198,7 @@ class _Scope:
         """Return the value of a text that is one hole, as it is: a list stays a list."""
         if text.startswith(_HOLE) and text.endswith("}") and text.count(_HOLE) == 1:
             name = text[2:-1]
-            if name not in self.filling.variables:
+            if name not in self.variables:
                 return self.parameter(name)
         return Parameter(self.text(text, None), None)
 
@@ -230,8 +229,8 @@ class _Scope:
         return unknown or text, at
 
     def _value(self, name: str, depth: int) -> str | Unknown:
-        if name in self.filling.variables:
-            return self.filling.variables[name]
+        if name in self.variables:
+            return self.variables[name]
         return as_text(self.parameter(name, depth + 1).value)
 
     def holds(self, tests: tuple[form.Test, ...]) -> bool | Unknown:
@@ -239,8 +238,8 @@ class _Scope:
         unknown = None
         for test in tests:
             if test.subject == form.DISTRO:
-                held: bool | Unknown = self.filling.distro in map(normalise, test.values)
-                if not self.filling.distro:
+                held: bool | Unknown = self.distro in map(normalise, test.values)
+                if not self.distro:
                     held = Unknown("the ROS 2 distribution is not stated", test.place)
             else:
                 name = self.text(test.subject, test.place)
@@ -252,31 +251,30 @@ class _Scope:
                 return False
         return unknown or True
 
-    def held(self, entries: list[Entry] | None, result: FilledNode) -> Iterator[Entry]:
+    def held(self, entries: list[Entry] | None) -> Iterator[Entry]:
         """Yield the entries whose conditions hold; note those that are not known."""
         for entry in entries or ():
             held = self.holds(entry.get(form.WHEN) or ())
             if isinstance(held, Unknown):
-                result.gaps.append(held)
+                self.result.gaps.append(held)
             elif held:
                 yield entry
 
-    def plugins(self, entry: Entry, result: FilledNode) -> Iterator[tuple[str, str, Place]]:
+    def plugins(self, entry: Entry) -> Iterator[tuple[str, str, Place]]:
         """Yield the plugins of a slot, each with its class and the place that names it."""
         names = self.parameter_of(entry.require(form.NAMES)).value
         unknown = first_unknown(names)
         if unknown is not None:
-            result.gaps.append(unknown)
+            self.result.gaps.append(unknown)
             return
         classes = {name: each.value for name, each in (entry.get(form.CLASSES) or {}).items()}
         for plugin in _listed(names)[:_MOST_PLUGINS]:
-            inner = replace(self.filling, variables={**self.filling.variables, "plugin": plugin})
-            where = replace(self, filling=inner).text(entry.require(form.CLASS), None)
-            given = self.filling.parameters(where) if isinstance(where, str) else None
+            where = self.having({"plugin": plugin}).text(entry.require(form.CLASS), None)
+            given = self.parameters(where) if isinstance(where, str) else None
             name = classes.get(plugin) if given is None else as_text(given.value)
             if not isinstance(name, str):
                 cause = name.cause if isinstance(name, Unknown) else f"no parameter `{where}` names its class"
-                result.gaps.append(
+                self.result.gaps.append(
                     Unknown(f"the plugin `{plugin[:80]}`: {cause}", given.place if given else entry.place)
                 )
                 continue
@@ -284,57 +282,57 @@ class _Scope:
 
     # Endpoints
 
-    def own(self, part: Entry, result: FilledNode, *, own_node: bool, depth: int) -> None:
+    def own(self, part: Entry) -> None:
         """Add the endpoints that a part states itself or uses, and what is not known of them."""
         for written in endpoints(part):
-            self.endpoint(written, result, own_node=own_node)
-        for each in self.held(part.get(form.UNREAD), result):
-            result.gaps.append(Unknown(f"{each.require(form.WHAT)}: {each.require(form.CAUSE)}", each.place))
-        for each in self.held(part.get(form.USES), result):
-            hidden = own_node or each.get(form.OWN_NODE) is True
+            self.endpoint(written)
+        for each in self.held(part.get(form.UNREAD)):
+            self.result.gaps.append(Unknown(f"{each.require(form.WHAT)}: {each.require(form.CAUSE)}", each.place))
+        for each in self.held(part.get(form.USES)):
             used = self.text(each.require(form.FRAGMENT), each.place)
             if isinstance(used, Unknown):
-                result.gaps.append(used)
+                self.result.gaps.append(used)
             else:
-                self.filling.fragment(used.replace("/", "::"), each.place, result, own_node=hidden, depth=depth)
+                hidden = self.own_node or each.get(form.OWN_NODE) is True
+                replace(self, own_node=hidden).fragment(used.replace("/", "::"), each.place)
 
-    def beside(self, part: Entry, fit: Fit, result: FilledNode, *, own_node: bool, depth: int) -> _Scope:
-        """Add the endpoints of a part of another version than the one in the workspace; return the scope with the defaults of that one."""
-        found = self.filling.library.read(self.file, part)
+    def beside(self, part: Entry, fit: Fit) -> Filling:
+        """Add the endpoints of a part of another version than the one in the workspace; return the filling with the defaults of that one."""
+        found = self.library.read(self.file, part)
         known, read = FilledNode(), FilledNode()
-        scope = self
+        filling = self
         if found is not None:
             file, theirs = found
-            scope = replace(self, declared={**self.declared, **_declared(theirs)})
-            replace(scope, file=file).own(theirs, read, own_node=own_node, depth=depth)
-        scope.own(part, known, own_node=own_node, depth=depth)
+            filling = replace(self, declared={**self.declared, **_declared(theirs)})
+            replace(filling, file=file, result=read).own(theirs)
+        replace(filling, result=known).own(part)
         gaps = read.gaps or ([] if found else known.gaps)
         sources = None if found is None else read.endpoints
         made, gaps = settled(known.endpoints, sources, gaps, fit, self.file.package)
-        result.endpoints += made
-        result.gaps += gaps
-        return scope
+        self.result.endpoints += made
+        self.result.gaps += gaps
+        return filling
 
-    def endpoint(self, written: Written, result: FilledNode, *, own_node: bool) -> None:
+    def endpoint(self, written: Written) -> None:
         """Add an endpoint, or one for each value of its variables."""
-        for variables in self._variables(written, result):
-            scope = replace(self, filling=replace(self.filling, variables={**self.filling.variables, **variables}))
-            held = scope.holds(written.entry.get(form.WHEN) or ())
+        for variables in self._variables(written):
+            filling = self.having(variables)
+            held = filling.holds(written.entry.get(form.WHEN) or ())
             if isinstance(held, Unknown):
-                name = scope.text(written.name, written.place)
+                name = filling.text(written.name, written.place)
                 shown = name if isinstance(name, str) else written.name
-                result.gaps.append(
+                self.result.gaps.append(
                     Unknown(f"whether it {VERBS[written.direction]} `{shown[:80]}`: {held.cause}", held.place)
                 )
             elif held and (perhaps := written.entry.get(form.PERHAPS)):
-                made = scope.made(written, own_node=own_node)
+                made = filling.made(written)
                 known = made.name if isinstance(made.name, str) else written.name
                 cause = f"whether it {VERBS[written.direction]} `{known[:80]}`: {perhaps}"
-                result.gaps.append(Unknown(cause, made.place))
+                self.result.gaps.append(Unknown(cause, made.place))
             elif held:
-                result.endpoints.append(scope.made(written, own_node=own_node))
+                self.result.endpoints.append(filling.made(written))
 
-    def _variables(self, written: Written, result: FilledNode) -> Iterator[dict[str, str]]:
+    def _variables(self, written: Written) -> Iterator[dict[str, str]]:
         found: list[dict[str, str]] = [{}]
         for variable, member in (written.entry.get(form.FOR_EACH) or {}).items():
             values: list[str] = []
@@ -342,13 +340,13 @@ class _Scope:
                 value = self.parameter_of(setting.text).value
                 unknown = first_unknown(value)
                 if unknown is not None:
-                    result.gaps.append(unknown)
+                    self.result.gaps.append(unknown)
                     return
                 values += _listed(value) if setting.text.startswith(_HOLE) else [str(value)]
             found = [{**each, variable: value} for each in found for value in values[:_MOST_PLUGINS]]
         yield from found
 
-    def made(self, written: Written, *, own_node: bool) -> Filled:
+    def made(self, written: Written) -> Filled:
         """Return an endpoint that is there."""
         entry = written.entry
         name: str | Unknown = self.text(written.name, written.place)
@@ -376,7 +374,7 @@ class _Scope:
             parameter,
             tuple(overridable or ()),
             optional is True,
-            own_node,
+            self.own_node,
             decided,
         )
 
@@ -385,8 +383,8 @@ class _Scope:
         at = written.find(_HOLE)
         while at >= 0:
             name, end = self._filled(written, at + 2, None, 0, inner=True)
-            if isinstance(name, str) and name not in self.filling.variables:
-                given = self.filling.parameters(name)
+            if isinstance(name, str) and name not in self.variables:
+                given = self.parameters(name)
                 return name, None if given is None else given.place
             at = written.find(_HOLE, end)
         return "", None
@@ -424,7 +422,7 @@ class _Scope:
         """Return the place of the first given parameter in a condition."""
         for test in tests:
             name = self.text(test.subject, None)
-            given = self.filling.parameters(name) if isinstance(name, str) and test.subject != form.DISTRO else None
+            given = self.parameters(name) if isinstance(name, str) and test.subject != form.DISTRO else None
             if given is not None and given.place is not None:
                 return given.place
         return None
@@ -437,6 +435,10 @@ class _Scope:
         base = own.get(form.PROFILE) or ""
         preset, settings = self._profile(own) if base in self.file.profiles and base != name else (base, {})
         return preset, {**settings, **{policy: replace(each, derived=True) for policy, each in own.settings.items()}}
+
+
+def _declared(part: Entry) -> dict[str, list[Entry]]:
+    return {name: member.value for name, member in (part.get(form.PARAMETERS) or {}).items()}
 
 
 def source_place(file: NodeFile, entry: Entry) -> Place | None:

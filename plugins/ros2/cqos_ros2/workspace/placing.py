@@ -93,7 +93,7 @@ class Placed:
 
         namespace = self.namespace.rstrip("/")
         variables = {"node": self.name, "namespace": namespace, "above": namespace.rpartition("/")[0]}
-        Filling(library, parameter, variables, distro).fill(self.file, self.facts, result)
+        Filling(library, parameter, variables, distro, result, self.file).fill(self.facts)
         return result
 
 
