@@ -122,7 +122,9 @@ def test_layout_is_free_and_precedence_is_that_of_python(written, meant):
 
 
 def test_and_binds_tighter_than_a_comparison_so_parentheses_are_asked_for():
-    with pytest.raises(ConditionError, match="`b & c` is a sentence where a value is expected"):
+    with pytest.raises(
+        ConditionError, match=r"`b & c` is a condition where a value is expected; put each comparison .* in parentheses"
+    ):
         parse("a > b & c")
 
 
@@ -250,6 +252,12 @@ FOREIGN = [
     ("care.upper() == 'X'", "`care.upper()` is not part of the language", 0),
     ("(lambda: 1) == care", "is not part of the language", 1),
     ("1 < copies < 5", "write two comparisons joined by &", 0),
+    ('care == "insured" & copies == 1', "put each comparison beside & or | in parentheses", 0),
+    ('copies == 1 | care == "insured" & sealed', "put each comparison beside & or | in parentheses", 0),
+    ('care == "insured" & sealed', "put each comparison beside & or | in parentheses", 8),
+    ("care == set-free", 'a value stands in quotes: "set-free"', 8),
+    ("max-copies > 1", "names have `_` where others have `-`: `max_copies`", 0),
+    ("offered(max-copies) > 1", "names have `_` where others have `-`: `max_copies`", 0),
     ("(a > 1) and (b > 2)", "use & and |", 0),
     ("a or b", "use & and |", 0),
     ("not sealed", "use ~(…) instead of `not`", 0),
@@ -286,13 +294,13 @@ FOREIGN = [
     ("'x'.y == a", "expected a policy name", 0),
     ("await a", "is not part of the language", 0),
     ("...", "`...` is not part of the language", 0),
-    ("5", "`5` is no sentence: compare it with something", 0),
-    ('"text"', '`"text"` is no sentence', 0),
-    ("True & a", "`True` is no sentence", 0),
-    ("(a & b) > c", "`a & b` is a sentence where a value is expected", 1),
-    ("(a > b) + 1 > c", "`a > b` is a sentence where a value is expected", 1),
-    ("min(a > b, c) > d", "`a > b` is a sentence where a value is expected", 4),
-    ("count(5) > 1", "`5` is no sentence", 6),
+    ("5", "`5` is no condition: compare it with something", 0),
+    ('"text"', '`"text"` is no condition', 0),
+    ("True & a", "`True` is no condition", 0),
+    ("(a & b) > c", "`a & b` is a condition where a value is expected", 1),
+    ("(a > b) + 1 > c", "`a > b` is a condition where a value is expected", 1),
+    ("min(a > b, c) > d", "`a > b` is a condition where a value is expected", 4),
+    ("count(5) > 1", "`5` is no condition", 6),
     ("offered(care, delay) > 1", "`offered` takes one policy name", 0),
     ("offered('care') > 1", "`offered` takes one policy name", 0),
     ("offered(offered(care)) > 1", "`offered` takes one policy name", 0),
@@ -315,9 +323,40 @@ def test_everything_else_is_refused_with_its_place(text, message, offset):
 @pytest.mark.parametrize(
     "text", ["", "   ", "a >", "(a", "a)", "a b", "yield a", "a = 1", "a; b", "x = [", "import os", "a\nb"]
 )
-def test_what_is_no_python_is_no_sentence(text):
+def test_what_is_no_python_is_no_condition(text):
     with pytest.raises(ConditionError, match="not valid syntax"):
         parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("care = 'insured'", "compare with `==`"),
+        ("sealed && late", "write `&` and `|` once"),
+        ("sealed || late", "write `&` and `|` once"),
+        ("delay > 5s", 'a duration stands in quotes, for instance "5s"'),
+        ("delay > 1.5h", 'a duration stands in quotes, for instance "5s"'),
+        ("delay > 500ms", 'a duration stands in quotes, for instance "5s"'),
+    ],
+)
+def test_syntax_of_other_languages_is_refused_with_advice(text, advice):
+    with pytest.raises(ConditionError, match="not valid syntax") as refused:
+        parse(text)
+    assert advice in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ["care == '5s' 'b = c' )", "care == '&&' )", 'care == "a || b" )'])
+def test_text_in_quotes_asks_for_no_advice(text):
+    with pytest.raises(ConditionError) as refused:
+        parse(text)
+    assert str(refused.value).count("; ") == 0
+
+
+def test_a_value_that_has_the_name_of_a_definition_asks_for_quotes():
+    with pytest.raises(
+        ConditionError, match='`late` is a condition where a value is expected; a value stands in quotes: "late"'
+    ):
+        parse("care == late", {"late": define("late", DELAY > "1s")})
 
 
 @pytest.mark.parametrize(
@@ -380,7 +419,7 @@ def test_no_text_is_too_much(text):
 
 
 def test_a_long_text_is_not_even_looked_at():
-    with pytest.raises(ConditionError, match="a sentence has at most 10,000 characters, this one has 10,001"):
+    with pytest.raises(ConditionError, match="a condition has at most 10,000 characters, this one has 10,001"):
         parse("a" * (MAXIMUM_TEXT + 1))
 
 

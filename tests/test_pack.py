@@ -124,11 +124,11 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a fix that the rule does not read": (
         {"rules": [replace(RULES[0], fixes=("care", "delay"))]},
-        "rule POST101: `fixes` names `delay`, which the sentence does not read",
+        "rule POST101: `fixes` names `delay`, which the condition does not read",
     ),
     "a fix of a side that the rule does not read": (
         {"rules": [replace(RULES[0], fixes=("offered care", "subscriber care"))]},
-        "rule POST101: `fixes` names `subscriber care`, which the sentence does not read",
+        "rule POST101: `fixes` names `subscriber care`, which the condition does not read",
     ),
     "a headline with a word for nothing": (
         {"rules": [replace(RULES[0], says="{publisher} has {offerd care} and {delay}")]},
@@ -167,7 +167,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         {"policies": [*POLICIES, Policy("a", Flag(), level="planet")]},
         "policy `a`: level `planet` must be one of endpoint, topic, participant, broker, option",
     ),
-    "a name that no sentence can have": (
+    "a name that no condition can have": (
         {"policies": [*POLICIES, Policy("reply-to", Flag())]},
         "no word of Python; write `reply_to`, and `reply-to` in its `aliases`",
     ),

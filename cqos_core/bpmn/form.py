@@ -77,7 +77,7 @@ _CHECK: Final = DrawnWord(
         *(DrawnAttribute(each, f"The value that is required: {each.replace('_', ' ')} this.") for each in BOUNDS),
         DrawnAttribute("sentence", "A whole condition, for what one value cannot say."),
         *(DrawnAttribute(name, doc, values=ROLES if name == "role" else ()) for name, doc in WHERE.items()),
-        DrawnAttribute("severity", "How loud it speaks; `error` if not stated.", values=SEVERITIES),
+        DrawnAttribute("severity", "Severity of its findings; `error` if not stated.", values=SEVERITIES),
     ),
 )
 

@@ -1,4 +1,4 @@
-"""The team's own rules (``checks:``): sentences like those of a pack, bound to every pack in use."""
+"""The team's own rules (``checks:``): conditions like those of a pack, bound to every pack in use."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _team_condition(team_rule: TeamRule, pack: RulePack) -> Condition:
 
 
 def _refuse_wider(bound: BoundRule) -> None:
-    """Refuse a sentence about more than one endpoint, which would be judged of each by itself and always hold."""
+    """Refuse a condition about more than one endpoint, which would be judged of each by itself and always hold."""
     if bound.scope != "endpoint":
         raise CqosError(f"`{bound.rule.condition}` speaks of a {bound.scope}, a check of one endpoint: {_ONE_ENDPOINT}")
 

@@ -81,7 +81,9 @@ def _lists_values(node: Node) -> bool:
     return isinstance(node, SequenceNode) and bool(node.items) and not any(map(is_null, node.items))
 
 
-SEVERITY: Final = Key("severity", one_of("error", "warning", "note"), "How loud the check speaks; `error` without it.")
+SEVERITY: Final = Key(
+    "severity", one_of("error", "warning", "note"), "Severity of its findings; `error` if not stated."
+)
 WHERE_KEYS: Final = (
     Key("role", one_of("publisher", "subscriber"), "Which side."),
     Key("topic", TEXT, "Pattern of the topic's name, with `*` and `?`."),
@@ -97,7 +99,7 @@ REQUIRE: Final = Key(
     "Policy to value (exactly), or to a map of `at_least`, `at_most`, `one_of`, `not`, `exactly`.",
     hints=("endpoint_settings",),
 )
-SENTENCE: Final = Key("sentence", TEXT, "A whole sentence in the language of rules, for what `require` cannot say.")
+SENTENCE: Final = Key("sentence", TEXT, "A whole condition in the language of rules, for what `require` cannot say.")
 NAME: Final = Key("name", TEXT, "Name of the check, in kebab case; say the good pattern.", required=True)
 CHECK: Final = Form(
     "check",
@@ -106,7 +108,7 @@ CHECK: Final = Form(
     one_of=(REQUIRE.name, SENTENCE.name),
 )
 
-RULE: Final = Key("rule", TEXT, "Code or name of the rule that is accepted to speak.", required=True)
+RULE: Final = Key("rule", TEXT, "Code or name of the rule whose findings are accepted.", required=True)
 ACCEPT_TOPIC: Final = Key("topic", TEXT, "Topic of the findings that are accepted.")
 ACCEPT_ENDPOINT: Final = Key("endpoint", TEXT, "Id of an endpoint of the findings that are accepted.")
 UNTIL: Final = Key("until", DATE, "Day after which it no longer holds.")

@@ -114,7 +114,7 @@ class Binder:
                 return self.aggregate(node)
             case Test(name):
                 return _applied(self.operation(name), self.operands(node, None))
-        raise ConditionError(f"`{node}` is no sentence of the language")
+        raise ConditionError(f"`{node}` is no condition of the language")
 
     def operand(self, node: Node, domain: Domain | None) -> _Judges:
         """A value; constants are read as ``domain``."""
@@ -146,7 +146,7 @@ class Binder:
         """Ask how a value was written; unknown where that was not understood."""
         term = node.args[0]
         if not isinstance(term, Term):
-            raise ConditionError(f"`{node}` asks for a policy, not for `{term}`")
+            raise ConditionError(f"`{node}` takes a policy, not `{term}`")
         index = self.use(term)
         self.asked.add(index)
         self.partial = True
@@ -194,7 +194,7 @@ class Binder:
         scopes = {t.scope for t in node.walk() if isinstance(t, Term)}
         sides = {scope in SECOND_SCOPES for scope in scopes - {"topic", "option"}}
         if len(sides) != 1 or "own" in scopes:
-            raise ConditionError(f"`{node}` must speak of offered or of requested values, and only of one of them")
+            raise ConditionError(f"`{node}` must read either offered or requested values")
         return sides.pop()
 
     def use(self, term: Term) -> int:

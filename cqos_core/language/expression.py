@@ -113,7 +113,7 @@ class Node:
 
     def __bool__(self) -> bool:
         """Refuse to be a truth value: ``and``, ``or``, ``not`` and chained comparisons would lose half the condition."""
-        message = "a sentence has no truth value of its own: use & | ~ with parentheses, and no chained comparison"
+        message = "a condition has no truth value of its own: use & | ~ with parentheses, and no chained comparison"
         raise ConditionError(message)
 
     def __and__(self, other: Condition | Operand) -> Condition:
@@ -261,7 +261,7 @@ def as_operand(value: object) -> Operand:
         return value
     if isinstance(value, (str, int)):
         return Literal(value)
-    message = f"{value!r} cannot stand in a sentence: use a policy, text, a whole number, True or False"
+    message = f"{value!r} cannot stand in a condition: use a policy, text, a whole number, True or False"
     raise ConditionError(message)
 
 
@@ -270,7 +270,7 @@ def as_condition(value: object) -> Condition:
     if isinstance(value, Condition):
         return value
     if not isinstance(value, Operand) or isinstance(value, Literal):
-        raise ConditionError(f"`{value}` is no sentence: compare it with something")
+        raise ConditionError(f"`{value}` is no condition: compare it with something")
     return Test(HOLDS, value)
 
 

@@ -68,7 +68,7 @@ def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
 
 
 def describe_rule(bound: BoundRule) -> dict[str, Any]:
-    """Describe a rule for machines: its sentence in text form, scope, table and texts."""
+    """Describe a rule for machines: its condition in text form, scope, table and texts."""
     rule = bound.rule
     return {
         "code": rule.code,

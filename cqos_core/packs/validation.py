@@ -128,7 +128,7 @@ def _wrong(*said: tuple[object, str]) -> Iterator[str]:
 
 
 def rule_mistakes(bound: BoundRule) -> Iterator[str]:
-    """Yield what is wrong with a rule whose sentence is in order."""
+    """Yield what is wrong with a rule whose condition is in order."""
     rule, of_itself = bound.rule, bound.bound.uses
     uses = (*of_itself, *bound.bound.aggregate_uses)
     used = {use.term.name for use in uses}
@@ -145,7 +145,7 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
         if policy.level == ENDPOINT and role is not None and role not in policy.roles:
             yield f"`{use.term}` is of a {role}, and only a {' and '.join(policy.roles) or 'nothing'} has `{policy.name}`"
     yield from _wrong(
-        *((name not in read, f"`fixes` names `{name}`, which the sentence does not read") for name in rule.fixes)
+        *((name not in read, f"`fixes` names `{name}`, which the condition does not read") for name in rule.fixes)
     )
     yield from _severity(bound)
     written = re.findall(r"\{([^{}]+)\}", rule.says)

@@ -243,7 +243,7 @@ def _stream(topic: str, facts: QosProfile, size: int | None, taken: int | None, 
 
 @lru_cache(maxsize=8)
 def _waiting(pack: RulePack) -> BoundCondition:
-    """Return the sentence that messages of a pair wait for a client that does not take them."""
+    """Return the condition that messages of a pair wait for a client that does not take them."""
     return bind((EFFECTIVE >= "1") | as_condition(broker(QUEUES_QOS0)), pack.vocabulary)
 
 
