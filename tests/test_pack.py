@@ -174,11 +174,11 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     "a name that is a word of Python": ({"policies": [*POLICIES, Policy("from.class", Flag())]}, "no word of Python"),
     "a value that would not be read back": (
         {"policies": [*POLICIES, Policy("mode", Choice("None", "Sign And Encrypt"))]},
-        "policy `mode`: value `Sign And Encrypt` must be written as it is read, `sign_and_encrypt`",
+        "policy `mode`: value `Sign And Encrypt` must be written in the pack as `sign_and_encrypt`",
     ),
     "a value that an affix eats": (
         {"policies": [*POLICIES, Policy("mode", Choice("a", "mode_b", affixes=("mode_",)))]},
-        "value `mode_b` must be written as it is read, `b`",
+        "value `mode_b` must be written in the pack as `b`",
     ),
     "a value listed twice": (
         {"policies": [*POLICIES, Policy("mode", Choice("a", "b", "a"))]},
@@ -202,7 +202,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a word in a spelling that is never read": (
         {"policies": [*POLICIES, Policy("a", Flag(), words={"As Usual": "true"})]},
-        "word `As Usual` must be written as it is read, `as_usual`",
+        "word `As Usual` must be written in the pack as `as_usual`",
     ),
     "a word for no value": (
         {"policies": [*POLICIES, Policy("a", Flag(), words={"usual": PerRole("true", "sometimes")})]},
@@ -279,7 +279,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a dialect's name in a spelling that is never read": (
         {"dialects": {"form": Dialect(names={"Farbe": "care"})}},
-        "dialect `form`: `Farbe` must be written as it is compared, `farbe`",
+        "dialect `form`: `Farbe` must be written in the pack as `farbe`; files may write both",
     ),
     "codes of an unknown policy": (
         {"dialects": {"form": Dialect(codes={"colour": {"1": "red"}})}},
@@ -359,8 +359,11 @@ def test_every_mistake_is_named_at_once():
     where = {at for at, _ in refused.value.mistakes}
     assert where >= {
         ("policies", "Mode"),
+        ("policies", "Mode", "values"),
+        ("policies", "Mode", "default"),
         ("policies", "time"),
         ("rules", "BAD101"),
+        ("rules", "BAD101", "condition"),
         ("presets", "p"),
         ("base_preset",),
     }

@@ -533,6 +533,29 @@ def test_a_mistake_is_reported_with_its_line(text, written, message):
     assert found[0] in {*original, *(number + 1 for number in original)}, (found, original)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "marked"),
+    [
+        ("offered(delay) <= requested(delay)", "offered(delay) and requested(delay)", None),
+        ("offered(delay) <= requested(delay)", "offered(delays) <= requested(delay)", None),
+        ("values: [plain, signed, insured]", "values: [Plain, signed, insured]", "[Plain, signed, insured]"),
+        ("default: infinite", "default: 5", "5"),
+    ],
+)
+def test_a_mistake_is_reported_at_the_value_that_has_it(old, new, marked):
+    text = FILE.replace(old, new)
+    (place,) = {problem.place for problem in problems(text) if problem.place is not None}
+    line = text.splitlines()[(place.line or 0) - 1]
+    assert line[(place.column or 0) - 1 :].startswith(new if marked is None else marked)
+
+
+def test_a_wrong_value_is_not_reported_of_the_default_again():
+    text = FILE.replace("values: [plain, signed, insured]", "values: [Plain, signed, insured]")
+    assert [said for _, said in lines(text) if "policy `care`" in said] == [
+        "policy `care`: value `Plain` must be written in the pack as `plain`; files may write both"
+    ]
+
+
 def test_all_mistakes_are_reported_at_once():
     text = FILE.replace("default: infinite", "default: 5").replace("sealed: true}, doc", "sealed: maybe}, doc")
     text = text.replace("offered(care) >=", "offered(cares) >=").replace("by_option: carrier", "by_option: carriers")

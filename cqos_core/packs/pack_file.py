@@ -411,7 +411,8 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
         try:
             rules.append(_rule(each, defined))
         except (ConditionError, PackError) as error:
-            problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
+            part = _CONDITION if isinstance(error, ConditionError) else ()
+            problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index, *part), root))))
     if problems:
         raise InputError(problems)
     made = {
@@ -439,7 +440,7 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
 def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
     """Where a mistake stands in the file: its rules are a list, from which the last of a code is meant."""
     if at[:1] == ("rules",) and at[1] in codes:
-        return ("rules", len(codes) - 1 - codes[::-1].index(at[1]))
+        return ("rules", len(codes) - 1 - codes[::-1].index(at[1]), *(_CONDITION if at[2:] else ()))
     return at
 
 
@@ -453,6 +454,8 @@ def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator
 
 
 _KINDS_OF_RULES: Final = {"requires": requires, "forbids": forbids, "matched_if": matched_if, "meets": matched_if}
+_CONDITION: Final = (*_KINDS_OF_RULES, "what")
+"""Keys that may hold the condition of a rule."""
 
 
 def _rule(model: RuleModel, defined: Mapping[str, Part]) -> Rule:

@@ -62,7 +62,7 @@ def _mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
     try:
         _ = bound.bound
     except ConditionError as error:
-        yield Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}")
+        yield Mistake((*at, "condition"), f"rule {rule.code} `{rule.condition}`: {error}")
     else:
         yield from (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
 
@@ -79,7 +79,10 @@ def mistakes(pack: RulePack) -> Iterator[Mistake]:
 def _parts(pack: RulePack) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]]]:
     """Yield where each part stands, what it is, and what is wrong with it."""
     for policy in pack.policies:
-        yield ("policies", policy.name), f"policy `{policy.name}`", _policy(policy, pack)
+        at, what = ("policies", policy.name), f"policy `{policy.name}`"
+        yield at, what, _policy(policy, pack)
+        yield (*at, "values"), what, _domain(policy)
+        yield (*at, "default"), what, _defaults(policy)
     for name, preset in pack.presets.items():
         yield ("presets", name), f"preset `{name}`", _preset(preset, pack)
     for name, dialect in pack.dialects.items():
@@ -250,9 +253,6 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
         (unset, "a derived policy needs the default that holds where nothing else follows"),
         (not set(policy.roles) <= set(BOTH), f"roles must be of {' and '.join(BOTH)}"),
     )
-    yield from _domain(policy)
-    for text in dict.fromkeys((*map(policy.default_for, BOTH), *policy.assume, policy.fallback)):
-        yield from _text(policy, text)
     yield from _words(policy, pack)
     for option, by_value in policy.enforced.items():
         for value, treated in by_value.items():
@@ -261,10 +261,18 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
                 yield f"`enforced` says `{treated}`; it must be {YES}, {UNMATCHED} or {NO}"
 
 
+def _defaults(policy: Policy) -> Iterator[str]:
+    for text in dict.fromkeys((*map(policy.default_for, BOTH), *policy.assume, policy.fallback)):
+        yield from _text(policy, text)
+
+
 def _words(policy: Policy, pack: RulePack) -> Iterator[str]:
     for word, meaning in policy.words.items():
         yield from _wrong(
-            (_word(policy, word) != word, f"word `{word}` must be written as it is read, `{_word(policy, word)}`"),
+            (
+                _word(policy, word) != word,
+                f"word `{word}` must be written in the pack as `{_word(policy, word)}`; files may write both",
+            ),
             (word in getattr(policy.domain, "names", ()), f"word `{word}` is also a value"),
         )
         yield from _meaning(policy, meaning, pack)
@@ -286,7 +294,7 @@ def _domain(policy: Policy) -> Iterator[str]:
                 if choice.names.index(name) != rank:
                     yield f"value `{name}` is listed twice"
                 elif choice.word(name) != name:
-                    yield f"value `{name}` must be written as it is read, `{choice.word(name)}`"
+                    yield f"value `{name}` must be written in the pack as `{choice.word(name)}`; files may write both"
         case Count(lowest=lowest, maximum=maximum) if lowest > maximum:
             yield f"there is no number from {lowest} to {maximum}"
         case Duration(bare_unit=unit) if not is_unit(unit):
@@ -300,7 +308,9 @@ def _text(policy: Policy, text: str | None) -> Iterator[str]:
     try:
         policy.domain.parse(text)
     except InvalidValueError as problem:
-        yield str(problem)
+        # a value that is listed in a wrong spelling is reported there
+        if normalise(text) not in map(normalise, getattr(policy.domain, "names", ())):
+            yield str(problem)
 
 
 def _meaning(policy: Policy, meaning: Meaning, pack: RulePack) -> Iterator[str]:
@@ -372,7 +382,10 @@ def _dialect(dialect: Dialect, pack: RulePack) -> Iterator[str]:
     for written, name in dialect.names.items():
         yield from _wrong(
             (normalise(name) not in spellings, f"`{written}` is read as `{name}`, which is no policy"),
-            (normalise(written) != written, f"`{written}` must be written as it is compared, `{normalise(written)}`"),
+            (
+                normalise(written) != written,
+                f"`{written}` must be written in the pack as `{normalise(written)}`; files may write both",
+            ),
         )
     for name, codes in dialect.codes.items():
         yield from _codes(pack, name, codes)
