@@ -28,6 +28,7 @@ import pytest
 
 from cqos_core.language import expression
 from cqos_core.language.parsing import parse
+from cqos_core.plugins import load_plugins
 from tests.command import run
 
 if TYPE_CHECKING:
@@ -234,6 +235,12 @@ def test_contributors_find_every_file_that_is_named():
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     named = re.findall(r"`((?:plugins|docs|tests|cqos_core)/[\w./]*)`", text)
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_contributors_find_what_each_command_does():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    commands = {name.split()[0] for name in load_plugins().commands}
+    assert commands == {name for name in commands if re.search(rf"`(cqos )?{name}[ `]|/{name}\.py\)", text)}
 
 
 def test_every_example_is_described():

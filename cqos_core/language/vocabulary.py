@@ -24,7 +24,7 @@ class Function:
     Attributes:
         call: takes plain values, returns True, False or None for unknown.
         doc: one sentence.
-        column: whether it also works on columns, for engines of columns; C-QoS has none yet. ``cqos packs`` lists those that do not.
+        column: whether it also works on columns, for other engines; C-QoS itself has no column form for functions.
         many: where ``call`` compares a value of the publisher, its first argument, with one of the subscriber, its second, and
             never answers None: the same for many at once. It takes the distinct first values, the distinct second ones, each
             with a set of bits, and the further arguments. It returns per first value the bits of all second ones for which

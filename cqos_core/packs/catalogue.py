@@ -107,7 +107,7 @@ def describe_code(info: CodeInfo) -> dict[str, Any]:
 
 
 def column_form(bound: BoundRule) -> bool:
-    """Whether every named function of the rule has a form over columns, as an engine of columns needs it; C-QoS has none yet."""
+    """Whether every named function of the rule works on columns, for engines other than those of C-QoS."""
     functions = bound.bound.vocabulary.functions
     used = (getattr(node, "name", "") for node in bound.rule.condition.walk())
     return all(functions[name].column for name in used if name in functions)
