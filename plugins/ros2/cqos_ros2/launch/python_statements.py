@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
+from cqos_ros2.launch.entities import POSITIONAL, SUBSTITUTIONS
 from cqos_ros2.launch.python_classes import made_by
 from cqos_ros2.launch.python_expressions import bind, truth, value_of
 from cqos_ros2.launch.python_names import (
@@ -249,11 +250,23 @@ def _import(node: ast.Import | ast.ImportFrom, frame: Frame, walk: Walk) -> None
     name = node.module or ""
     module = _module(name, node, frame, walk)
     for alias in node.names:
-        if isinstance(module, ModuleValue):
+        if alias.name == "*":
+            _import_all(name, module, frame)
+        elif isinstance(module, ModuleValue):
             missing = frame.unknown(f"`{name}` has no `{alias.name}`", node)
             frame.names[alias.asname or alias.name] = module.frame.names.get(alias.name, missing)
         else:
             frame.names[alias.asname or alias.name] = module or Library(f"{name}.{alias.name}")
+
+
+def _import_all(name: str, module: ModuleValue | Unknown | None, frame: Frame) -> None:
+    """Bind what `from name import *` brings."""
+    if isinstance(module, ModuleValue):
+        frame.names.update((each, value) for each, value in module.frame.names.items() if not each.startswith("_"))
+    elif name.partition(".")[0] in _LIBRARIES:
+        # The tables do not say which module of launch has a class, so names that are bound already stay.
+        for each in (*POSITIONAL, *SUBSTITUTIONS):
+            frame.names.setdefault(each, Library(f"{name}.{each}"))
 
 
 def _module(name: str, node: ast.stmt, frame: Frame, walk: Walk) -> ModuleValue | Unknown | None:

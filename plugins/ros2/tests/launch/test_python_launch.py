@@ -193,6 +193,17 @@ def test_helpers_keywords_comprehensions_and_sums(python_launch):
     assert names(found) == ["/robot/n0", "/robot/n1", "/robot/last", "/x"]
 
 
+def test_all_names_of_a_module_are_imported(launched):
+    found = launched(
+        {
+            "a/a.launch.py": "from launch import *\nfrom launch.actions import *\nfrom launch_ros.actions import *\nfrom helpers import *\n"
+            "def generate_launch_description():\n    return LaunchDescription([Node(package='p', executable='e', name=NAME), make()])\n",
+            "a/helpers.py": "from launch_ros.actions import Node\nNAME = 'n'\ndef make():\n    return Node(package='p', executable='e', name='made')\n",
+        }
+    )
+    assert names(found) == ["/n", "/made"]
+
+
 def test_an_opaque_function_is_walked_with_the_values_of_arguments(python_launch):
     # Trap T28.
     found = python_launch("""
