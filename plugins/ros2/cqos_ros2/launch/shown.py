@@ -182,11 +182,7 @@ def _not_read(launched: Launched, workspace: Workspace) -> str:
         what = f"{remark.what}: " if remark.what else ""
         guards = f", only if {' and '.join(map(str, remark.guards))}" if remark.guards else ""
         lines.append(f"  {_at(remark.place, workspace)}{remark.about} {_cut(what + remark.cause)}{guards}")
-    for package, folder in workspace.repeated:
-        lines.append(f"  {workspace.short(folder)}: another package `{package}`, which is passed over")
-    lines += [f"  {_at(each.place, workspace)}{each.cause}" for each in workspace.unreadable]
-    if workspace.cut:
-        lines.append("  the workspace has too many folders, so packages may be missing; name one with --workspace")
+    lines += [f"  {_at(each.place, workspace)}{each.cause}; {advice}" for each, advice in workspace.passed_over()]
     return "\n".join(["Not read:", *lines]) if lines else ""
 
 

@@ -34,6 +34,8 @@ _LAUNCH_ENDINGS: Final = (
     ".yaml",
     ".yml",
 )
+_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+"""Names of packages, as the ROS tools take them. They become names of files."""
 PACKAGE_PATH: Final = re.compile(r"\$\(find-pkg-(?:share|prefix) ([^()]+)\)(?:/(.*))?", re.DOTALL)
 
 
@@ -59,6 +61,24 @@ class Workspace:
     unreadable: list[Unknown] = field(default_factory=list)
     cut: bool = False
     _files: dict[str, dict[str, list[str]]] = field(default_factory=dict)
+
+    def passed_over(self) -> list[tuple[Unknown, str]]:
+        """Return which packages are not read, and what to do about each."""
+        return [
+            *(
+                (
+                    Unknown(f"another package `{name}`, which is passed over", Place(folder)),
+                    "put a COLCON_IGNORE into one",
+                )
+                for name, folder in self.repeated
+            ),
+            *((each, "correct the file, because the package is passed over") for each in self.unreadable),
+            *(
+                [(Unknown("too many folders, so packages may be missing", None), "name one of them")]
+                if self.cut
+                else []
+            ),
+        ]
 
     def find(self, path: str, place: Place | None) -> str | Unknown:
         """Return the file on disk that a path of a launch file names."""
@@ -204,8 +224,9 @@ def _add(workspace: Workspace, folder: str) -> None:
         workspace.unreadable.append(Unknown(error.problems[0].message, error.problems[0].place))
         return
     name = next((text_of(each) for each in children(root, "name")), "") if local(root) == "package" else ""
-    if not name:
-        workspace.unreadable.append(Unknown("it names no package", Place(path, 1)))
+    if not _NAME.fullmatch(name):
+        what = f"`{name[:80]}` is no name of a package" if name else "it names no package"
+        workspace.unreadable.append(Unknown(what, Place(path, 1)))
     elif name in workspace.packages:
         workspace.repeated.append((name, folder))
     else:

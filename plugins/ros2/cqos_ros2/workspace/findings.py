@@ -279,6 +279,8 @@ def _not_decided(found: Join) -> Iterator[ImportNote]:
     if missing:
         message = f"the launch includes files of packages that are not in the workspace: {_few_texts(missing)}"
         yield note("ROS980", message, found.launched.remarks[0].place, "check with a workspace that has them")
+    for unknown, advice in found.workspace.passed_over():
+        yield note("ROS980", unknown.cause, unknown.place, advice)
     for remark in found.launched.remarks:
         if not remark.package:
             what = f" {remark.what}" if remark.what else ""

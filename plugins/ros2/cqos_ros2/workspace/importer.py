@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
-    from cqos_ros2.launch.started import Launched
+    from cqos_ros2.launch.started import Launched, Remark
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.workspace.joining import Join
 
@@ -30,6 +30,7 @@ LAUNCH: Final = "launch"
 ARGUMENT: Final = "launch_arg"
 _UNREAD: Final = ("action", "file")
 """What remarks about a launch file are about that cannot be read."""
+_MOST_PROBLEMS: Final = 20
 
 
 def read(source: Source, context: ReadContext) -> System:
@@ -81,7 +82,7 @@ def _launched(
         found = launch(workspace, path, dict(given), dict(variables))
         own = [one for one in found.remarks if one.about in _UNREAD and one.what == workspace.short(path)]
         if own and not found.instances:
-            raise InputError([Problem("CQ047", one.cause, one.place or Place(path)) for one in own])
+            raise InputError(_problems(own, path))
         read.append(found)
     whole = read[0]
     for found in read[1:]:
@@ -92,3 +93,10 @@ def _launched(
         whole.assumed = {**found.assumed, **whole.assumed}
         whole.files = {**found.files, **whole.files}
     return workspace, whole
+
+
+def _problems(remarks: list[Remark], path: str) -> list[Problem]:
+    """Return the first remarks about a launch file that starts nothing as problems, and how many more there are."""
+    found = [Problem("CQ047", one.cause, one.place or Place(path)) for one in remarks[:_MOST_PROBLEMS]]
+    more = len(remarks) - len(found)
+    return [*found, Problem("CQ047", f"{more} more parts of this file are not read", Place(path))] if more else found

@@ -6,6 +6,8 @@ import time
 
 import pytest
 
+from cqos_ros2.launch.workspace import find_packages
+
 HEAD = "from launch import LaunchDescription\nfrom launch_ros.actions import Node\n"
 FUNCTION = "def generate_launch_description():\n"
 
@@ -126,3 +128,14 @@ def test_many_nodes_end_at_a_limit(launched):
     found = launched({"a/a.launch.xml": f"<launch>{nodes}</launch>"})
     assert len(found.instances) == 5000
     assert "more than 5000 nodes" in found.remarks[0].cause
+
+
+@pytest.mark.parametrize("name", ["../../evil", "/evil", "a/b", "..", "a\nb", ""])
+def test_a_name_that_no_package_may_have_names_none(tmp_path, name):
+    # `cqos learn` names a file by its package.
+    folder = tmp_path / "a"
+    folder.mkdir()
+    (folder / "package.xml").write_text(f"<package><name>{name}</name></package>")
+    found = find_packages(str(tmp_path))
+    assert not found.packages
+    assert len(found.unreadable) == 1

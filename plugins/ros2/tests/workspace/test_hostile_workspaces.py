@@ -128,3 +128,33 @@ def test_a_launch_file_that_cannot_be_read_is_an_error(tmp_path, command, name, 
     (tmp_path / name).write_bytes(content)
     done = run([*command, name], tmp_path)
     assert (done.code, name in done.err) == (2, True), done.out + done.err
+
+
+def test_a_launch_file_that_is_not_read_gives_few_errors(tmp_path):
+    path = tmp_path / "bot" / "launch" / "a.launch.py"
+    path.parent.mkdir(parents=True)
+    (tmp_path / "bot" / "package.xml").write_text(MANIFEST)
+    body = "def generate_launch_description():\n    return LaunchDescription([" + "a(), " * 1000 + "])\n"
+    path.write_text("from launch import LaunchDescription\n" + body)
+    done = run(["check", ".", "--launch", "bot:a.launch.py"], tmp_path)
+    assert done.code == 2
+    assert done.err.count("error[CQ047]") == 21
+    assert "more parts of this file are not read" in done.err
+
+
+def test_packages_that_are_passed_over_are_named(tmp_path):
+    files = {
+        "bot/package.xml": MANIFEST,
+        **launch(NODE.format("")),
+        "copy/package.xml": MANIFEST,
+        "broken/package.xml": "<package>",
+        "other/package.xml": "<package><name>../x</name></package>",
+    }
+    for path, content in files.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(content)
+    for command in (["check", ".", "--launch", "bot:a.launch.xml", "--show", "notes"], ["launch", "bot:a.launch.xml"]):
+        done = run(command, tmp_path)
+        assert "another package `bot`, which is passed over" in done.out
+        assert "broken/package.xml" in done.out
+        assert "`../x` is no name of a package" in done.out
