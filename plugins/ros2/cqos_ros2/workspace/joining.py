@@ -26,6 +26,8 @@ from cqos_ros2.workspace.overriding import overrides_of
 from cqos_ros2.workspace.placing import Placing, distribution
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.model.system import Place, Role, Settings
     from cqos_ros2.launch.started import Launched
     from cqos_ros2.launch.workspace import Workspace
@@ -113,20 +115,22 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         _add(joined, system, numbers)
         result.nodes.append(joined)
     anywhere = any(node.opaque for node in result.nodes) or placing.unknown or placing.undecided
-    partly = [node.placed.address for node in result.nodes if not node.complete]
+    partly = {node.placed.address for node in result.nodes if not node.complete}
     doubtful = {each.type for node in result.nodes for each, _, _ in node.endpoints if each.doubtful}
     for endpoint in system.endpoints:
         topic, own = endpoint.topic or "", endpoint.participant
-        if (
-            anywhere
-            or endpoint.type in doubtful
-            or any(topic.startswith(f"{name}/") and name != own for name in partly)
-        ):
+        if anywhere or endpoint.type in doubtful or any(above in partly and above != own for above in _above(topic)):
             endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
     _say_once(system)
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
     return result
+
+
+def _above(topic: str) -> Iterator[str]:
+    """Yield the names that a topic may be private to, the nearest first."""
+    while topic := topic.rpartition("/")[0]:
+        yield topic
 
 
 def _say_once(system: System) -> None:

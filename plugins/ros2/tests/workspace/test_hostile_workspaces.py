@@ -158,3 +158,23 @@ def test_packages_that_are_passed_over_are_named(tmp_path):
         assert "another package `bot`, which is passed over" in done.out
         assert "broken/package.xml" in done.out
         assert "`../x` is no name of a package" in done.out
+
+
+def test_many_nodes_of_one_kind_are_read_soon(tmp_path):
+    facts = (
+        "cqos_nodes: 1\npackage: bot\nnodes:\n  talker:\n    unread: [{what: more, cause: unknown}]\n    publishes:\n"
+    )
+    facts += "".join(f"      topic{n}: {{type: std_msgs/msg/String}}\n" for n in range(12))
+    nodes = "".join(f'<node pkg="bot" exec="talker" name="n{n}"/>\n' for n in range(4000))
+    files = {
+        "bot/package.xml": MANIFEST,
+        "bot/bot.node.yaml": facts,
+        "bot/launch/a.launch.xml": f"<launch>{nodes}</launch>",
+    }
+    for path, content in files.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(content)
+    start = time.process_time()
+    done = run(["check", ".", "--launch", "bot:a.launch.xml"], tmp_path)
+    assert time.process_time() - start < 8
+    assert "48000 endpoints read" in done.out
