@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.names import without_arguments
 from cqos_ros2.learn.program import THIS, Attribute, Name
 from cqos_ros2.learn.values import Instance
 
@@ -17,8 +18,17 @@ _DEEPEST: Final = 4
 
 def copied(value: Any, type_text: str, walk: Walk, depth: int = 0) -> Any:
     """Return what a variable of a type holds that is given a value: of a class of the program, a copy; else the value itself."""
-    cls = value.cls if isinstance(value, Instance) and walk.program.language == "cpp" else None
-    if cls is None or value.node is not None or depth > _DEEPEST or type_text.endswith(("&", "*")) or "<" in type_text:
+    if walk.program.language != "cpp" or not isinstance(value, Instance) or type_text.endswith(("&", "*")):
+        return value
+    cls, objects = value.cls, walk.table.objects
+    if cls is None and walk.table.lookup(objects, value.library) is not None:
+        plain = without_arguments(type_text)
+        if plain != "auto" and walk.table.lookup(objects, plain) is None:
+            return value
+        made = Instance(None, value.library, dict(value.members))
+        walk.instances.append(made)
+        return made
+    if cls is None or value.node is not None or depth > _DEEPEST or "<" in type_text:
         return value
     around = walk.frame.function
     stated = walk.program.find_class(type_text, around.place.source, around.name)

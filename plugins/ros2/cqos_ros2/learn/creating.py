@@ -11,6 +11,7 @@ from cqos_ros2.learn.connecting import connect
 from cqos_ros2.learn.evaluating import assign, evaluate
 from cqos_ros2.learn.frames import MOST_ENDPOINTS, Condition, TooMuchError, lineage
 from cqos_ros2.learn.names import last_part, without_arguments
+from cqos_ros2.learn.overriding import stated
 from cqos_ros2.learn.program import Do, Items, NotFollowed, call_name
 from cqos_ros2.learn.qualities import as_qos, number_of
 from cqos_ros2.learn.searching import calls_in
@@ -20,6 +21,7 @@ from cqos_ros2.learn.values import (
     Instance,
     Made,
     NodeRecord,
+    Overriding,
     Qos,
     Resolved,
     Template,
@@ -41,7 +43,7 @@ REST: Final = NotFollowed("*")
 REST_BY_NAME: Final = "**"
 _RAW: Final = "raw"
 """The transport of a message as it is."""
-_DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
+_OPTIONS_BESIDE: Final = "whether it takes the options depends on the version of the library"
 OWN_WORDS: Final = ("node", "namespace", "above", "plugin")
 """What `${…}` means in node files beside parameters."""
 PLUGIN: Final = "${plugin}"
@@ -139,14 +141,16 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     if "unknown_topic" in row.values and not isinstance(name, Unknown):
         name = Unknown(row.text("unknown_topic"), place)
     qos = quality(row, given, walk)
-    overridable = _overridable(row, given, node)
+    overriding = stated(row, given, walk)
     type_found = type_of(row, given, receiver, walk)
     for decided, full, kind in _transported(row, given, name, type_found, node):
         walk.conditions.append(decided)
-        record(node, walk, Made(row.text("makes"), full, kind, qos, place, overridable=overridable))
+        record(node, walk, Made(row.text("makes"), full, kind, qos, place, overriding=overriding))
         walk.conditions.pop()
+    options = given.at(row.position("options")) is not MISSING
+    beside_it = Overriding((), _OPTIONS_BESIDE) if options else Overriding(())
     for beside, type_name in row.values.get("beside", {}).items():
-        record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place))
+        record(node, walk, Made(row.text("makes"), _beside(name, beside), type_name, qos, place, overriding=beside_it))
     return made
 
 
@@ -169,8 +173,9 @@ def _use(row: Row, given: Given, node: NodeRecord) -> None:
     node.uses.setdefault(row.text("uses"), given.call.place)
     if "unread" in row.values:
         node.gaps[row.text("uses"), row.text("unread")] = given.call.place
-    if given.at(row.position("qos")) is not MISSING:
-        node.gaps[row.text("uses"), "the call states a quality of service of its own"] = given.call.place
+    for key, what in (("qos", "a quality of service"), ("options", "options")):
+        if given.at(row.position(key)) is not MISSING:
+            node.gaps[row.text("uses"), f"the call states {what} of its own"] = given.call.place
 
 
 def _transported(
@@ -201,18 +206,6 @@ def _transported(
 
 def _below(name: Any, transport: str | Template) -> Any:
     return joined([name, "/", transport]) if isinstance(name, (str, Template)) else name
-
-
-def _overridable(row: Row, given: Given, node: NodeRecord) -> tuple[str, ...]:
-    """Return the policies that `qos_overrides` may set: those of the row, or of the options that the call is given."""
-    option = "qos_overriding_options"
-    stated = [each.members[option] for each in given.arguments if isinstance(each, Instance) and option in each.members]
-    stated += [given.keywords[option]] if option in given.keywords else []
-    for each in stated:
-        if isinstance(each, Word) and each.name.endswith("with_default_policies"):
-            return _DEFAULT_POLICIES
-        node.gaps["which policies `qos_overrides` may set", "its options are not followed"] = given.call.place
-    return tuple(row.values.get("overridable", ()))
 
 
 def record(node: NodeRecord, walk: Walk, made: Made) -> None:

@@ -152,22 +152,31 @@ def member(instance: Instance, name: str, walk: Walk) -> Any:
     value = instance.members.get(name, _MISSING)
     if value is not _MISSING and not isinstance(value, PLAIN):
         return value
-    elsewhere = "" if walk.starting else set_elsewhere(instance, name, walk)
+    other = "" if walk.starting else set_elsewhere(instance, name, walk)
     if value is not _MISSING:
-        return Unknown(elsewhere) if elsewhere else value
+        return Unknown(other) if other else value
     for cls in lineage(instance.cls, walk):
         if name in cls.initial:
-            if elsewhere:
-                return Unknown(elsewhere)
+            if other:
+                return Unknown(other)
             instance.members[name] = value = _initial(cls, name, instance, walk)
             return value
         if name in cls.fields:
-            made = None if elsewhere else _declared_member(cls, name, walk)
+            made = None if other else _declared_once(instance, cls, name, walk)
             if made is not None:
                 instance.members[name] = made
                 return made
-            return Unknown(elsewhere or f"`{name}` has no value before it is used")
+            return Unknown(other or f"`{name}` has no value before it is used")
     return _MISSING
+
+
+def _declared_once(instance: Instance, cls: Class, name: str, walk: Walk) -> Any:
+    """Return what a member is without a value: one object in all branches, as long as the walk keeps it."""
+    made = instance.declared.get(name)
+    gone = isinstance(made, Instance) and made.begins is not None and all(made is not each for each in walk.instances)
+    if name not in instance.declared or gone:
+        instance.declared[name] = made = _declared_member(cls, name, walk)
+    return made
 
 
 def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
@@ -176,14 +185,19 @@ def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
     if len(stated) == 1:
         return evaluate(stated[0], walk)
     written = cls.fields[name]
-    own = None if written.endswith(("*", "&")) else walk.program.find_class(written, cls.place.source, cls.name)
-    if own is not None and walk.program.language == "cpp" and inner_type(written) == written:
-        return evaluate(Call(Name(written), (), (), (), cls.place), walk)
+    if written.endswith(("*", "&")) or inner_type(written) != written:
+        return None
     plain = without_arguments(written)
     plain = without_arguments(walk.program.aliases.get(last_part(plain), plain))
-    if written.endswith(("*", "&")) or inner_type(written) != written or not walk.table.is_class(plain):
+    known = walk.table.is_class(plain) or walk.table.lookup(walk.table.objects, plain) is not None
+    own = walk.program.language == "cpp" and walk.program.find_class(written, cls.place.source, cls.name) is not None
+    if not own and not known:
         return None
-    return evaluate(Call(Name(written), (), (), (), cls.place), walk)
+    count = len(walk.instances)
+    made = evaluate(Call(Name(written), (), (), (), cls.place), walk)
+    for each in walk.instances[count:]:
+        each.begins = dict(each.members)
+    return made
 
 
 def initial_value(instance: Instance, name: str, walk: Walk) -> Any:
@@ -267,12 +281,17 @@ def _mentions(expression: Expression, name: str) -> bool:
 def _attribute(expression: Attribute, walk: Walk) -> Any:
     found = each_case(evaluate(expression.of, walk), lambda of: _member_of(of, expression, walk))
     note_value(expression.name, found, walk)
-    this, of = walk.frame.this, expression.of
+    other = elsewhere(expression.of, expression.name, walk) if isinstance(found, PLAIN) else ""
+    return Unknown(other) if other else found
+
+
+def elsewhere(of: Expression | None, name: str, walk: Walk) -> str:
+    """Return why a member of a structure that is a member may have another value than the walk saw; empty where it cannot."""
+    this = walk.frame.this
     root = of.text if isinstance(of, Name) else of.name if isinstance(of, Attribute) and of.of == Name(THIS) else ""
-    if root and this is not None and not walk.starting and isinstance(found, PLAIN) and is_missing(local(root, walk)):
-        elsewhere = set_elsewhere(this, f"{root}.{expression.name}", walk)
-        return Unknown(elsewhere) if elsewhere else found
-    return found
+    if not root or this is None or walk.starting or not is_missing(local(root, walk)):
+        return ""
+    return set_elsewhere(this, f"{root}.{name}", walk)
 
 
 def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.creating import default_of
-from cqos_ros2.learn.values import MISSING, Duration, Either, Qos, Template, flipped
+from cqos_ros2.learn.values import MISSING, Duration, Either, Overriding, Qos, Template, flipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -162,8 +162,8 @@ def _entries(group: list[Made], package: Package) -> list[dict[str, Any]]:
     distinct: list[Made] = []
     for each in group:
         if not any(
-            (each.qos, each.tests, each.perhaps, each.for_each, each.branch)
-            == (other.qos, other.tests, other.perhaps, other.for_each, other.branch)
+            (each.qos, each.tests, each.perhaps, each.for_each, each.branch, each.overriding)
+            == (other.qos, other.tests, other.perhaps, other.for_each, other.branch, other.overriding)
             for other in distinct
         ):
             distinct.append(each)
@@ -171,7 +171,7 @@ def _entries(group: list[Made], package: Package) -> list[dict[str, Any]]:
     certain = [each for each in distinct if not each.tests and not each.perhaps]
     if certain:
         qualities = {str(_quality(each.qos)) for each in distinct}
-        return [_entry(certain[0], package, unsure=len(qualities) > 1)]
+        return [_entry(_as_all(certain[0], distinct), package, unsure=len(qualities) > 1)]
     decided = [each for each in distinct if not each.perhaps]
     if len(decided) == len(distinct) > 1 and _exclude(decided):
         if (
@@ -179,13 +179,21 @@ def _entries(group: list[Made], package: Package) -> list[dict[str, Any]]:
             and len(decided) == _BOTH
             and all(len(each.tests) == 1 for each in decided)
         ):
-            return [_entry(decided[0], package, always=True)]
+            return [_entry(_as_all(decided[0], decided), package, always=True)]
         return [_entry(each, package) for each in decided]
     if len(distinct) == 1:
         return [_entry(distinct[0], package)]
     qualities = {str(_quality(each.qos)) for each in distinct}
     perhaps = next((each.perhaps for each in distinct if each.perhaps), "several conditions decide about it")
-    return [_entry(distinct[0], package, unsure=len(qualities) > 1, perhaps=perhaps)]
+    return [_entry(_as_all(distinct[0], distinct), package, unsure=len(qualities) > 1, perhaps=perhaps)]
+
+
+def _as_all(one: Made, made: list[Made]) -> Made:
+    """Return one endpoint for several: what `qos_overrides` may set is not known where their options differ."""
+    same = all(each.overriding == one.overriding for each in made)
+    return (
+        one if same else replace(one, overriding=Overriding((), "it is made at several places with different options"))
+    )
 
 
 def _on_both_ways(made: list[Made]) -> list[Made]:
@@ -195,7 +203,7 @@ def _on_both_ways(made: list[Made]) -> list[Made]:
             opposite = one.branch == 1 and other.branch == -1 and one.perhaps == other.perhaps
             if opposite and (one.qos, one.tests, one.for_each) == (other.qos, other.tests, other.for_each):
                 rest = [each for each in made if each is not one and each is not other]
-                return _on_both_ways([replace(one, perhaps="", branch=0), *rest])
+                return _on_both_ways([replace(_as_all(one, [other]), perhaps="", branch=0), *rest])
     return made
 
 
@@ -238,8 +246,10 @@ def _entry(
         found["when"] = _when(made.tests)
     if made.for_each:
         found["for_each"] = dict(made.for_each)
-    if made.overridable:
-        found["overridable"] = list(made.overridable)
+    if made.overriding.policies:
+        found["overridable"] = list(made.overriding.policies)
+    if made.overriding.unknown:
+        found["overridable_unknown"] = made.overriding.unknown[:_LONGEST]
     found["at"] = _at(made.place, package)
     return found
 

@@ -199,14 +199,16 @@ class Walk:
         return [*names, *(dict(each.members) for each in self.instances)]
 
     def restore(self, kept: list[dict[str, Any]]) -> None:
-        """Set all values back; objects that were made since stay."""
+        """Set all values back; objects that were made since stay, and those that were there before as declared begin again."""
         count = len(self.frames)
         for frame, names in zip(self.frames, kept, strict=False):
             frame.names.clear()
             frame.names.update(names)
-        for instance, members in zip(self.instances, kept[count:], strict=False):
-            instance.members.clear()
-            instance.members.update(members)
+        begin = [each.begins for each in self.instances[len(kept) - count :]]
+        for instance, members in zip(self.instances, (*kept[count:], *begin), strict=False):
+            if members is not None:
+                instance.members.clear()
+                instance.members.update(members)
 
     def merge(self, other: list[dict[str, Any]], tests: Tests | None, cause: str, place: Place) -> None:
         """Join all values with those of the branch that was walked before, which is taken where ``tests`` hold."""

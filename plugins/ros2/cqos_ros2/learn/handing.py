@@ -54,6 +54,9 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
             assign(written, Unknown(cause, expression.place), walk)
         elif isinstance(value, Instance) and value.cls is not None and value.node is None:
             forget_members(value, cause, walk)
+        elif isinstance(value, Instance) and walk.table.lookup(walk.table.objects, value.library) is not None:
+            value.members.clear()
+            value.members["*"] = Unknown(cause, expression.place)
 
 
 def _open_lists(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:

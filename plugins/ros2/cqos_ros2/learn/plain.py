@@ -10,6 +10,7 @@ from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import replace_value
 from cqos_ros2.learn.names import inner_type, last_part
 from cqos_ros2.learn.operators import element
+from cqos_ros2.learn.overriding import overriding_of
 from cqos_ros2.learn.program import Attribute, Name
 from cqos_ros2.learn.setters import is_class
 from cqos_ros2.learn.values import (
@@ -21,7 +22,6 @@ from cqos_ros2.learn.values import (
     Instance,
     Template,
     Test,
-    Word,
     joined,
 )
 
@@ -96,8 +96,9 @@ def library_value(name: str, given: Given, walk: Walk) -> Any:
     found = _of_cpp(name, given) if walk.program.language == "cpp" else builtin(name, given)
     if found is not MISSING:
         return found
-    if last == "with_default_policies":
-        return Word(name)
+    overriding = overriding_of(name, given)
+    if overriding is not None:
+        return overriding
     if walk.table.is_same(name) and len(arguments) >= 1:
         return str(arguments[0]) if type(arguments[0]) is int and last in _WRITES else arguments[0]
     if not last[:1].isupper() or (walk.program.language == "cpp" and not is_class(last)):

@@ -37,6 +37,7 @@ _ROW: Final = frozenset(
         "unknown_qos",
         "unknown_topic",
         "overridable",
+        "options",
         "beside",
         "uses",
         "unread",

@@ -109,6 +109,18 @@ class Qos:
         return Qos(self.preset, tuple({**dict(self.settings), **settings}.items()))
 
 
+@dataclass(frozen=True, slots=True)
+class Overriding:
+    """What opens policies of an endpoint to `qos_overrides`.
+
+    Attributes:
+        unknown: why it is not known which; empty where it is.
+    """
+
+    policies: tuple[str, ...]
+    unknown: str = ""
+
+
 @dataclass(eq=False, slots=True)
 class Instance:
     """An object.
@@ -119,6 +131,8 @@ class Instance:
         members: values of its members.
         types: type parameters of its class.
         node: the node that it is, or None.
+        declared: objects that its class declares as members, as soon as something asked for one.
+        begins: the first members of such an object; None for any other.
     """
 
     cls: Class | None
@@ -126,6 +140,8 @@ class Instance:
     members: dict[str, Any] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
     node: NodeRecord | None = None
+    declared: dict[str, Any] = field(default_factory=dict)
+    begins: dict[str, Any] | None = None
 
     def alike(self, other: Instance) -> bool:
         """Whether both are objects of one class of a library, made alike."""
@@ -160,6 +176,7 @@ class Made:
         perhaps: why it may not be made; empty where it is.
         branch: 1 or -1 in the branches of that one decision.
         for_each: variables of its name with the parameter that lists their values.
+        overriding: what `qos_overrides` may set.
     """
 
     direction: str
@@ -170,7 +187,7 @@ class Made:
     tests: Tests = ()
     perhaps: str = ""
     for_each: tuple[tuple[str, str], ...] = ()
-    overridable: tuple[str, ...] = ()
+    overriding: Overriding = Overriding(())
     branch: int = 0
 
 
@@ -204,7 +221,7 @@ class NodeRecord:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
-PLAIN: Final = (str, int, float, bool, Template, Qos, list, dict, Either, type(None))
+PLAIN: Final = (str, int, float, bool, Template, Qos, Overriding, list, dict, Either, type(None))
 """Values that an assignment replaces; an object stays what it is."""
 
 

@@ -59,6 +59,7 @@ class Filled:
         named_at: where the parameter is given that names it; None where the code does.
         parameter: that parameter; empty where the code names it.
         overridable: policies that `qos_overrides` may set.
+        overridable_unknown: why it is not known which; empty where it is.
         decided_at: where the parameter is given that chooses the policies; None where none does.
         doubtful: another version of the package has it, and the sources in the workspace do not name it.
     """
@@ -72,6 +73,7 @@ class Filled:
     named_at: Place | None = None
     parameter: str = ""
     overridable: tuple[str, ...] = ()
+    overridable_unknown: str = ""
     optional: bool = False
     own_node: bool = False
     decided_at: Place | None = None
@@ -373,6 +375,7 @@ class Filling:
             given,
             parameter,
             tuple(overridable or ()),
+            entry.get(form.OVERRIDABLE_UNKNOWN) or "",
             optional is True,
             self.own_node,
             decided,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 VERSION: Final = 1
 DISTRO: Final = "distro"
 """The subject of a condition that stands for the ROS 2 distribution; all others are parameters."""
-_OVERRIDABLE: Final = (
+OVERRIDABLE_POLICIES: Final = (
     "history",
     "depth",
     "reliability",
@@ -146,8 +146,13 @@ FOR_EACH: Final = Key(
 )
 OVERRIDABLE: Final = Key(
     "overridable",
-    ListOf(one_of(*_OVERRIDABLE), "a list of policies"),
+    ListOf(one_of(*OVERRIDABLE_POLICIES), "a list of policies"),
     "Policies that parameters `qos_overrides` may set; none where the node does not opt in.",
+)
+OVERRIDABLE_UNKNOWN: Final = Key(
+    "overridable_unknown",
+    TEXT,
+    "Why it is not known which policies `qos_overrides` may set; then what it sets is not known.",
 )
 OPTIONAL: Final = Key("optional", FLAG, "A missing partner is normal: people, tools or other robots may be there.")
 OWN_NODE: Final = Key(
@@ -160,7 +165,7 @@ CONFIRMED: Final = Key("confirmed", FLAG, "A person confirmed it: `cqos learn` l
 ENDPOINT: Final = Form(
     "node_endpoint",
     "an endpoint of a node",
-    (TYPE, QOS, WHEN, FOR_EACH, OVERRIDABLE, OPTIONAL, UNKNOWN, PERHAPS, CONFIRMED, AT),
+    (TYPE, QOS, WHEN, FOR_EACH, OVERRIDABLE, OVERRIDABLE_UNKNOWN, OPTIONAL, UNKNOWN, PERHAPS, CONFIRMED, AT),
 )
 _ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from names to endpoints", empty=True)
 DIRECTIONS: Final = {

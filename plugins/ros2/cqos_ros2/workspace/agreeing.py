@@ -64,5 +64,6 @@ def _common(alike: Sequence[Filled], distros: Sequence[str]) -> Filled:
         preset=preset,
         type=first.type if same_type else "",
         overridable=tuple(name for name in first.overridable if name in accepted),
+        overridable_unknown=next((each.overridable_unknown for each in alike if each.overridable_unknown), ""),
         optional=any(each.optional for each in alike),
     )

@@ -231,7 +231,8 @@ def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, num
     )
     if not each.own_node:
         for override in joined.overrides:
-            if override.accepted_by(each, role, full):
-                made.overlay[override.policy] = Setting(override.text, override.place, derived=True)
+            setting = override.setting(each, role, full)
+            if setting is not None:
+                made.overlay[override.policy] = setting
                 override.used = True
     return made

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,11 +38,15 @@ class Override:
     place: Place | None
     used: bool = False
 
-    def accepted_by(self, endpoint: Filled, role: Role, full: str) -> bool:
-        """Whether an endpoint with this full name takes the value."""
-        if endpoint.direction not in {"publishes", "subscribes"} or self.identity:
-            return False
-        return self.topic == full and self.role == role and self.policy in endpoint.overridable
+    def setting(self, endpoint: Filled, role: Role, full: str) -> Setting | None:
+        """Return what it sets on an endpoint with this full name; None where the endpoint does not take it."""
+        if endpoint.direction not in {"publishes", "subscribes"} or (self.topic, self.role) != (full, role):
+            return None
+        if endpoint.overridable_unknown:
+            cause = f"whether `{self.name[:120]}` sets it is not known: {endpoint.overridable_unknown}"
+            return Setting("", self.place, cause)
+        taken = not self.identity and self.policy in endpoint.overridable
+        return Setting(self.text, self.place, derived=True) if taken else None
 
 
 def overrides_of(parameters: Mapping[str, Parameter]) -> list[Override]:

@@ -85,3 +85,10 @@ def test_a_macro_that_nothing_uses_stands_where_it_is(learned, parser):
     source = "#include <string>\n\n#define ADVERTISE(TOPIC) node->create_publisher<std_msgs::msg::String>(TOPIC, 1)\nint main() {}\n"
     found = learned({"CMakeLists.txt": "add_executable(driver src/driver.cpp)\n", "src/driver.cpp": source})
     assert "src/driver.cpp:3" in str(found.document) + str(found.gaps)
+
+
+@pytest.mark.parametrize(("otherwise", "expected"), [("", set()), ('cfg_.topic = "b";', {"b"})])
+def test_a_structure_that_a_branch_changes_first_began_before_it(cpp, otherwise, expected):
+    """A walk makes a member that is a structure when something asks for it: what one branch sets is not set in the other."""
+    body = f'if (rclcpp::ok()) {{ cfg_.topic = "b"; }} else {{ {otherwise} }} {PUB}(cfg_.topic, 1);'
+    assert names(cpp(body, 'struct Cfg { std::string topic = "a"; }; Cfg cfg_;')) == expected

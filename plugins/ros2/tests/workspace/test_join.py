@@ -197,6 +197,20 @@ def test_an_override_that_no_endpoint_accepts(joined, findings, parameter, words
     assert [(code, words in text) for code, _, text in findings(system)] == [("ROS974", True)]
 
 
+@pytest.mark.parametrize("side", ["publisher", "publisher_front"])
+def test_an_override_that_may_be_taken_leaves_the_policy_unknown(joined, findings, side):
+    inner = f'<param name="qos_overrides./chatter.{side}.reliability" value="best_effort"/>'
+    opened = TALKER.replace("overridable: [depth, reliability]", "overridable_unknown: its options are not followed")
+    files = {**launch_of(node(inner=inner), node("listener", more="")), "bot/bot.node.yaml": opened}
+    system = joined(files)
+    chatter = next(each for each in system.endpoints if each.role == "publisher")
+    assert "its options are not followed" in chatter.overlay["reliability"].unknown
+    codes = [code for code, _, _ in findings(system)]
+    assert "ROS974" not in codes
+    assert "ROS101" not in codes
+    assert codes, "the pair is not known to be compatible"
+
+
 SLOTS = """cqos_nodes: 1
 package: bot
 nodes:
