@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
-from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, library_of, note_set, parameter, topic
+from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
 from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
@@ -168,8 +168,8 @@ def _of_library(name: str, given: Given, walk: Walk) -> Any:
     if known is not None:
         return plain_node(known[0], given, walk)
     found: Any = MISSING
-    rows = walk.table.rows("calls", name, (), method=False)
-    if len(rows) > 1 and walk.program.language == "cpp" and "::" not in name:
+    rows = [row for row in walk.table.rows("calls", name, (), method=False) if row.protocol or holds(row, given)]
+    if len({row.call for row in rows}) > 1 and walk.program.language == "cpp" and "::" not in name:
         rows = []  # which library it is of is not known
     for row in rows:
         found = apply(row, given, None, walk)

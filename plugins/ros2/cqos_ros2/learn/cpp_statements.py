@@ -145,11 +145,12 @@ def _given(node: Node, file: CppFile) -> tuple[Expression, ...]:
     for each in parts:
         named, called = each.child_by_field_name("type"), each.child_by_field_name("declarator")
         inner = () if called is None else _given(called, file)  # `std::ref(node)`
-        names = (*_PLAIN_NAMES, *(("qualified_identifier",) if inner else ()))
-        if named is None or named.type not in names or len(each.named_children) != 1 + bool(inner):
+        calls = bool(inner) or (called is not None and text_of(called) == "()")  # `get_node()`
+        names = (*_PLAIN_NAMES, *(("qualified_identifier",) if calls else ()))
+        if named is None or named.type not in names or len(each.named_children) != 1 + calls:
             return ()
         made = expression(named, file)
-        found.append(Call(made, inner, (), (), file.place(each)) if inner else made)
+        found.append(Call(made, inner, (), (), file.place(each)) if calls else made)
     return tuple(found)
 
 

@@ -111,6 +111,13 @@ def node_for(row: Row, given: Given, receiver: Any, walk: Walk) -> NodeRecord | 
     return alike[0] if len(alike) == 1 and row.protocol else None
 
 
+def holds(row: Row, given: Given) -> bool:
+    """Whether a call has as many arguments as a row asks for, and the one that it needs."""
+    counts, needed = row.values.get("arguments"), row.position("given")
+    enough = counts is None or len(given.arguments) in counts
+    return enough and (needed is None or given.at(needed) not in {MISSING, None})
+
+
 def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     """Record what a row says that a call makes; return what the call returns."""
     if row.protocol:
@@ -138,6 +145,8 @@ def apply(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
     if name is MISSING:
         name = topic(given.at(row.position("topic")))
     name = _below_part(name, row, given, receiver)
+    if "below" in row.values:
+        name = joined([name, "/", row.text("below")])
     if "unknown_topic" in row.values and not isinstance(name, Unknown):
         name = Unknown(row.text("unknown_topic"), place)
     qos = quality(row, given, walk)

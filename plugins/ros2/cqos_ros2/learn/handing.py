@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
-from cqos_ros2.learn.names import last_part
-from cqos_ros2.learn.program import Attribute, Call, Name, call_name
+from cqos_ros2.learn.names import last_part, without_arguments
+from cqos_ros2.learn.program import Attribute, Call, Name, Reference, call_name
 from cqos_ros2.learn.setters import forget_members, kept_for_later
-from cqos_ros2.learn.values import Code, Either, Instance, Qos, Template
+from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Qos, Template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,12 +18,44 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Expression
 
 _CHANGING: Final = (str, int, float, Template, Qos, list, Either)
+_HANDED: Final = "it is handed the node, and its definition was not read"
+_PARTS_WITHOUT_ENDPOINTS: Final = frozenset(
+    f"get_node_{part}_interface"
+    for part in ("base", "clock", "graph", "logging", "parameters", "timers", "time_source")
+)
+"""Parts of a node with which nothing creates an endpoint; with those for waitables, an action."""
+
+
+def note_nodes(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> None:
+    """Note that something which was not read is handed a node: it may create endpoints there."""
+    if walk.table.is_listed("without_endpoints", name):
+        return
+    written = expression.arguments
+    for index, value in enumerate(values):
+        node = _node_of(value, walk)
+        bound = 0 < index < len(written) and isinstance(written[index - 1], Reference)
+        part = call_name(written[index]) if index < len(written) and isinstance(written[index], Call) else ""
+        if node is not None and not bound and last_part(part) not in _PARTS_WITHOUT_ENDPOINTS:
+            node.gaps.setdefault(
+                (f"what `{without_arguments(name)[:80]}` creates", _HANDED), walk.place(expression.place)
+            )
+
+
+def _node_of(value: Any, walk: Walk) -> NodeRecord | None:
+    """Return the node that a value is, or that its methods create something on; None for any other."""
+    if not isinstance(value, Instance):
+        return None
+    node = value.node
+    if node is None and value.library and walk.table.hands_on(value.library):
+        node = value.members.get("#node")
+    return node if isinstance(node, NodeRecord) and not node.protocol else None
 
 
 def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str, Any], walk: Walk) -> None:
     """Note callbacks that a library is handed, and values that it may change."""
     name = call_name(expression)
     kept_for_later((*arguments, *keywords.values()), expression, walk)
+    note_nodes(name, expression, (*arguments, *keywords.values()), walk)
     later = name in walk.table.lists["at_run_time"]
     for each in (*arguments, *keywords.values()):
         if isinstance(each, Code):
@@ -37,7 +69,7 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
     if last_part(name) in walk.table.lists["changing"]:
         for written in expression.arguments:
             _change(written, expression, walk)
-    if not walk.table.is_harmless(name):
+    if not walk.table.is_listed("harmless", name):
         (_open if walk.program.language == "cpp" else _open_lists)(expression, name, arguments, walk)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import state
@@ -10,6 +10,7 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
+from cqos_ros2.learn.handing import note_nodes
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.program import Call, Literal, Name, call_name
 from cqos_ros2.learn.values import Instance, NodeRecord
@@ -18,6 +19,9 @@ from cqos_ros2.learn.walking import run_body
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Class, Expression, Function
+
+
+NO_CONSTRUCTOR: Final = "none or several of its constructors fit"
 
 
 def construct(cls: Class, given: Given, walk: Walk) -> Any:
@@ -62,9 +66,7 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
     if not found:
         node = instance.node or walk.current
         if node is not None and (instance.node is not None or own):
-            node.gaps[f"what `{last_part(cls.name)}` creates", "none or several of its constructors fit"] = (
-                given.call.place
-            )
+            node.gaps[f"what `{last_part(cls.name)}` creates", NO_CONSTRUCTOR] = given.call.place
         return
     function = found[0]
     outer_types = {**instance.types}
@@ -138,6 +140,8 @@ def _base_class(cls: Class, base: str, instance: Instance, made: Call, walk: Wal
         _construct(inner, instance, given, walk)
     else:
         _library_node(instance, given, walk)
+        if walk.table.node_class(without_arguments(base)) is None:
+            note_nodes(base, made, arguments, walk)
 
 
 def base(given: Given, walk: Walk) -> Any:

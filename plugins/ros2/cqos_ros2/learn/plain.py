@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import replace_value
+from cqos_ros2.learn.handing import note_nodes
 from cqos_ros2.learn.names import inner_type, last_part
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.overriding import overriding_of
@@ -104,6 +105,7 @@ def library_value(name: str, given: Given, walk: Walk) -> Any:
     if not last[:1].isupper() or (walk.program.language == "cpp" and not is_class(last)):
         return MISSING  # a function that is not known, or a macro
     note_callbacks(given, walk)
+    note_nodes(name, given.call, (*given.arguments, *given.keywords.values()), walk)
     made = Instance(None, library=name)
     node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)
     if node is not None:

@@ -126,7 +126,7 @@ def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
             if not isinstance(given, Name) or given.text.isupper():
                 continue
             changed = any(variable.by_reference for one in known for variable in one.parameters[index : index + 1])
-            if index in into or changed or not (known or walk.table.is_harmless(name) or is_class(name)):
+            if index in into or changed or not (known or walk.table.is_listed("harmless", name) or is_class(name)):
                 yield given.text
 
 

@@ -39,6 +39,8 @@ _ROW: Final = frozenset(
         "overridable",
         "options",
         "beside",
+        "below",
+        "given",
         "uses",
         "unread",
         "topic_is",
@@ -62,6 +64,7 @@ _NODE: Final = frozenset(("name", "namespace", "lifecycle", "client", "defaults"
 _LISTS: Final = (
     "same",
     "harmless",
+    "without_endpoints",
     "changing",
     "lifecycle",
     "plugin",
@@ -217,12 +220,17 @@ class Table:
         """Whether a call returns what it is given."""
         return last_part(name) in self.lists["same"] or name in self.lists["same"]
 
-    def is_harmless(self, name: str) -> bool:
-        """Whether a function leaves what it is given as it is."""
-        last, harmless = last_part(name), self.lists["harmless"]
-        if last in harmless or name.startswith(harmless):
+    def is_listed(self, key: str, name: str) -> bool:
+        """Whether a list has a function: by its last part, by how its name begins, or by how its last part begins."""
+        last, names = last_part(name), self.lists.get(key, ())
+        if last in names or name.startswith(names):
             return True
-        return last != name and any(each.endswith("_") and last.startswith(each) for each in harmless)
+        return last != name and any(each.endswith("_") and last.startswith(each) for each in names)
+
+    def hands_on(self, name: str) -> bool:
+        """Whether a class only hands on the node that it is given: its methods create something there."""
+        rows = [row for found in self.calls.values() for row in found]
+        return any(fits(of, name) for row in rows for of in row.on) and not any(row.call == name for row in rows)
 
 
 def _means(written: str, known: str) -> bool:

@@ -10,7 +10,7 @@ from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import PLUGIN, Given
 from cqos_ros2.learn.frames import Condition, Walk, lineage
 from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
-from cqos_ros2.learn.objects import construct, library_base
+from cqos_ros2.learn.objects import NO_CONSTRUCTOR, construct, library_base
 from cqos_ros2.learn.program import Attribute, Call, Name, call_name
 from cqos_ros2.learn.searching import calls_in
 from cqos_ros2.learn.values import Instance, NodeRecord, Template
@@ -171,7 +171,7 @@ def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk)
     given = [argument(each.name, each.type, record, walk) for each in chosen.parameters] if chosen is not None else []
     made = Call(Name(cls.name), (), (), (), cls.place)
     instance = construct(cls, Given(made, given, {}, ()), walk)
-    record.gaps.clear()
+    record.gaps = {key: place for key, place in record.gaps.items() if key[1] != NO_CONSTRUCTOR}
     return instance
 
 
