@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from datetime import date
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 from google.protobuf import json_format
 
@@ -28,12 +28,13 @@ from cqos_core.service.callers import Caller, Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.pool import FailedError, Pool, Sessions
-from cqos_core.service.settings import Limits, Settings, token_sum
+from cqos_core.service.settings import Settings, token_sum
 
 _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048
 _KEPT_BYTES: Final = 32 * 1024 * 1024
 _BEARER: Final = "bearer "
+ENDS: Final = "the service ends"
 _REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
 """Field 1, a number; a longer one is left to the decoder."""
 
@@ -48,7 +49,8 @@ class Calls:
         self.observer = observer
         self.pool = Pool(self.limits, self._worker_ended)
         self.sessions = Sessions(self.limits, self._worker_ended)
-        self.draining = asyncio.Event()
+        self.draining = False
+        self.listening: set[_Heard] = set()
         self.leaving = False
         self._shares = {token: share for token, _, share in settings.quotas}
         self._names = {token: name for token, name, _ in settings.quotas if name}
@@ -191,7 +193,7 @@ class Calls:
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = _Heard(requests, self.draining, self.limits, _stream_ended)
+        heard = _Heard(self, requests, _stream_ended)
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
@@ -207,7 +209,7 @@ class Calls:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        heard = _Heard(requests, self.draining, self.limits, session_lost)
+        heard = _Heard(self, requests, session_lost)
         with self.callers.editing(caller):
             data = await heard.next()
             if data is None:
@@ -241,6 +243,12 @@ class Calls:
         finally:
             self.callers.answered_here(caller, time.perf_counter() - began)
 
+    def drain(self) -> None:
+        """End the streams that wait for a message, now and from now on."""
+        self.draining = True
+        for each in [*self.listening]:
+            each.end(ENDS)
+
     async def close(self) -> None:
         """End all workers."""
         await self.pool.close()
@@ -254,15 +262,14 @@ def _stream_ended(why: str) -> Refused:
 class _Heard:
     """The messages of a stream, as long as the service runs and the caller sends any."""
 
-    def __init__(
-        self, requests: AsyncIterator[bytes], draining: asyncio.Event, limits: Limits, ended: Callable[[str], Refused]
-    ) -> None:
+    def __init__(self, calls: Calls, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]) -> None:
+        self._calls = calls
         self._requests = requests
-        self._draining = draining
         # The first message is there, or on its way: a place that is taken without one is soon free again.
-        self._patience = min(limits.seconds, limits.idle_seconds)
-        self._idle = limits.idle_seconds
+        self._patience = min(calls.limits.seconds, calls.limits.idle_seconds)
         self._ended = ended
+        self._why = ""
+        self._task: asyncio.Task[Any] | None = None
 
     async def next(self) -> bytes | None:
         """Wait for the next one; None at the end.
@@ -270,20 +277,30 @@ class _Heard:
         Raises:
             Refused: the service ends, or it took too long.
         """
-        coming = asyncio.ensure_future(anext(self._requests, None))
-        ending = asyncio.ensure_future(self._draining.wait())
+        # A task for each message, or for each wait, would take as long as a verdict.
+        self._task = asyncio.current_task()
+        why = f"nothing was heard for {self._patience:g} seconds"
+        late = asyncio.get_running_loop().call_later(self._patience, self.end, why)
+        self._calls.listening.add(self)
+        if self._calls.draining:
+            asyncio.get_running_loop().call_soon(self.end, ENDS)
         try:
-            await asyncio.wait({coming, ending}, timeout=self._patience, return_when=asyncio.FIRST_COMPLETED)
-            if coming.done():
-                self._patience = self._idle
-                return coming.result()
-            if self._draining.is_set():
-                raise self._ended("the service ends")
-            raise self._ended(f"nothing was heard for {self._patience:g} seconds")
+            data = await anext(self._requests, None)
+        except asyncio.CancelledError:
+            if not self._why:
+                raise
+            raise self._ended(self._why) from None
         finally:
-            ending.cancel()
-            if not coming.done():
-                coming.cancel()
+            late.cancel()
+            self._calls.listening.discard(self)
+        self._patience = self._calls.limits.idle_seconds
+        return data
+
+    def end(self, why: str) -> None:
+        """Wait no longer, if it waits."""
+        if self in self._calls.listening and self._task is not None:
+            self._why = why
+            self._task.cancel()
 
 
 class Remembered:

@@ -90,7 +90,7 @@ async def serve_here(
         calls.leaving = True
         await native.leave()
         await asyncio.sleep(settings.leaving)
-        calls.draining.set()
+        calls.drain()
         await asyncio.gather(native.stop(settings.grace), *([] if web is None else [web.stop(settings.grace)]))
     finally:
         await calls.close()
