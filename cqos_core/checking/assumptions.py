@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from operator import attrgetter
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, refusing_worlds
-from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED
+from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED, keep
 from cqos_core.model.report import Assumption, Severity
+from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.reader import word_of
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Finding
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.bases import Override
     from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
 
 
@@ -94,18 +97,53 @@ def _of_pairs(
     concerned: Sequence[Resolved], paired: Iterable[str], undecided: Callable[[Resolved], bool]
 ) -> Iterator[tuple[Resolved, frozenset[str], frozenset[str]]]:
     """Yield ends of pairs with the options that their values rest on and the worlds without them, where either is of interest."""
-    known: dict[object, tuple[frozenset[str], frozenset[str]]] = {}
+    known: dict[object, frozenset[str]] = {}
+    rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
     for each in concerned:
-        if not (undecided(each) or assuming(each.pack, each.like.frame, each.role, each.endpoint.observed)):
+        frame, role, observed = each.like.frame, each.endpoint.role, each.endpoint.observed
+        refusing = rules.get((frame, role, observed))
+        if refusing is None:
+            refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))
+        if not (refusing or undecided(each)):
             continue
-        key = (each.profile, id(each.layers))
-        if key not in known:
-            known[key] = _words(each) | _needed(each), refusing_worlds(each.profile, each.role, each.endpoint.observed)
-        if any(known[key]):
+        key = _stating(each)
+        read = known.get(key)
+        if read is None:
+            read = known[key] = _words(each) | _needed(each)
+        refused = refusing_worlds(each.profile, role, observed) if refusing else _NONE
+        if read or refused:
             ends = {*paired} if ends is None else ends
             if each.id in ends:
-                yield each, *known[key]
+                yield each, read, refused
+
+
+def _stating(endpoint: Resolved) -> tuple[object, ...]:
+    """Return a key of what an endpoint states, as far as options stand behind it; most drafts differ in plain values only."""
+    draft = endpoint.draft
+    if not isinstance(draft, Draft):
+        return endpoint.profile, id(endpoint.layers)
+    words: tuple[Override, ...] = ()
+    if not _PLAIN.keys() >= {*draft.overrides}:
+        words = tuple([each for each in draft.overrides if not _is_plain(each, endpoint)])
+    around = map(id, (*draft.of_topic, endpoint.participant))
+    return draft.base, *around, *map(_PLAINLY, draft.overrides), *words
+
+
+def _is_plain(override: Override, endpoint: Resolved) -> bool:
+    """Whether no option stands behind the text of a setting."""
+    if override in _PLAIN:
+        return True
+    if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
+        return False
+    if _options_behind(endpoint.pack, override.index, override.stated().text, endpoint.role):
+        return False
+    return keep(_PLAIN, override, value=True)
+
+
+_PLAIN: Final[dict[Override, bool]] = {}
+_PLAINLY: Final = attrgetter("plainly")
+_NONE: Final[frozenset[str]] = frozenset()
 
 
 def _words(endpoint: Resolved) -> frozenset[str]:

@@ -28,6 +28,7 @@ def forget() -> None:
         compared.COMPARED,
         asked._PARTS,
         answers.ANSWERED,
+        assumed._PLAIN,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
@@ -40,6 +41,7 @@ def forget() -> None:
             judge.read_in_worlds,
             assumed._steered,
             assumed._options,
+            assumed._remembered,
             assumed._remembered,
         ),
         *(
