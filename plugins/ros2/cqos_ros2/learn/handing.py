@@ -34,7 +34,8 @@ def note_nodes(name: str, expression: Call, values: Sequence[Any], walk: Walk) -
     for index, value in enumerate(values):
         node = _node_of(value, walk)
         bound = 0 < index < len(written) and isinstance(written[index - 1], Reference)
-        part = call_name(written[index]) if index < len(written) and isinstance(written[index], Call) else ""
+        given = written[index] if index < len(written) else None
+        part = call_name(given) if isinstance(given, Call) else ""
         if node is not None and not bound and last_part(part) not in _PARTS_WITHOUT_ENDPOINTS:
             node.gaps.setdefault(
                 (f"what `{without_arguments(name)[:80]}` creates", _HANDED), walk.place(expression.place)
