@@ -24,7 +24,7 @@ from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.language.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
@@ -163,10 +163,22 @@ class Search:
                 give_up = True
                 continue
             changes = self._changes(model, found.chosen)
-            edited = self._applied(changes)
+            edited = apply_edits(self.sources, (edit for each in changes for edit in each.edits), self.importer)
             after, objections = self._objections(edited, found, model)
             if after is not None and not objections:
-                return self._reached(_Reached(model, refusals, task, found, changes, edited, after), tried)
+                self.after = after
+                return RepairPlan(
+                    changes=changes,
+                    weight=found.weight,
+                    confirmed=bool(changes) or not found.given_up,
+                    proven=found.proven,
+                    conflicts=_conflicts(task, found, ConflictWords(model, refusals.words)),
+                    tried=tried,
+                    edited=edited,
+                    before=self.before.report,
+                    after=after.report,
+                    cut=tuple(_cut(model)),
+                )
             if self._widened(objections):
                 refusals, model, give_up = Refusals(), self._model(), False
                 continue
@@ -193,29 +205,6 @@ class Search:
 
     def _model(self) -> RepairModel:
         return build(self.before.pipeline.topics, self.active, self.goals, self.keep, self.may)
-
-    def _reached(self, at: _Reached, tried: int) -> RepairPlan:
-        """Return the plan that a check confirmed."""
-        self.after = at.after
-        conflicts = _conflicts(at)
-        return RepairPlan(
-            changes=at.changes,
-            weight=at.found.weight,
-            confirmed=bool(at.changes) or not at.found.given_up,
-            proven=at.found.proven,
-            conflicts=conflicts,
-            tried=tried,
-            edited=at.edited,
-            before=self.before.report,
-            after=at.after.report,
-            cut=tuple(
-                f"{policy} on `{topic}`: {tried_values} of {count} values were tried, those nearest to what is stated"
-                for (topic, policy), (tried_values, count) in sorted(at.model.cut.items())
-            ),
-        )
-
-    def _applied(self, changes: Sequence[PlannedChange]) -> Edited:
-        return apply_edits(self.sources, (edit for each in changes for edit in each.edits), self.importer)
 
     def _widened(self, objections: Iterable[_Objection]) -> bool:
         """Take topics on which a check found something into the model; whether there is any that was not in it."""
@@ -332,18 +321,6 @@ class _Objection(NamedTuple):
     places: frozenset[Hashable] = frozenset()
 
 
-class _Reached(NamedTuple):
-    """A solution that a check confirmed."""
-
-    model: RepairModel
-    refusals: Refusals
-    task: Task
-    found: Solution
-    changes: tuple[PlannedChange, ...]
-    edited: Edited
-    after: CheckedSystem
-
-
 class _GivenUp:
     """The pairs that a plan leaves as they are."""
 
@@ -378,15 +355,20 @@ class _GivenUp:
         )
 
 
-def _conflicts(at: _Reached) -> tuple[tuple[str, ...], ...]:
+def _cut(model: RepairModel) -> Iterator[str]:
+    """Yield of which policies not all values were tried."""
+    for (topic, policy), (tried, count) in sorted(model.cut.items()):
+        yield f"{policy} on `{topic}`: {tried} of {count} values were tried, those nearest to what is stated"
+
+
+def _conflicts(task: Task, solution: Solution, words: ConflictWords) -> tuple[tuple[str, ...], ...]:
     """Return what keeps each part of the goal that was given up, in words; equal conflicts once."""
-    words = ConflictWords(at.model, at.refusals.words)
     found: dict[frozenset[Hashable], tuple[str, ...]] = {}
     # What is asked of one end alone comes first: its pairs follow from it.
-    given_up: Iterable[GoalPart] = at.found.given_up  # type: ignore[assignment]
+    given_up: Iterable[GoalPart] = solution.given_up  # type: ignore[assignment]
     units = sorted(given_up, key=lambda unit: (unit.first is not unit.second, unit.topic))
     for unit in units[:_MOST_CONFLICTS]:
-        names = conflict(at.task, at.found.given_up - {unit})
+        names = conflict(task, solution.given_up - {unit})
         if names:
             found.setdefault(frozenset(names), tuple(words.of(name) for name in names))
     return tuple(found.values())

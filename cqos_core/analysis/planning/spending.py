@@ -92,7 +92,7 @@ class _Prices:
         found: dict[tuple[str, str], str] = {}
         for key in dict.fromkeys(key for member in sorted(members) for key in self._keys.get(member, ())):
             topic = self._topic(key)
-            for p, s in _pairs(topic, topic.publishers):
+            for p, s in _pairs(topic):
                 given = [
                     f"{each.word.name} {each.word.text(each.value)}"
                     for each in give(p.profile, s.profile)
@@ -126,8 +126,8 @@ def _parted(topic: MatchedTopic, members: Collection[str]) -> tuple[MatchedTopic
     return parted, [each for each in groups if each.first.id in members]
 
 
-def _pairs(topic: MatchedTopic, groups: list[EndpointGroup]) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
-    for publisher in groups:
+def _pairs(topic: MatchedTopic) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
+    for publisher in topic.publishers:
         for subscriber in topic.subscribers:
             if not apart(publisher.profile, subscriber.profile):
                 yield publisher, subscriber
@@ -136,7 +136,7 @@ def _pairs(topic: MatchedTopic, groups: list[EndpointGroup]) -> Iterator[tuple[E
 def _bounds_changed(topic: MatchedTopic, without: Mapping[int, QosProfile]) -> Iterator[str]:
     """Yield the bounds of guarantees that pairs have because of a change."""
     compared = 0
-    for p, s in _pairs(topic, topic.publishers):
+    for p, s in _pairs(topic):
         if id(p) not in without and id(s) not in without:
             continue
         compared += 1
