@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import EVERY_OTHER, Place, Setting
 from cqos_core.packs import normalise
-from cqos_ros2.launch.values import Either, Joined, Unknown, first_unknown
+from cqos_ros2.launch.values import LONGEST_TEXT, Either, Joined, Unknown, first_unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.reading import endpoints
 from cqos_ros2.nodes.versions import settled
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from cqos_ros2.nodes.versions import Fit
 
 _MOST_PLUGINS: Final = 100
+_MOST_COPIES: Final = 10_000
+_MOST_PARTS: Final = 2_000
 _DEEPEST: Final = 8
 _HOLE: Final = "${"
 MISSPELT: Final = "a misspelt class"
@@ -119,6 +122,7 @@ class Filling:
         declared: the parameters that the part declares, with their defaults.
         own_node: the endpoints are of a further node that the node creates.
         depth: how many fragments use each other around the part.
+        numbers: number the parts of the whole node.
     """
 
     library: Library
@@ -130,11 +134,15 @@ class Filling:
     declared: Mapping[str, list[Entry]] = field(default_factory=dict)
     own_node: bool = False
     depth: int = 0
+    numbers: Iterator[int] = field(default_factory=count)
+    _known: dict[str, Parameter] = field(default_factory=dict, init=False)
 
     def fill(self, part: Entry) -> None:
         """Add what a part of the file has."""
-        if self.depth > _DEEPEST:
-            self.result.gaps.append(Unknown("fragments use each other in a circle", part.place))
+        if self.depth > _DEEPEST or next(self.numbers) > _MOST_PARTS:
+            circle = "fragments use each other in a circle"
+            cause = circle if self.depth > _DEEPEST else f"it is made of more than {_MOST_PARTS:,} fragments"
+            self.result.gaps.append(Unknown(cause, part.place))
             return
         fit = self.library.fit(self.file, self.distro)
         filling = replace(self, distro=self.distro if fit is None else fit.distro, declared=_declared(part))
@@ -176,13 +184,20 @@ class Filling:
 
     # Values
 
-    def parameter(self, name: str, depth: int = 0) -> Parameter:
+    def parameter(self, name: str) -> Parameter:
         """Return the value of a parameter: the one that is given, else its default."""
         given = self.parameters(name)
         if given is not None:
             return given
+        if name not in self._known:
+            place = next((each.place for each in self.declared.get(name, ())), None)
+            self._known[name] = Parameter(Unknown("values refer to each other in a circle", place), None)
+            self._known[name] = self._default(name)
+        return self._known[name]
+
+    def _default(self, name: str) -> Parameter:
         for written, entries in self.declared.items():
-            if written != name and (_HOLE not in written or self.text(written, None, depth + 1) != name):
+            if written != name and (_HOLE not in written or self.text(written, None) != name):
                 continue
             for entry in entries:
                 holds = self.holds(entry.get(form.WHEN) or ())
@@ -191,9 +206,7 @@ class Filling:
                 default = entry.get(form.DEFAULT)
                 if holds and default is not None:
                     value = default.value
-                    return Parameter(
-                        self.text(value, entry.place, depth + 1) if isinstance(value, str) else value, None
-                    )
+                    return Parameter(self.text(value, entry.place) if isinstance(value, str) else value, None)
         return Parameter(Unknown(f"the parameter `{name[:80]}` is not set and has no default"), None)
 
     def parameter_of(self, text: str) -> Parameter:
@@ -204,25 +217,23 @@ class Filling:
                 return self.parameter(name)
         return Parameter(self.text(text, None), None)
 
-    def text(self, written: str, place: Place | None, depth: int = 0) -> str | Unknown:
+    def text(self, written: str, place: Place | None) -> str | Unknown:
         """Return a text with its holes filled."""
         if _HOLE not in written:
             return written
-        found, _ = self._filled(written, 0, place, depth, inner=False)
+        found, _ = self._filled(written, 0, place, inner=False)
         return found
 
-    def _filled(
-        self, written: str, at: int, place: Place | None, depth: int, *, inner: bool
-    ) -> tuple[str | Unknown, int]:
-        if depth > _DEEPEST:
-            return Unknown("values refer to each other in a circle", place), len(written)
+    def _filled(self, written: str, at: int, place: Place | None, *, inner: bool) -> tuple[str | Unknown, int]:
         text, unknown = "", None
         while at < len(written):
             if inner and written[at] == "}":
                 return unknown or text, at + 1
             if written.startswith(_HOLE, at):
-                name, at = self._filled(written, at + 2, place, depth, inner=True)
-                value = name if isinstance(name, Unknown) else self._value(name, depth)
+                name, at = self._filled(written, at + 2, place, inner=True)
+                value = name if isinstance(name, Unknown) else self._value(name)
+                if isinstance(value, str) and len(text) + len(value) > LONGEST_TEXT:
+                    value = Unknown(f"a text of more than {LONGEST_TEXT:,} characters", place)
                 unknown = unknown or (value if isinstance(value, Unknown) else None)
                 text += value if isinstance(value, str) else ""
             else:
@@ -230,10 +241,10 @@ class Filling:
                 at += 1
         return unknown or text, at
 
-    def _value(self, name: str, depth: int) -> str | Unknown:
+    def _value(self, name: str) -> str | Unknown:
         if name in self.variables:
             return self.variables[name]
-        return as_text(self.parameter(name, depth + 1).value)
+        return as_text(self.parameter(name).value)
 
     def holds(self, tests: tuple[form.Test, ...]) -> bool | Unknown:
         """Return whether a condition holds."""
@@ -270,7 +281,10 @@ class Filling:
             self.result.gaps.append(unknown)
             return
         classes = {name: each.value for name, each in (entry.get(form.CLASSES) or {}).items()}
-        for plugin in _listed(names)[:_MOST_PLUGINS]:
+        listed = _listed(names)
+        if len(listed) > _MOST_PLUGINS:
+            self.result.gaps.append(Unknown(f"it loads more than {_MOST_PLUGINS} plugins", entry.place))
+        for plugin in listed[:_MOST_PLUGINS]:
             where = self.having({"plugin": plugin}).text(entry.require(form.CLASS), None)
             given = self.parameters(where) if isinstance(where, str) else None
             name = classes.get(plugin) if given is None else as_text(given.value)
@@ -345,7 +359,11 @@ class Filling:
                     self.result.gaps.append(unknown)
                     return
                 values += _listed(value) if setting.text.startswith(_HOLE) else [str(value)]
-            found = [{**each, variable: value} for each in found for value in values[:_MOST_PLUGINS]]
+            if len(found) * len(values) > _MOST_COPIES:
+                cause = f"its variables have more than {_MOST_COPIES:,} combinations of values"
+                self.result.gaps.append(Unknown(cause, written.place))
+                return
+            found = [{**each, variable: value} for each in found for value in values]
         yield from found
 
     def made(self, written: Written) -> Filled:
@@ -385,7 +403,7 @@ class Filling:
         """Return the first parameter in a name, and where it is given."""
         at = written.find(_HOLE)
         while at >= 0:
-            name, end = self._filled(written, at + 2, None, 0, inner=True)
+            name, end = self._filled(written, at + 2, None, inner=True)
             if isinstance(name, str) and name not in self.variables:
                 given = self.parameters(name)
                 return name, None if given is None else given.place

@@ -93,7 +93,10 @@ class Placed:
 
         namespace = self.namespace.rstrip("/")
         variables = {"node": self.name, "namespace": namespace, "above": namespace.rpartition("/")[0]}
-        Filling(library, parameter, variables, distro, result, self.file).fill(self.facts)
+        try:
+            Filling(library, parameter, variables, distro, result, self.file).fill(self.facts)
+        except RecursionError:
+            result.gaps.append(Unknown("its node file is nested too deep to be followed", self.place))
         return result
 
 

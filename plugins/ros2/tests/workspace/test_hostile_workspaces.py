@@ -49,6 +49,26 @@ CASES = {
         {**launch(NODE.format("")), "bot/bot.node.yaml": b"cqos_nodes: 1\npackage: bot\nnodes: {talker: {publishes: {a: {}}, inside: [{node: bot/talker, name: inner}]}}\n"},
         "nested too deep",
     ),
+    "conditions in a circle": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b"cqos_nodes: 1\npackage: bot\nnodes: {talker: {parameters: {a: {default: x, when: {a: x}}}, publishes: {p: {when: {a: x}}}}}\n"},
+        "circle",
+    ),
+    "wide holes": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b"cqos_nodes: 1\npackage: bot\nnodes: {talker: {parameters: {" + b", ".join(b'p%d: {default: "%s"}' % (at, b"${p%d}" % (at + 1) * 30) for at in range(8)) + b', p8: {default: x}}, publishes: {"${p0}": {}}}}\n'},
+        "characters",
+    ),
+    "deep holes": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b'cqos_nodes: 1\npackage: bot\nnodes: {talker: {parameters: {a: {default: "' + b"${" * 3000 + b"a" + b"}" * 3000 + b'"}}, publishes: {"${a}": {}}}}\n'},
+        "nested too deep",
+    ),
+    "wide fragments": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b'cqos_nodes: 1\npackage: bot\nfragments: {"bot::A": {uses: [' + b", ".join([b'"bot::A"'] * 30) + b']}}\nnodes: {talker: {uses: ["bot::A"]}}\n'},
+        "circle|fragments",
+    ),
+    "many variables": (
+        {**launch(NODE.format("")), "bot/bot.node.yaml": b"cqos_nodes: 1\npackage: bot\nnodes: {talker: {publishes: {a: {for_each: {" + b", ".join(b"v%d: [%s]" % (at, b", ".join(b"x%d" % n for n in range(100))) for at in range(5)) + b"}}}}}\n"},
+        "combinations",
+    ),
     "holes in a circle": (
         {**launch(NODE.format("")), "bot/bot.node.yaml": b'cqos_nodes: 1\npackage: bot\nnodes: {talker: {parameters: {a: {default: "${b}"}, b: {default: "${a}"}}, publishes: {"${a}": {}}}}\n'},
         "circle",
