@@ -39,7 +39,7 @@ def meet_many(writers: Sequence[Names], readers: Mapping[Names, int], implementa
     Two lists match where a name of one matches a name of the other, so each two names that look alike are compared once.
     """
     name = IMPLEMENTATION.domain.format(implementation)
-    if OTHERS.get(name) is everybody_meets:
+    if OTHERS.get(name) is ignoring_partitions:
         return [reduce(or_, readers.values())] * len(writers)
     offered = {part: 0 for names in writers for part in _parts(names)}
     requested: dict[Names, int] = {}
@@ -115,7 +115,7 @@ def as_dust_dds_does(writer: Names, reader: Names) -> bool:
     return any(a == b or _as_regular_expression(a, b) or _as_regular_expression(b, a) for a in writer for b in reader)
 
 
-def everybody_meets(writer: Names, reader: Names) -> bool:  # noqa: ARG001 - the signature of all
+def ignoring_partitions(writer: Names, reader: Names) -> bool:  # noqa: ARG001 - the signature of all
     """Compare nothing: the implementation has no partitions."""
     return True
 
@@ -124,7 +124,7 @@ OTHERS: Final[dict[str, Callable[[Names, Names], bool]]] = {
     "cyclonedds": as_cyclone_dds_does,
     "opendds": as_opendds_does,
     "dust": as_dust_dds_does,
-    "rustdds": everybody_meets,
+    "rustdds": ignoring_partitions,
     **dict.fromkeys(FAST_DDS, as_fast_dds_does),
 }
 

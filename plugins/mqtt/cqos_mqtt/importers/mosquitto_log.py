@@ -30,7 +30,7 @@ _FURTHER: Final = re.compile(r"(?P<topic>.*?)(?: \(QoS (?P<qos>[012])\))?")
 _GRANTED: Final = re.compile(r" (?P<qos>[012]) (?=\S)")
 _GENERATED: Final = re.compile(r"auto-[0-9A-F]{8}-")
 _VERSIONS: Final = {"1": "3.1.1", "2": "3.1.1", "5": "5.0"}
-_UNTOLD: Final = "the log of Mosquitto does not report it"
+_UNREPORTED: Final = "the log of Mosquitto does not report it"
 _TRUTH: Final = {"0": "false", "1": "true"}
 
 
@@ -70,7 +70,7 @@ class _Reader(FileReading):
         name = switches.get(SWITCH) or PurePath(self.source.name).stem or "mosquitto"
         addresses = tuple(f"{host}:{port}" for port in self.ports for host in ("localhost", "*"))
         broker = Broker(name, "mqtt", {}, (ProfileRef("mosquitto", first),), first, addresses)
-        fill(self.system, broker, self.clients.values(), _UNTOLD)
+        fill(self.system, broker, self.clients.values(), _UNREPORTED)
 
     def line(self, text: str, place: Place) -> None:
         """Read one line without its time."""

@@ -80,14 +80,14 @@ class SeenClient:
         self.endpoints.setdefault((PUBLISHER, topic, stated), SeenEndpoint(PUBLISHER, topic, stated, place))
 
 
-def fill(system: System, broker: Broker, clients: Iterable[SeenClient], untold: str) -> System:
-    """Add a broker and its clients to a system; ``untold`` says why a value is unknown that was not reported."""
+def fill(system: System, broker: Broker, clients: Iterable[SeenClient], unreported: str) -> System:
+    """Add a broker and its clients to a system; ``unreported`` says why a value is unknown that was not reported."""
     system.brokers[broker.id] = broker
     numbers: dict[str, int] = {}
     for client in sorted(clients, key=lambda each: each.id):
         name = client.id or "client without id"
         system.participants[name] = Participant(
-            name, "mqtt", _connection(client, broker, untold), label=_described(client), place=client.place
+            name, "mqtt", _connection(client, broker, unreported), label=_described(client), place=client.place
         )
         for each in client.endpoints.values():
             system.endpoints.append(
@@ -96,7 +96,7 @@ def fill(system: System, broker: Broker, clients: Iterable[SeenClient], untold: 
                     role=each.role,
                     topic=each.topic,
                     participant=name,
-                    settings=_endpoint(each, client, untold),
+                    settings=_endpoint(each, client, unreported),
                     observed=True,
                     place=each.place,
                 )
@@ -104,21 +104,21 @@ def fill(system: System, broker: Broker, clients: Iterable[SeenClient], untold: 
     return system
 
 
-def _connection(client: SeenClient, broker: Broker, untold: str) -> Settings:
+def _connection(client: SeenClient, broker: Broker, unreported: str) -> Settings:
     stated = {"broker": broker.id, "client_id": client.id, **client.settings}
     if client.five is not None:
         stated.setdefault("protocol_version", "5.0" if client.five else "3.1.1")
     settings = {name: Setting(text, client.place) for name, text in stated.items() if text}
     if client.five is not False:
         missing = (name for name in _OF_5_0 if name not in settings)
-        settings |= {name: Setting("", client.place, unknown=untold) for name in missing}
+        settings |= {name: Setting("", client.place, unknown=unreported) for name in missing}
     return settings
 
 
-def _endpoint(seen: SeenEndpoint, client: SeenClient, untold: str) -> Settings:
+def _endpoint(seen: SeenEndpoint, client: SeenClient, unreported: str) -> Settings:
     settings = {name: Setting(text, seen.place) for name, text in seen.settings}
     for name, text in _OF_ENDPOINTS[seen.role].items():
-        unknown = Setting("", seen.place, unknown=untold)
+        unknown = Setting("", seen.place, unknown=unreported)
         settings.setdefault(name, Setting(text, seen.place) if client.five is False else unknown)
     return settings
 

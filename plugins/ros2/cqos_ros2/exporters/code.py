@@ -8,7 +8,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from cqos_core.model.system import SUBSCRIBER
-from cqos_ros2.exporters.values import QOS, Unsayable, Value, effective, goes_without_saying, kind_of, ros_endpoints
+from cqos_ros2.exporters.values import QOS, NoValueError, Value, effective, is_rmw_default, kind_of, ros_endpoints
 from cqos_ros2.policies import LIFESPAN
 
 if TYPE_CHECKING:
@@ -69,10 +69,10 @@ def values_of(each: Judged, part: Resolved, notes: dict[str, None]) -> dict[str,
     for policy in QOS:
         try:
             value = effective(part, policy)
-        except Unsayable as reason:
+        except NoValueError as reason:
             notes[f"`{each.id}`: {policy.name} is as by default: {reason}"] = None
             continue
-        if goes_without_saying(value):
+        if is_rmw_default(value):
             continue
         if policy is LIFESPAN and part.endpoint.role == SUBSCRIBER and each.whole is not None:
             notes[f"`{each.id}`: lifespan is left out, it has no effect on a subscription"] = None

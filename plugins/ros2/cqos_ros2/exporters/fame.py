@@ -11,7 +11,7 @@ from cqos_core.files.exporting import Exported, judged_by
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
 from cqos_core.resolving.respelling import respelled
-from cqos_ros2.exporters.values import PROTOCOL, Unsayable, effective
+from cqos_ros2.exporters.values import PROTOCOL, NoValueError, effective
 from cqos_ros2.names import is_legal
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _code(part: Resolved, index: int | None, notes: dict[str, None]) -> str | No
     policy = pack.policies[index or 0]
     try:
         value = effective(part, policy)
-    except Unsayable as reason:
+    except NoValueError as reason:
         notes[f"`{part.id}`: {policy.name} is left out: {reason}"] = None
         return None
     if value.word is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar
 from cqos_core.packs import INFINITE
-from cqos_ros2.exporters.values import DURATIONS, Unsayable, effective, ros_endpoints
+from cqos_ros2.exporters.values import DURATIONS, NoValueError, effective, ros_endpoints
 from cqos_ros2.importers.nodl import FIELDS, SECTIONS, VERSION
 from cqos_ros2.policies import DEADLINE, DEPTH, DURABILITY, HISTORY, LEASE, LIFESPAN, LIVELINESS, RELIABILITY
 from cqos_ros2.types import full_type_name
@@ -76,7 +76,7 @@ def _profile(part: Resolved, notes: dict[str, None]) -> dict[str, Node] | None:
     for policy in (HISTORY, DEPTH, RELIABILITY, DURABILITY, DEADLINE, LIFESPAN, LIVELINESS, LEASE):
         try:
             value = effective(part, policy)
-        except Unsayable as reason:
+        except NoValueError as reason:
             if policy in {HISTORY, RELIABILITY}:
                 notes[f"`{part.id}` is left out: its {policy.name} cannot be stated: {reason}"] = None
                 return None

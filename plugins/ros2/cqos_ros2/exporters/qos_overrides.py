@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 from cqos_core.files.exporting import ExportContext, Exported, Judged
 from cqos_core.files.yaml_text import Block, Node, Raw, document
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
-from cqos_ros2.exporters.values import QOS, Unsayable, Value, kind_of, ros_endpoints, stated
+from cqos_ros2.exporters.values import QOS, NoValueError, Value, kind_of, ros_endpoints, stated
 from cqos_ros2.importers.qos_overrides import BY_DEFAULT, OVERRIDES, PARAMETERS
 from cqos_ros2.importers.rviz import NODE as RVIZ
 from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
@@ -80,7 +80,7 @@ class _Overrides:
                 continue
             try:
                 value = stated(part, policy)
-            except Unsayable as reason:
+            except NoValueError as reason:
                 self.notes[f"`{each.id}`: {policy.name} is left out: {reason}"] = None
                 continue
             if value is None:

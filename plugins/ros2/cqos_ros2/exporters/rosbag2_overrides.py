@@ -9,7 +9,7 @@ from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT, INFINITE, is_plain
-from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints
+from cqos_ros2.exporters.values import NoValueError, Value, effective, kind_of, ros_endpoints
 from cqos_ros2.importers.rosbag2 import NODES
 from cqos_ros2.names import is_legal
 from cqos_ros2.policies import (
@@ -159,7 +159,7 @@ def _said(part: Resolved, policy: Policy) -> Value | None:
     """The value of a policy; None where it is not known."""
     try:
         return effective(part, policy)
-    except Unsayable:
+    except NoValueError:
         return None
 
 

@@ -64,38 +64,38 @@ class Value:
     number: int = 0
 
 
-class Unsayable(Exception):  # noqa: N818 - it is no error
-    """A value that ROS 2 cannot be given; the text says why."""
+class NoValueError(Exception):
+    """An endpoint has no value that ROS 2 can be given; the text says why."""
 
 
 def stated(part: Resolved, policy: Policy) -> Value | None:
     """Return the stated value of a policy, or None; a default in a preset does not count as stated.
 
     Raises:
-        Unsayable: it is no value that an endpoint can be created with.
+        NoValueError: it is no value that an endpoint can be created with.
     """
     layer = _layer(part, policy)
     if layer is None:
         return None
     value = _value(part, policy, layer)
-    return value if layer.counts_as_stated or not goes_without_saying(value) else None
+    return value if layer.counts_as_stated or not is_rmw_default(value) else None
 
 
 def effective(part: Resolved, policy: Policy) -> Value:
     """Return the value of a policy, or its default.
 
     Raises:
-        Unsayable: it is no value that an endpoint can be created with, or was not reported by discovery.
+        NoValueError: it is no value that an endpoint can be created with, or was not reported by discovery.
     """
     layer = _layer(part, policy)
     if layer is not None:
         return _value(part, policy, layer)
     if part.endpoint.observed:
-        raise Unsayable("discovery did not report it")
+        raise NoValueError("discovery did not report it")
     return _read(policy, str(policy.default))
 
 
-def goes_without_saying(value: Value) -> bool:
+def is_rmw_default(value: Value) -> bool:
     """Whether a value is that of `rmw_qos_profile_default`, which needs no mention."""
     if value.policy.name in DURATIONS:
         return value.number in {0, INFINITE}
@@ -118,14 +118,14 @@ def _value(part: Resolved, policy: Policy, layer: Layer) -> Value:
 
 def _read(policy: Policy, text: str) -> Value:
     word = policy.domain.word(text)
+    if word == FROM_PUBLISHERS:
+        raise NoValueError("the bridge takes it from publishers")
     if policy.name in DURATIONS:
         return _duration(policy, text, word)
     if word == SYSTEM_DEFAULT and policy is DEPTH:
         return Value(policy, number=0)
-    if word == FROM_PUBLISHERS:
-        raise Unsayable("the bridge takes it from publishers")
     if word == "unknown":
-        raise Unsayable("it is not known")
+        raise NoValueError("it is not known")
     if word in policy.words:
         return Value(policy, word)
     plain = _plain(policy, text)
@@ -139,8 +139,6 @@ def _read(policy: Policy, text: str) -> Value:
 def _duration(policy: Policy, text: str, word: str) -> Value:
     if word == BEST_AVAILABLE:
         return Value(policy, number=BEST_AVAILABLE_NS)
-    if word == FROM_PUBLISHERS:
-        raise Unsayable("the bridge takes it from publishers")
     # A zero is what says that a duration is not specified.
     return Value(policy, number=0 if word in UNSPECIFIED else _plain(policy, text))
 
@@ -149,7 +147,7 @@ def _plain(policy: Policy, text: str) -> int:
     try:
         return int(policy.domain.parse(text))  # type: ignore[arg-type]
     except InvalidValueError:
-        raise Unsayable(f"`{text}` is none of its values") from None
+        raise NoValueError(f"`{text}` is none of its values") from None
 
 
 def ros_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Judged]:

@@ -15,7 +15,7 @@ from cqos_core.matching.pipeline import context
 from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_core.model.system import Endpoint, Participant, Setting, System, Topic
 from cqos_ros2.exporters.ros2_package import write
-from cqos_ros2.exporters.values import QOS, effective, goes_without_saying
+from cqos_ros2.exporters.values import QOS, effective, is_rmw_default
 from cqos_ros2.workspace.importer import read
 
 CONTEXT = ExportContext(context([], None).find_pack, "ros2")
@@ -73,9 +73,7 @@ def shape(system):
     for each in judged(system, CONTEXT).endpoints:
         part = each.parts[0]
         values = [effective(part, policy) for policy in QOS]
-        said = tuple(
-            (value.policy.name, value.word, value.number) for value in values if not goes_without_saying(value)
-        )
+        said = tuple((value.policy.name, value.word, value.number) for value in values if not is_rmw_default(value))
         if each.endpoint.role == "subscriber":
             said = tuple(value for value in said if value[0] != "lifespan")
         node = part.pack.meeting.address(each.endpoint.participant, part.participant.texts)
