@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
@@ -159,13 +160,8 @@ def _resolved(
     rows: Iterator[dict[str, Any]], profiles: FleetProfiles, **stated: str
 ) -> Iterator[tuple[dict[str, Any], int, str | None]]:
     """Yield rows of texts with the number of their profile, and the name on which their topic matches."""
-    batch: list[dict[str, Any]] = []
-    for row in rows:
-        batch.append(row)
-        if len(batch) >= _BATCH:
-            yield from _added(batch, profiles, stated)
-            batch = []
-    yield from _added(batch, profiles, stated)
+    while batch := [*islice(rows, _BATCH)]:
+        yield from _added(batch, profiles, stated)
 
 
 def _added(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_bulk.numbered import Numbered
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.grouping import grouped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -53,9 +54,7 @@ class Hearing:
             rows: publishers in order of system and topic: these, the number of the end, and how many they are.
             out: has the columns of `HEARD`.
         """
-        by_system: dict[str, list[str]] = {}
-        for system, topic in self.far:
-            by_system.setdefault(system, []).append(topic)
+        by_system = grouped(self.far)
         pairs = Counter[tuple[int, int]]()
         for system, of_system in groupby(by_topic(rows), lambda each: each[0][0]):
             filters = by_system.get(system)

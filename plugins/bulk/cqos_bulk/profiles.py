@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_bulk.engines import DOT
 from cqos_bulk.numbered import Numbered
 from cqos_core.matching.judge import ask, judge_endpoint
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.resolving.resolve import Resolver
@@ -107,11 +108,9 @@ class FleetProfiles:
         Args:
             rows: with ``role``, ``topic``, ``participant``, ``version``, and a text by column of a setting; empty: not stated.
         """
-        systems: dict[tuple[tuple[str, str], ...], list[int]] = {}
-        for at, row in enumerate(rows):
-            systems.setdefault(tuple(settings_of(self.pack, row, owned=True).items()), []).append(at)
+        owned_by = ((tuple(settings_of(self.pack, row, owned=True).items()), at) for at, row in enumerate(rows))
         found: dict[int, tuple[int, str | None]] = {}
-        for owned, positions in systems.items():
+        for owned, positions in grouped(owned_by).items():
             found |= self._resolve(dict(owned), {at: rows[at] for at in positions})
         return [found[at] for at in range(len(rows))]
 

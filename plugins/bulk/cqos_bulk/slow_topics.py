@@ -12,6 +12,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from cqos_bulk.stand_ins import StandIns
+from cqos_core.model.grouping import grouped
 from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
@@ -47,9 +48,7 @@ class SlowTopics:
             groups: those of one system, and of one topic in it, stand one after the other.
             busy: topics with both sides that may be meant by a similar name.
         """
-        named: dict[str, list[str]] = {}
-        for row in busy:
-            named.setdefault(row["system"], []).append(row["topic"])
+        named = grouped((row["system"], row["topic"]) for row in busy)
         for system, of_system in groupby(groups, itemgetter("system")):
             stand_ins = StandIns(self.profiles)
             unmatched: dict[str, list[Resolved]] = {}

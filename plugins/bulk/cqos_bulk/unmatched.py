@@ -12,6 +12,7 @@ from cqos_bulk.meetings import write_finding
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_bulk.stand_ins import StandIns
 from cqos_core.model.codes import CODES
+from cqos_core.model.grouping import grouped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -51,9 +52,7 @@ def write_unmatched(
             write_finding(out, *name, row)
     store.keep("like_others", by_name.filter(nw.col("sides") > 0).select(*columns).sort(*_TOPIC, "p"))
     store.keep("meant", similar.filter(nw.col("sides") == BUSY).select(*_TOPIC).sort(*_TOPIC))
-    busy: dict[str, list[str]] = {}
-    for system, topic in store.tuples("meant"):
-        busy.setdefault(system, []).append(topic)
+    busy = grouped((system, topic) for system, topic in store.tuples("meant"))
     for system, of_system in groupby(by_topic(store.tuples("like_others")), lambda each: each[0][0]):
         stand_ins = StandIns(clients)
         unmatched = {topic: [_stand_in(stand_ins, topic, *row) for row in rows] for (_, topic), rows in of_system}
@@ -63,10 +62,9 @@ def write_unmatched(
 
 def _reached(clients: Clients, hearing: Hearing, store: TableStore) -> Iterator[tuple[str, str, int]]:
     """Yield far topics without partner, and published ones, that match when both are folded."""
-    far: dict[str, list[str]] = {}
-    for system, topic in store.tuples(f"names{REQUESTED}"):
-        if (system, topic) in hearing.far:
-            far.setdefault(system, []).append(topic)
+    far = grouped(
+        (system, topic) for system, topic in store.tuples(f"names{REQUESTED}") if (system, topic) in hearing.far
+    )
     for _, fold in clients.pack.meeting.folds if far else ():
         folded: dict[str, dict[str, list[str]]] = {}
         for system, topics in far.items():

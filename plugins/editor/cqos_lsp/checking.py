@@ -14,6 +14,7 @@ from cqos_core.files.opening import HEAD, find_files, read_path
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.exact_places import exact_places
+from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
@@ -128,9 +129,7 @@ class Checker:
         """Read and check every system that has an open document among its files; ``folders`` are those of the workspace."""
         designs = [path for path in texts if not is_configuration(path) and not is_pack(texts[path])]
         units: dict[tuple[str, ...], _Unit] = {}
-        by_folder: dict[str, list[str]] = {}
-        for path in designs:
-            by_folder.setdefault(self._folder(path, folders, texts), []).append(path)
+        by_folder = grouped((self._folder(path, folders, texts), path) for path in designs)
         for folder, opened in by_folder.items():
             units.update((unit.files, unit) for unit in self._units_of(folder, opened, texts, step))
         self._units |= units

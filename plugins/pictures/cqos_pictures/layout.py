@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from graphlib import TopologicalSorter
 from typing import Final, NamedTuple
 
+from cqos_core.model.grouping import grouped
+
 _SWEEPS: Final = 16
 _NUDGES: Final = 12
 
@@ -56,9 +58,7 @@ def _parts(count: int, edges: Sequence[Edge]) -> list[list[int]]:
 
     for source, target in edges:
         root[find(source)] = find(target)
-    parts: dict[int, list[int]] = {}
-    for node in range(count):
-        parts.setdefault(find(node), []).append(node)
+    parts = grouped((find(node), node) for node in range(count))
     return sorted(parts.values(), key=lambda part: (-len(part), part))
 
 

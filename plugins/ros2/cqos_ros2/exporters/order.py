@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.grouping import grouped
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -17,9 +19,7 @@ def followers(system: System) -> Mapping[str, tuple[str, ...]]:
     """Return the endpoints that throw after each endpoint that catches; under the empty text those that throw first."""
     found: dict[str, dict[str, None]] = {}
     for flow in system.flows:
-        after: dict[int, list[int]] = {}
-        for ends in flow.flows:
-            after.setdefault(ends.source, []).append(ends.target)
+        after = grouped((ends.source, ends.target) for ends in flow.flows)
         for number, node in enumerate(flow.nodes):
             if node.kind not in _CATCHES or (node.kind != "start" and not node.endpoints):
                 continue

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_ros2.launch.findings import findings
 from cqos_ros2.launch.started import MadeFile, ParameterFile, ParameterValues
@@ -104,9 +105,7 @@ def _findings(launched: Launched, workspace: Workspace) -> str:
 
 def _instances(launched: Launched, workspace: Workspace) -> Iterator[str]:
     """Yield one block for each file, in the order in which files start something."""
-    by_file: dict[str, list[Instance]] = {}
-    for instance in launched.instances:
-        by_file.setdefault(instance.place.source, []).append(instance)
+    by_file = grouped((instance.place.source, instance) for instance in launched.instances)
     for source, instances in by_file.items():
         lines = [workspace.short(source)]
         for instance in instances:

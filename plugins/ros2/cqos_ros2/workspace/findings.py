@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import listed
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import EVERY_OTHER, MESSAGE, Place
@@ -55,10 +56,11 @@ def _of_launch(found: Join) -> Iterator[ImportNote]:
 
 def _remaps(found: Join) -> Iterator[ImportNote]:
     """Yield remaps that rename nothing in any node of their process."""
-    by_owner: dict[int, list[JoinedNode]] = {}
-    for node in found.nodes:
-        for owner in {rule.owner for rule in (*node.placed.rules, *node.placed.process.rules)}:
-            by_owner.setdefault(owner, []).append(node)
+    by_owner = grouped(
+        (owner, node)
+        for node in found.nodes
+        for owner in {rule.owner for rule in (*node.placed.rules, *node.placed.process.rules)}
+    )
     # A rule that renames something in one node is often given to all nodes.
     shared = {(str(rule.source), str(rule.target)) for node in found.nodes for rule in node.used}
     used = [rule for node in found.nodes for rule in node.used]
