@@ -46,7 +46,7 @@ _MOST_NOTES: Final = 50
 @click.option(
     "--remedies",
     type=click.Choice(["first", "configuration"]),
-    help="Fix the system before it is written: for each error the first remedy, or the first that needs no change of "
+    help="Fix the system before it is written: for each error by its first fix, or by the first that needs no change of "
     "the program. Forms that hold nothing but settings get only what was changed.",
 )
 @reading_options
@@ -155,7 +155,7 @@ def _say_fixed(fixed: FixedSystem, color: str) -> bool:
         say(f"{each.remedy.text} (for {each.code})", head="fixed:", choice=color)
     if not fixed.applied and fixed.left:
         count = plural(len(fixed.left), "error")
-        say(f"no such remedy is known for {count}, so nothing is written", severity="warning", choice=color)
+        say(f"no such fix is known for {count}, so nothing is written", severity="warning", choice=color)
     elif not fixed.applied:
         say("there is no error to fix, so nothing is written", severity="note", choice=color)
     return bool(fixed.applied)

@@ -42,7 +42,7 @@ _SCREEN = 24  # endpoints that are listed below an error
 @click.option(
     "--log",
     metavar="FILE",
-    help="Explain what running programs print when they discover an endpoint that does not fit; `-` is standard input. "
+    help="Explain the lines that running programs print about incompatible endpoints; `-` is standard input. "
     "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
 )
 @click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
@@ -65,9 +65,9 @@ def explain(
 ) -> None:
     """Explain one publisher and one subscriber, policy by policy.
 
-    The last two arguments are the ids of the endpoints, all before them are paths, which are taken together as one
-    system. The name of a participant is enough where it leaves one pair. Without ids, the endpoints are listed topic by
-    topic.
+    The last two arguments are the ids of the endpoints. All arguments before them are paths, which are one system. In
+    place of an id, the name of a participant is enough if only one pair remains. Without ids, C-QoS lists the endpoints
+    topic by topic.
 
     \b
     Examples:

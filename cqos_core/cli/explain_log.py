@@ -1,10 +1,11 @@
-"""``cqos explain --log``: what running programs say of endpoints that do not fit, explained."""
+"""``cqos explain --log``: what running programs print about incompatible endpoints, explained."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import NoReturn
 
 import click
 
@@ -24,8 +25,8 @@ from cqos_core.plugins import load_plugins
 
 def explain_log(
     ctx: click.Context, *, log: str, paths: tuple[str, ...], reading: ReadingOptions, form: str, color: str
-) -> None:
-    """Read a log, and explain it by the system in ``paths``, if there is one."""
+) -> NoReturn:
+    """Read a log, explain it by the system in ``paths``, if there is one, and exit."""
     if log == STDIN and STDIN in paths:
         raise click.UsageError("only one of the log and the paths can be standard input.", ctx)
     reader = prepare(reading, paths)

@@ -26,7 +26,7 @@ _HERE: Final = "127.0.0.1"
 @packs_option
 @debug_option
 def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, no_browser: bool) -> None:
-    """Draw a system in the browser, and see while you draw whether its QoS fits.
+    """Draw a system in the browser, and see while you draw whether its endpoints are compatible.
 
     The page and its service run on this machine, and serve no other. The page reads and saves the FILEs, and no other files
     by itself. The first diagram opens; the others stand beside it, and are checked with it. A FILE that does not exist yet

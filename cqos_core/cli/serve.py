@@ -92,48 +92,55 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
 @click.option(
     "--token-file",
     metavar="FILE",
-    help="Let in callers with one of the bearer tokens in FILE, one in a line, perhaps with name=NAME share=PART behind it.",
+    help="Accept callers with a bearer token of FILE: one token a line, optionally with name=NAME share=PART after it.",
 )
-@click.option("--tls-cert", metavar="FILE", help="Certificate chain of the service, PEM; callers must speak TLS then.")
-@click.option("--tls-key", metavar="FILE", help="Its private key.")
-@click.option("--tls-client-ca", metavar="FILE", help="Let in who has a certificate signed by one of these.")
+@click.option("--tls-cert", metavar="FILE", help="Certificate chain of the service, PEM; callers must then use TLS.")
+@click.option("--tls-key", metavar="FILE", help="Private key of the certificate, PEM.")
+@click.option(
+    "--tls-client-ca",
+    metavar="FILE",
+    help="Accept callers with a certificate that one of these CA certificates signed, PEM.",
+)
 @click.option("--allow-anonymous", is_flag=True, help="Serve other machines without asking for credentials.")
-@_number("--workers", _PROCESSES, _DEFAULTS.processes, "Serving processes, which share the port.")
+@_number("--workers", _PROCESSES, _DEFAULTS.processes, "How many processes serve; they share the port.")
 @_number(
     "--heavy-workers",
     _PROCESSES,
     _LIMITS.workers,
-    "Processes of each of them for documents and large models, so that these block no other call.",
+    "How many processes each of them has for documents and large models, so that these block no other call.",
 )
 @_number(
-    "--session-workers", _PROCESSES, _LIMITS.session_workers, "Processes of each of them that edit sessions live in."
+    "--session-workers", _PROCESSES, _LIMITS.session_workers, "How many processes each of them has for edit sessions."
 )
-@_number("--max-message-bytes", click.IntRange(1024, 1 << 30), _LIMITS.message_bytes, None)
+@_number("--max-message-bytes", click.IntRange(1024, 1 << 30), _LIMITS.message_bytes, "The most bytes of one message.")
 @_number(
     "--max-total-bytes",
     click.IntRange(1024),
     None,
-    "Of all requests under way together.  [default: 16 times --max-message-bytes]",
+    "The most bytes of all requests under way together.  [default: 16 times --max-message-bytes]",
 )
-@_number("--max-endpoints", click.IntRange(1), _LIMITS.endpoints, "Of one system.")
-@_number("--max-seconds", click.FloatRange(0.01), _LIMITS.seconds, "For one answer.")
-@_number("--max-calls", click.IntRange(1), _LIMITS.calls, "At the same time.")
-@_number("--max-sessions", click.IntRange(0), _LIMITS.sessions, "At the same time.")
+@_number("--max-endpoints", click.IntRange(1), _LIMITS.endpoints, "The most endpoints of one system.")
+@_number("--max-seconds", click.FloatRange(0.01), _LIMITS.seconds, "The longest time for one answer.")
+@_number("--max-calls", click.IntRange(1), _LIMITS.calls, "The most calls at the same time.")
+@_number("--max-sessions", click.IntRange(0), _LIMITS.sessions, "The most sessions open at the same time.")
 @_number(
     "--max-share",
     click.FloatRange(0, 1),
     _LIMITS.share,
-    "Part of the calls, their bytes and the sessions that one caller may have; the service identifies callers by token, certificate or "
+    "The largest part of the calls, their bytes and the sessions that one caller may have; the service identifies callers by token, certificate or "
     "address.",
 )
 @_number(
     "--max-idle-seconds",
     click.FloatRange(0.1),
     _LIMITS.idle_seconds,
-    "After which a session that hears nothing is closed.",
+    "The time after which the service closes a session without edits.",
 )
 @_number(
-    "--max-worker-memory", click.IntRange(0), _LIMITS.worker_memory, "Bytes that a worker may use, on Linux; 0: any."
+    "--max-worker-memory",
+    click.IntRange(0),
+    _LIMITS.worker_memory,
+    "The most memory of a worker in bytes, on Linux; 0 is no limit.",
 )
 @_number(
     "--inline-bytes", click.IntRange(0), _LIMITS.inline_bytes, "Requests up to this size are answered without a worker."

@@ -50,7 +50,7 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     """The output formats of ``cqos check``."""
     for name, summary in (
-        ("full", "one paragraph with excerpt and remedies per finding"),
+        ("full", "one paragraph with excerpt and fixes per finding"),
         ("concise", "one line per finding"),
         ("statistics", "one line per rule, with the number of its findings"),
         ("json", "the whole report, versioned"),

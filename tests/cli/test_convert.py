@@ -102,7 +102,7 @@ def test_an_error_without_a_fix_is_reported(cqos, files):
     done = cqos("convert", "types.yaml", "--to", "yaml", "--remedies", "first")
     assert (done.code, done.out) == (0, "")
     assert "warning: still there: " in done.err
-    assert "no such remedy is known for 1 error, so nothing is written" in done.err
+    assert "no such fix is known for 1 error, so nothing is written" in done.err
 
 
 # What goes wrong

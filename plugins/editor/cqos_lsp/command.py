@@ -10,7 +10,9 @@ import click
 
 
 @click.command()
-@click.option("--stdio", is_flag=True, help="Taken for clients that pass it: the server knows no other way.")
+@click.option(
+    "--stdio", is_flag=True, help="Accepted for clients that pass it; the server always uses standard input and output."
+)
 @click.option("--log", "log_file", metavar="FILE", help="Write what the server and its client send each other to FILE.")
 def lsp(*, stdio: bool, log_file: str | None) -> None:
     """Serve editors by the Language Server Protocol, on standard input and output.
