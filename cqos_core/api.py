@@ -214,13 +214,19 @@ def diff(
     return compare(one, other, where, topics, ignored)
 
 
+def _nested(name: str, value: object) -> dict[str, dict[str, object]]:
+    """``ros2.rmw`` of the command line as the library takes it."""
+    pack, _, option = name.rpartition(".")
+    return {pack or "PACK": {option: value}}
+
+
 def _by_pack(
     options: Mapping[str, Mapping[str, SettingValue]], where: Context, packs: Sequence[RulePack]
 ) -> Mapping[str, Mapping[str, SettingValue]]:
     """Return options as they are given, where they are given by pack and each pack is there."""
     for pack_id, settings in options.items():
         if not isinstance(settings, Mapping):
-            raise TypeError(f"options are by rule pack, as in {{'PACK': {{{pack_id!r}: {settings!r}}}}}")
+            raise TypeError(f"options are by rule pack, as in {_nested(pack_id, settings)}")
         pack_is_there(pack_id, where, packs)
     return options
 

@@ -190,6 +190,16 @@ def test_options_that_would_do_nothing_are_refused(file: Path):
             use(file, packs=iter(PACKS), options={"pots": {"carrier": "bike"}})
         with pytest.raises(TypeError, match=r"options are by rule pack, as in .*'carrier': 'bike'"):
             use(file, packs=PACKS, options={"carrier": "bike"})  # type: ignore[dict-item]
+        with pytest.raises(TypeError, match=r"as in \{'post': \{'carrier': 'bike'\}\}"):
+            use(file, packs=PACKS, options={"post.carrier": "bike"})  # type: ignore[dict-item]
+
+
+def test_what_is_no_input_is_refused_with_what_is(file: Path):
+    for use in (cqos.check, cqos.read):
+        with pytest.raises(TypeError, match="a path, bytes or a System, found list; pass several one by one"):
+            use([file, file])  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match="a path, bytes or a System, found dict"):
+            use({"cqos": 1})  # type: ignore[arg-type]
 
 
 def test_a_protocol_of_the_caller_is_for_what_states_none(file: Path):

@@ -39,6 +39,7 @@ from cqos_core.model.system import (
 
 T = TypeVar("T")
 Input: TypeAlias = "str | PathLike[str] | bytes | System"
+_NO_INPUT: Final = "an input is a path, bytes or a System, found {}; pass several one by one: `*inputs`"
 
 
 def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:
@@ -59,6 +60,8 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
                 continue
             found[position] = [replace(copied(each), protocol=each.protocol or protocol)]
             continue
+        if not isinstance(each, (bytes, str, PathLike)):
+            raise TypeError(_NO_INPUT.format(type(each).__name__))
         try:
             if not isinstance(each, bytes) and Path(each).is_dir():
                 loaded = load_paths([fspath(each)], importer, protocol=protocol)
