@@ -15,7 +15,8 @@ from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.reader import word_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Set as AbstractSet
 
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.model.report import Finding
@@ -49,9 +50,8 @@ def assumptions(
     concerned = [each for each in endpoints if id(each.participant) in opened] if opened else []
     named: dict[str, _Open] = {}
     barred: dict[str, set[str]] = {}
-    for each, read, refused in _of_pairs(
-        concerned, paired, lambda each: _undecided(opened[id(each.participant)], named)
-    ):
+    in_part = {owner: frozenset(each.name for each in found if each.partly) for owner, found in opened.items()}
+    for each, read, refused in _of_pairs(concerned, paired, in_part, named.keys()):
         for option in opened[id(each.participant)]:
             without = {value for value in option.values if f"{option.name}={value}" in refused}
             barred.setdefault(option.name, set()).update(without)
@@ -88,15 +88,20 @@ def _options(pack: RulePack) -> tuple[tuple[int, Policy, str], ...]:
     )
 
 
-def _undecided(options: Iterable[_Open], named: Collection[str]) -> bool:
-    """Whether it may still turn out that a verdict rests on one of some options."""
-    return any(option.partly and option.name not in named for option in options)
-
-
 def _of_pairs(
-    concerned: Sequence[Resolved], paired: Iterable[str], undecided: Callable[[Resolved], bool]
+    concerned: Sequence[Resolved],
+    paired: Iterable[str],
+    in_part: Mapping[int, frozenset[str]],
+    named: AbstractSet[str],
 ) -> Iterator[tuple[Resolved, frozenset[str], frozenset[str]]]:
-    """Yield ends of pairs with the options that their values rest on and the worlds without them, where either is of interest."""
+    """Yield ends of pairs with the options that their values rest on and the worlds without them, where either is of interest.
+
+    Args:
+        concerned: endpoints whose participant leaves options open.
+        paired: see `assumptions`.
+        in_part: by identity of a participant, its open options for which the pack has further values.
+        named: the options that are known already as the base of a verdict.
+    """
     known: dict[object, frozenset[str]] = {}
     rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
@@ -105,7 +110,7 @@ def _of_pairs(
         refusing = rules.get((frame, role, observed))
         if refusing is None:
             refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))
-        if not (refusing or undecided(each)):
+        if not refusing and in_part[id(each.participant)] <= named:
             continue
         key = _stating(each)
         read = known.get(key)
@@ -136,7 +141,8 @@ def _is_plain(override: Override, endpoint: Resolved) -> bool:
         return True
     if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
         return False
-    if _options_behind(endpoint.pack, override.index, override.stated().text, endpoint.role):
+    pack, steered = endpoint.pack, override.index in _steered(endpoint.pack)
+    if steered and _options_behind(pack, override.index, override.stated().text, endpoint.role):
         return False
     return keep(_PLAIN, override, value=True)
 
