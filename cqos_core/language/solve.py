@@ -104,7 +104,9 @@ def solutions(
                 every[at] = each
             side = tuple(every)
             left, right = (side, side) if single else (a, side) if second else (side, b)
-            if value != current and bound.judge(left, right, signal).result is want:
+            if value == current or bound.judge(left, right, signal).result is not want:
+                continue
+            if policy.spelling(value) is not None:
                 passing.append(value)
         best = islice(_preferred(passing, current, policy, second=second), _TRIED)
         chosen = next((value for value in best if may(use.index, value)), None)
@@ -140,7 +142,7 @@ def _candidates(bound: BoundCondition, use: Use, policy: Policy, a: Values, b: V
     default = policy.default_for(SUBSCRIBER if second else PUBLISHER)
     if default is not None and domain.word(default) not in policy.words:
         values[domain.parse(default)] = None
-    return [value for value in values if domain.has(value) and policy.spelling(value) is not None]
+    return [value for value in values if domain.has(value)]
 
 
 def turning_points(bound: BoundCondition, use: Use, a: Values, b: Values) -> dict[Plain, None]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
-    from cqos_core.model.system import Broker, Endpoint, Participant, Setting
+    from cqos_core.model.system import Broker, Endpoint, Participant, Room, Setting
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Layer, Resolved, Stated
 
@@ -99,14 +99,21 @@ def _added(endpoint: Resolved, policy: Policy, index: int, layers: Sequence[Laye
         for name, setting in owner.settings.items():
             if not setting.derived and endpoint.pack.find(policy.level, name, dialect) == index:
                 return _changed(policy, name, setting, dialect, value)
-        new = respelled(policy, value, dialect, None)
-        if owner.room is not None and owner.room.takes(policy.name) and new is not None:
-            return Edit(owner.room.place, policy.name, None, new)
+        if (edit := _within(owner.room, policy, dialect, value)) is not None:
+            return edit
     for layer in layers:
-        new = respelled(policy, value, _dialect(endpoint, layer.dialect), None)
-        if layer.room is not None and layer.overlay != "may_hold" and layer.room.takes(policy.name) and new is not None:
-            return Edit(layer.room.place, policy.name, None, new)
+        room = None if layer.overlay == "may_hold" else layer.room
+        if (edit := _within(room, policy, _dialect(endpoint, layer.dialect), value)) is not None:
+            return edit
     return None
+
+
+def _within(room: Room | None, policy: Policy, dialect: Dialect | None, value: Plain) -> Edit | None:
+    """Return the edit that adds a value to a room; None where it takes none."""
+    if room is None or not room.takes(policy.name):
+        return None
+    new = respelled(policy, value, dialect, None)
+    return None if new is None else Edit(room.place, policy.name, None, new)
 
 
 def _replacing(endpoint: Resolved, policy: Policy, layer: Layer, stated: Stated, value: Plain) -> Edit | None:
@@ -129,7 +136,7 @@ def _dialect(endpoint: Resolved, name: str) -> Dialect | None:
 
 
 def _changed(policy: Policy, name: str, setting: Setting, dialect: Dialect | None, value: Plain) -> Edit | None:
-    new = respelled(policy, value, dialect, setting.text)
-    if setting.place is None or setting.derived or setting.unknown or new is None:
+    if setting.place is None or setting.derived or setting.unknown:
         return None
-    return Edit(setting.place, name, setting.text, new)
+    new = respelled(policy, value, dialect, setting.text)
+    return None if new is None else Edit(setting.place, name, setting.text, new)

@@ -90,10 +90,12 @@ def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profil
     Nothing where a fact is absent, and nothing of traffic where none flowed before.
     """
     found = []
-    kept, keeps = memory_of(changing, before), memory_of(changing, after)
+    kept = memory_of(changing, before)
+    keeps = None if kept is None else memory_of(changing, after)
     if kept is not None and keeps is not None and (text := memory_growth(kept, keeps)):
         found.append(text)
-    flowed, flows = traffic_of(topic, before), traffic_of(topic, after)
+    flowed = traffic_of(topic, before)
+    flows = None if flowed is None else traffic_of(topic, after)
     if flowed is not None and flows is not None and 0 < flowed.most * LEAST_FACTOR <= flows.least:
         factor = f"{flows.least / flowed.most:.3g}"
         found.append(
