@@ -371,15 +371,16 @@ system_value: Final[Callable[[system_pb2.System], system.System]] = from_message
 def _reader(kind: type[Any]) -> _Convert:
     descriptor: Descriptor = kind.DESCRIPTOR
     made = _KINDS[descriptor.name]
-    steps: dict[FieldDescriptor, tuple[str, _Convert]] = {}
-    settings: list[tuple[str, str, bool]] = []
+    steps: dict[FieldDescriptor, tuple[str, _Convert | None]] = {}
+    settings: list[str] = []
     needed: dict[str, Any] = {}
     for each in fields(made):
         field = descriptor.fields_by_name.get(each.name)
         if field is None:
             continue
         if field.message_type is not None and _is_settings(field):
-            settings.append((each.name, f"{each.name}{_STATED}", each.default_factory is MISSING))
+            steps[field] = steps[descriptor.fields_by_name[f"{each.name}{_STATED}"]] = each.name, None
+            settings += [each.name] if each.default_factory is MISSING else ()
             continue
         steps[field] = each.name, _field_reader(field, str(each.type))
         required = each.default is MISSING and each.default_factory is MISSING
@@ -390,17 +391,20 @@ def _reader(kind: type[Any]) -> _Convert:
 
     def read(message: Any) -> Any:
         given = needed.copy()
+        stated = {*settings}
         for field, value in message.ListFields():
             step = steps.get(field)
-            if step is not None:
-                name, convert = step
-                found = convert(value)
-                if found is not None:
-                    given[name] = found
-        for name, listed, always in settings:
-            texts, stated = getattr(message, name), getattr(message, listed)
-            if texts or stated or always:
-                given[name] = settings_value(texts, stated)
+            if step is None:
+                continue
+            name, convert = step
+            if convert is None:
+                stated.add(name)
+                continue
+            found = value if convert is _as_it_is else convert(value)
+            if found is not None:
+                given[name] = found
+        for name in stated:
+            given[name] = settings_value(getattr(message, name), getattr(message, f"{name}{_STATED}"))
         return made(**given)
 
     return read
@@ -463,7 +467,10 @@ def _item_reader(field: FieldDescriptor, annotation: str) -> _Convert:
 def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     """Return settings, in the order in which they were stated."""
     if not stated:
-        return {name: _setting(texts[name]) for name in sorted(texts)}
+        return {
+            name: _remembered_setting(text) if len(text) <= LONGEST_REMEMBERED else Setting(text)
+            for name, text in sorted(texts.items())
+        }
     known = {each.name: each for each in stated}
     lists = {each.name: list_text(each.items) for each in stated if each.items and each.name not in texts}
     if lists:
@@ -483,10 +490,6 @@ def _stated_value(text: str, stated: Any) -> Setting:
         unknown = system.Cases(stated.assumption, tuple((case.name, case.value) for case in stated.cases))
     place = from_message(stated.place) if stated.HasField("place") else None
     return Setting(text, place, unknown, stated.derived, stated.reported)
-
-
-def _setting(text: str) -> Setting:
-    return _remembered_setting(text) if len(text) <= LONGEST_REMEMBERED else Setting(text)
 
 
 # Few texts make up most systems.

@@ -78,8 +78,10 @@ _NEEDED: Final[Mapping[type[Any], str]] = {
 
 def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
-    needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
     owner = message.participant
+    if message.id and owner and owner in participants and message.role in _BOTH_ROLES:
+        return iter(())
+    needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
     lost = f"`{owner}` is none of the participants" if owner else "an id is needed"
     rows: _Rows = (
         (".id", not message.id, "an id is needed"),
