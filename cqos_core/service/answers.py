@@ -21,7 +21,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.exact_places import exact_places
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.asked import decode, decode_json, least_severe, pair_message, paths_of, refusal_message, reported
+from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported, write_pair
 from cqos_core.remote.description import describe, elements_of
 from cqos_core.remote.documents import no_pack, read_documents, read_input, read_system
 from cqos_core.remote.messages import list_text, to_message
@@ -146,13 +146,15 @@ def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.C
 
 def check_one_pair(request: check_pb2.CheckPairRequest, _most: int) -> check_pb2.CheckPairResponse:
     """Judge one offer against one request."""
-    return check_pb2.CheckPairResponse(revision=request.revision, report=judged(request))
+    response = check_pb2.CheckPairResponse(revision=request.revision)
+    write_judged(response.report, request)
+    return response
 
 
-def judged(request: check_pb2.CheckPairRequest, path: str = "") -> report_pb2.PairReport:
-    """Judge the pair of a message, and return what it asks for."""
+def write_judged(message: report_pb2.PairReport, request: check_pb2.CheckPairRequest, path: str = "") -> None:
+    """Judge the pair of a message, and write what it asks for."""
     paths = paths_of(request, report_pb2.PairReport, path)
-    return pair_message(judge(request, path), paths=paths)
+    write_pair(message, judge(request, path), paths)
 
 
 def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
@@ -183,7 +185,7 @@ def answer_of_stream(data: bytes) -> bytes:
     request = decode(check_pb2.CheckPairsRequest, data)
     response = check_pb2.CheckPairsResponse(revision=request.pair.revision)
     try:
-        response.report.CopyFrom(judged(request.pair, "pair."))
+        write_judged(response.report, request.pair, "pair.")
     except Refused as refused:
         response.refusal.CopyFrom(refusal_message(refused.fields))
     except RecursionError:
@@ -215,7 +217,9 @@ def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainRe
         text = str(error)
         field = "publisher" if f"`{request.publisher}`" in text or not request.publisher else "subscriber"
         raise unfit([FieldProblem(field, text)]) from None
-    return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report, paths=paths))
+    response = check_pb2.ExplainResponse(revision=request.revision)
+    write_pair(response.report, report, paths)
+    return response
 
 
 def compare_two(request: check_pb2.DiffRequest, most: int) -> check_pb2.DiffResponse:

@@ -18,7 +18,7 @@ from cqos_core.cli import main
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
-from cqos_core.remote.asked import pair_message
+from cqos_core.remote.asked import write_pair
 from cqos_core.remote.client import AsyncClient, PairQuestion, PairRefusedError
 from cqos_core.remote.messages import pair_value, report_value, system_message, system_value, word_of
 from cqos_core.testing import _settings, load_cases
@@ -177,7 +177,7 @@ def test_words_of_guarantees_and_faults_have_numbers():
     assert words == set(WORDS)
     faults = {word_of(value) for value in report_pb2.Fault.DESCRIPTOR.values if value.number}
     assert faults == {LINK, *FAULTS}
-    message = pair_message(cqos.check_pair("ros2", requested={"reliability": "reliable"}))
+    message = write_pair(report_pb2.PairReport(), cqos.check_pair("ros2", requested={"reliability": "reliable"}))
     for guarantee in message.guarantees:
         assert report_pb2.GuaranteeWord.Name(guarantee.word_value) == f"GUARANTEE_WORD_{guarantee.word.upper()}"
         assert len(guarantee.survives_values) == len(guarantee.survives)

@@ -10,7 +10,7 @@ from google.protobuf import field_mask_pb2
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
 from cqos_core.model.report import Finding, Severity
-from cqos_core.remote.asked import pair_message
+from cqos_core.remote.asked import write_pair
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.messages import report_message
 
@@ -93,7 +93,7 @@ def test_pairs_and_streams_of_pairs_too(service):
     asked = check_pb2.CheckPairRequest(
         protocol="ros2", requested={"depth": "1"}, fields=field_mask_pb2.FieldMask(paths=["verdict"])
     )
-    wanted = kept(pair_message(cqos.check_pair("ros2", {}, {"depth": "1"})), "verdict")
+    wanted = kept(write_pair(report_pb2.PairReport(), cqos.check_pair("ros2", {}, {"depth": "1"})), "verdict")
     with grpc.insecure_channel(service.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
         assert checks.CheckPair(asked, timeout=20).report == wanted
