@@ -93,13 +93,17 @@ class DerivedGuarantees:
 
 def faults_between(publisher: QosProfile, subscriber: QosProfile) -> tuple[str, ...]:
     """Return the faults that can befall a pair: of a broker only where the pack has brokers, or a guarantee changes by them."""
-    pack = publisher.pack
-    given = () if any(policy.level == BROKER for policy in pack.policies) else give(publisher, subscriber)
+    given = () if _has_brokers(publisher.pack) else give(publisher, subscriber)
     return tuple(
         fault
         for fault in FAULTS
         if not given or fault not in faults_of(INTERMEDIARY) or any(each.under(fault) != each.value for each in given)
     )
+
+
+@lru_cache
+def _has_brokers(pack: RulePack) -> bool:
+    return any(policy.level == BROKER for policy in pack.policies)
 
 
 def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
@@ -117,6 +121,7 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
     """Return all guarantees with a rule in the pack, in the order of the words."""
     pack, found = publisher.pack, []
+    offered, requested = publisher.values, subscriber.values
     for name in WORDS:
         if name not in pack.guaranteed or name not in pack.needs:
             continue
@@ -126,8 +131,8 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
             pack,
             subscriber.pack,
             name,
-            *[publisher.values[at] for at in first],
-            *[subscriber.values[at] for at in second],
+            *[offered[at] for at in first],
+            *[requested[at] for at in second],
         )
         given = _GIVEN.get(key)
         if given is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Final, TypeVar, cast
 
 _T = TypeVar("_T")
@@ -33,6 +33,9 @@ class _Later(Sequence[_T]):
 
     def __getitem__(self, index: Any) -> Any:
         return self._all()[index]
+
+    def __iter__(self) -> Iterator[_T]:
+        return iter(self._all())  # the one of `Sequence` asks for each item by its index
 
     def __len__(self) -> int:
         return len(self._all())
