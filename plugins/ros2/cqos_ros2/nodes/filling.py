@@ -98,6 +98,7 @@ class FilledNode:
     Attributes:
         gaps: what is not known of it.
         activates: names of the lifecycle nodes that it activates, with the parameter; None where it activates none.
+        at_start: whether it activates them when it starts, and not only when a program asks.
         lifecycle: it is a lifecycle node.
         notes: what reading a configuration of it reports.
     """
@@ -106,6 +107,7 @@ class FilledNode:
     inside: list[Inside] = field(default_factory=list)
     gaps: list[Unknown] = field(default_factory=list)
     activates: Parameter | None = None
+    at_start: bool | Unknown = True
     lifecycle: bool = False
     notes: list[ImportNote] = field(default_factory=list)
 
@@ -159,7 +161,8 @@ class Filling:
         self.result.lifecycle |= part.get(form.LIFECYCLE) is True
         stated = part.get(form.ACTIVATES)
         if stated:
-            self.result.activates = filling.parameter_of(stated)
+            self.result.activates = filling.parameter_of(stated.require(form.ACTIVATED))
+            self.result.at_start = filling.holds(stated.get(form.WHEN) or ())
 
     def fragment(self, name: str, place: Place) -> None:
         """Add what a fragment has, by its name."""

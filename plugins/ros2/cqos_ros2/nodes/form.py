@@ -248,7 +248,12 @@ CONFIGURED_BY: Final = Key(
     one_of("rviz", "gz_bridge", "ros2_control", "ros2_control_spawner"),
     "The endpoints stand in a file of this format, which the launch names; with `ros2_control`, those of the controllers that spawners load.",
 )
-ACTIVATES: Final = Key("activates", TEXT, "`${PARAMETER}` with the names of the lifecycle nodes that it activates.")
+ACTIVATED: Final = Key("names", TEXT, "`${PARAMETER}` with the names of the nodes.", required=True)
+ACTIVATES: Final = Key(
+    "activates",
+    Form("node_activation", "what it activates", (ACTIVATED, WHEN), short=ACTIVATED.name),
+    "`${PARAMETER}` with the names of the lifecycle nodes that it activates; with `when`, it does so at the start only then.",
+)
 ACCEPT: Final = Key(
     "accept",
     MapOf(TEXT, "a map from rules to reasons"),

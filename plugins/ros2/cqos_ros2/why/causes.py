@@ -12,6 +12,7 @@ from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.names import expand
 from cqos_ros2.types import full_type_name
 from cqos_ros2.why.definitions import Defined
 from cqos_ros2.why.interfaces import LOOPBACK
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved
     from cqos_ros2.why.security import Access
-    from cqos_ros2.workspace.joining import Join
+    from cqos_ros2.workspace.joining import Join, JoinedNode
 
 MIDDLEWARE_FILES: Final = ("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 """Variables that name the configuration of a middleware."""
@@ -61,6 +62,7 @@ class Evidence(NamedTuple):
         access: what a keystore says of the topic; None: no keystore was read.
         interfaces: those that the configuration of the middleware names, by variable; None: it was not read.
         switched: launch arguments that decide whether a missing side starts.
+        untried: programs that only several arguments together start.
         hashes: of the types of endpoints that run, by endpoint.
         defined: what message files of the workspace say of the types on the topic.
     """
@@ -76,6 +78,7 @@ class Evidence(NamedTuple):
     access: Access | None
     interfaces: Mapping[str, Sequence[str] | None]
     switched: Sequence[Switched]
+    untried: Sequence[str]
     hashes: Mapping[str, str]
     defined: Mapping[str, Defined | Unknown]
 
@@ -122,7 +125,7 @@ def _name(seen: Evidence) -> Answer:
     missing = [role for role in (PUBLISHER, SUBSCRIBER) if not seen.ends[role]]
     if not missing:
         return Answer("excluded", "a publisher and a subscriber have this name")
-    opaque = seen.noted("ROS978", "ROS979")
+    opaque = seen.noted("ROS978", "ROS979", "ROS980")
     what = " and no ".join(missing)
     role = missing[0]
     near = nearest(seen.topic, [each for each in seen.names[role] if each != seen.topic])
@@ -376,10 +379,29 @@ def _lifecycle(seen: Evidence) -> Answer:
         return Answer(
             "not known", "whether lifecycle nodes are active shows only on the robot", f"ros2 lifecycle get {node}"
         )
+    waiting = next((each for each in seen.join.nodes if _waits(each) and _activated(each) & owners), None)
+    if waiting is not None:
+        manager, node = waiting.placed.address, min(_activated(waiting) & owners)
+        ask = f"ros2 service call {manager}/manage_nodes nav2_msgs/srv/ManageLifecycleNodes '{{command: 0}}'"
+        if isinstance(waiting.filled.at_start, Unknown):
+            return Answer("not known", f"whether `{manager}` activates `{node}` at the start is not known", ask)
+        return Answer("found", f"`{manager}` activates `{node}` only when a program asks for it", ask)
     unmanaged = _unmanaged(seen.join, owners)
     if unmanaged:
         return Answer("not known", f"nothing in the launch activates `{unmanaged}`", f"ros2 lifecycle get {unmanaged}")
     return Answer("excluded", "a manager of the launch activates the lifecycle nodes on this topic")
+
+
+def _waits(manager: JoinedNode) -> bool:
+    return manager.filled.activates is not None and manager.filled.at_start is not True
+
+
+def _activated(manager: JoinedNode) -> set[str]:
+    """Return the full names of the nodes that a manager activates."""
+    activates, placed = manager.filled.activates, manager.placed
+    names = activates.value if activates is not None else ()
+    listed = names if isinstance(names, (list, tuple)) else ()
+    return {expand(str(name), placed.namespace, placed.name) for name in listed}
 
 
 def _unmanaged(join: Join, owners: Iterable[str]) -> str:
@@ -404,6 +426,9 @@ def _condition(seen: Evidence) -> Answer:
         return Answer(
             "not known", f"{_listed(subjects)} decide whether nodes start", f"--launch-arg {subjects[0]}:=VALUE"
         )
+    if seen.untried:
+        what = _listed(seen.untried)
+        return Answer("not known", f"no argument alone starts {what}", "cqos launch FILE  # and its arguments")
     return Answer("excluded", "no condition of the launch is about this topic")
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
@@ -14,6 +15,9 @@ from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.logs import misfits
 from cqos_ros2.importers.topic_info import type_hashes
+from cqos_ros2.launch.running import launch
+from cqos_ros2.launch.shown import assumptions
+from cqos_ros2.launch.values import Unknown, shown
 from cqos_ros2.launch.workspace import find_packages
 from cqos_ros2.logs import read_line
 from cqos_ros2.types import full_type_name
@@ -24,20 +28,19 @@ from cqos_ros2.why.security import access
 from cqos_ros2.workspace.importer import ARGUMENT, IMPORTER, LAUNCH, joined
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved
-    from cqos_ros2.launch.values import Unknown
+    from cqos_ros2.launch.started import Launched
     from cqos_ros2.why.definitions import Defined
     from cqos_ros2.workspace.joining import Join
 
 
-_FLIPPED: Final = {"true": "false", "false": "true"}
-_MOST_ARGUMENTS: Final = 8
-"""So many arguments are tried with the other value, each by reading the launch once more."""
+_MOST_ARGUMENTS: Final = 12
+"""So many other values of arguments are tried, each by reading the launch once more."""
 
 
 def evidence(
@@ -52,15 +55,14 @@ def evidence(
     resolved = [each for each in endpoints_of(system, reader.context) if each.pack.id == "ros2"]
     sides = {role: [each for each in resolved if each.role == role] for role in (PUBLISHER, SUBSCRIBER)}
     join = _join(reader, paths)
-    given = {each.name: each.value for each in reader.options.variables}
-    environment = given
-    if join is not None:
-        stated = {name: value for name, value in join.launched.variables.items() if isinstance(value, str)}
-        environment = {**stated, **given}
     ends: dict[str, list[Resolved]] = {
         role: [each for each in side if each.key == full] for role, side in sides.items()
     }
+    given = {each.name: each.value for each in reader.options.variables}
+    owners = {each.participant.participant.id for side in ends.values() for each in side}
+    environment = given if join is None else _environment(join, given, owners)
     missing = [role for role, side in ends.items() if not side]
+    switched, untried = ([], []) if join is None else _switched(reader, paths, join, full, missing)
     return Evidence(
         full,
         system,
@@ -72,11 +74,12 @@ def evidence(
         join,
         None if keystore is None else access(Path(keystore), full),
         {
-            name: _interfaces(environment[name], given=name in given)
+            name: _interfaces(environment[name], None if name in given else join)
             for name in MIDDLEWARE_FILES
             if environment.get(name)
         },
-        [] if join is None else list(_switched(reader, paths, join, full, missing)),
+        switched,
+        untried,
         _hashes(system, ends),
         _defined(paths, {full_type_name(each.endpoint.type or "") for side in ends.values() for each in side}),
     )
@@ -107,27 +110,69 @@ def _defined(paths: Sequence[str], types: Collection[str]) -> dict[str, Defined 
 
 def _switched(
     reader: InputReader, paths: Sequence[str], join: Join, topic: str, missing: Collection[str]
-) -> Iterator[Switched]:
-    """Yield the launch arguments whose other value starts a missing side of a topic."""
+) -> tuple[list[Switched], list[str]]:
+    """Return the launch arguments that start a missing side of a topic with another value, and programs that were not tried."""
+    found: list[Switched] = []
+    if not missing:
+        return found, []
     folder = next(each for each in paths if Path(each).is_dir())
-    flags = {name: str(each.value).lower() for name, each in join.launched.arguments.items()}
-    tried = [(name, _FLIPPED[value]) for name, value in flags.items() if value in _FLIPPED]
-    for name, value in tried[:_MOST_ARGUMENTS] if missing else ():
-        mine = reader.switches.get(IMPORTER, {})
+    mine = reader.switches.get(IMPORTER, {})
+    seen = _programs(join.launched)
+    for name, value in islice(_other_values(join), _MOST_ARGUMENTS):
         arguments = "\n".join(filter(None, (mine.get(ARGUMENT, ""), f"{name}:={value}")))
         try:
             other = joined(folder, {**reader.switches, IMPORTER: {**mine, ARGUMENT: arguments}})
         except InputError:
             continue
-        for each in other.system.endpoints:
-            if each.topic == topic and each.role in missing:
-                yield Switched(name, value, each.participant or "", each.role)
+        seen |= _programs(other.launched)
+        found += [
+            Switched(name, value, each.participant or "", each.role)
+            for each in other.system.endpoints
+            if each.topic == topic and each.role in missing
+        ]
+    return found, sorted(_programs(_left_open(join, join.launched.arguments)) - seen)
 
 
-def _interfaces(text: str, *, given: bool) -> list[str] | None:
-    """Return the interfaces that a configuration names; None where it is not read, as a file that only a launch file names."""
-    if not given and not text.lstrip().startswith("<"):
-        return None
+def _programs(launched: Launched) -> set[str]:
+    return {f"{shown(each.package)} {shown(each.executable)}" for each in launched.instances}
+
+
+def _left_open(join: Join, names: Iterable[str]) -> Launched:
+    """Return the launch with some arguments left open, so that all alternatives are there."""
+    held = {name: each.value for name, each in join.launched.arguments.items() if isinstance(each.value, str)}
+    unknown = {name: Unknown(f"`{name}` is left open", None, name) for name in names}
+    given: dict[str, Any] = {**held, **unknown}
+    return launch(join.workspace, join.launched.entry, given)
+
+
+def _other_values(join: Join) -> Iterator[tuple[str, str]]:
+    """Yield launch arguments, each with a value that it does not have and that the launch compares it with."""
+    for name, each in join.launched.arguments.items():
+        compared = assumptions(_left_open(join, [name])).get(name, [])
+        values = {*compared, *(["false"] if "true" in compared else [])}
+        yield from ((name, value) for value in sorted(values) if value != str(each.value).lower())
+
+
+def _environment(join: Join, given: Mapping[str, str], owners: Collection[str]) -> dict[str, str]:
+    """Return the variables that the launch or the caller states; those of nodes on the topic win."""
+    own = [node.placed.instance.environment for node in join.nodes if node.placed.address in owners]
+    sources = (join.launched.variables, given, *own)
+    return {name: value for each in sources for name, value in each.items() if isinstance(value, str)}
+
+
+def _interfaces(text: str, join: Join | None) -> list[str] | None:
+    """Return the interfaces that a configuration names; None where it is not read.
+
+    Args:
+        text: XML, or the path of a file.
+        join: of the launch file that names it, so that the file is looked up in the workspace; None: the caller names it.
+    """
+    if join is not None and not text.lstrip().startswith("<"):
+        path = join.workspace.find(text.removeprefix("file://"), None)
+        data = path if isinstance(path, Unknown) else join.workspace.read(path, None)
+        if isinstance(data, Unknown):
+            return None
+        text = data.decode(errors="replace")
     try:
         return interfaces_of(text)
     except InputError:

@@ -20,7 +20,7 @@ def agreed(found: Mapping[str, FilledNode]) -> FilledNode:
     first = next(iter(found.values()))
     if len(found) == 1:
         return first
-    result = FilledNode(activates=first.activates)
+    result = FilledNode(activates=first.activates, at_start=first.at_start)
     sides = {distro: _by_key(node.endpoints) for distro, node in found.items()}
     for key in dict.fromkeys(key for side in sides.values() for key in side):
         there = [distro for distro, side in sides.items() if key in side]

@@ -103,8 +103,13 @@ def test_a_configuration_that_is_not_there_is_not_known(tmp_path):
 LAUNCH = """<launch>
   <arg name="static" default="false"/>
   <arg name="view" default="true"/>
+  <arg name="mode" default="real"/>
+  <arg name="port"/>
   <node pkg="tf2_ros" exec="static_transform_publisher" name="mount" if="$(var static)"/>
   <node pkg="robot_state_publisher" exec="robot_state_publisher" unless="$(var view)"/>
+  <node pkg="nav2_map_server" exec="map_server" if="$(eval '&quot;$(var mode)&quot; == &quot;sim&quot;')"/>
+  <node pkg="joy" exec="joy_node" if="$(var port)"/>
+  <node pkg="teleop_twist_joy" exec="teleop_node" if="$(eval '&quot;$(var static)$(var mode)&quot; == &quot;truesim&quot;')"/>
 </launch>
 """
 
@@ -114,7 +119,9 @@ LAUNCH = """<launch>
     [
         ("/joint_states", (), "found", "with `view:=false` the launch starts `/robot_state_publisher`, which subscribes to it"),
         ("/tf_static", (), "found", "with `static:=true` the launch starts `/mount`, which publishes it"),
-        ("/scan", (), "excluded", "no condition of the launch is about this topic"),
+        ("/map", (), "found", "with `mode:=sim` the launch starts `/map_server`, which publishes it"),
+        ("/joy", (), "found", "with `port:=true` the launch starts `/joy_node`, which publishes it"),
+        ("/scan", ("port:=false",), "not known", "no argument alone starts `teleop_twist_joy teleop_node`"),
     ],
 )  # fmt: skip
 def test_a_launch_condition_that_is_off(tmp_path, topic, arguments, state, text):
@@ -126,3 +133,30 @@ def test_a_launch_condition_that_is_off(tmp_path, topic, arguments, state, text)
     done = run(["why", topic, "src", "--launch", "bot:a.launch.xml", *given, "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
     answers = {each["cause"]: each for each in json.loads(done.out)["causes"]}
     assert (answers["launch condition"]["state"], answers["launch condition"]["text"]) == (state, text)
+
+
+def test_a_name_is_not_missing_while_an_argument_is_open(tmp_path):
+    package = tmp_path / "src" / "bot"
+    (package / "launch").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>bot</name></package>")
+    (package / "launch" / "a.launch.xml").write_text(
+        '<launch><arg name="x"/><node pkg="nav2_map_server" exec="map_server" if="$(var x)"/></launch>'
+    )
+    done = run(["why", "/map", "src", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    answers = {each["cause"]: each["state"] for each in json.loads(done.out)["causes"]}
+    assert (answers["name"], answers["launch condition"]) == ("not known", "found")
+
+
+def test_variables_of_a_node_and_files_that_the_launch_names(tmp_path):
+    package = tmp_path / "src" / "bot"
+    (package / "launch").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>bot</name></package>")
+    (package / "own.xml").write_text('<CycloneDDS><NetworkInterface name="lo"/></CycloneDDS>')
+    own = '<env name="ROS_AUTOMATIC_DISCOVERY_RANGE" value="OFF"/>'
+    (package / "launch" / "a.launch.xml").write_text(
+        '<launch><set_env name="CYCLONEDDS_URI" value="file://$(find-pkg-share bot)/own.xml"/>'
+        f'<node pkg="joy" exec="joy_node">{own}</node></launch>'
+    )
+    done = run(["why", "/joy", "src", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    answers = {each["cause"]: each["state"] for each in json.loads(done.out)["causes"]}
+    assert (answers["discovery range"], answers["network interfaces"]) == ("found", "found")

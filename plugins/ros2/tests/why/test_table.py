@@ -29,7 +29,8 @@ PROFILES = "<profiles>{}</profiles>".format(
 LEFT, RIGHT = (PROFILES.format(data_writer="left", data_reader=name) for name in ("left", "right"))
 SERVER = '<node pkg="nav2_map_server" exec="map_server" name="map_server"/>'
 MANAGER = (
-    '<node pkg="nav2_lifecycle_manager" exec="lifecycle_manager" name="m"><param name="node_names" value="{}"/></node>'
+    '<node pkg="nav2_lifecycle_manager" exec="lifecycle_manager" name="m"><param name="node_names" value="{}"/>'
+    '<param name="autostart" value="{}"/></node>'
 )
 SHOW = '<node pkg="tf2_ros" exec="static_transform_publisher" name="mount" if="$(var show)"/>'
 GOVERNANCE = (
@@ -139,8 +140,10 @@ RUNS: Final = [
     ("/image", {"metadata.yaml": BAG}, ["metadata.yaml"], {"found": ["name"], "not known": ["remap", "type"]}),
     ("/image", {"system.yaml": FITS, "run.log": LOG}, [*SYSTEM, "--log", "run.log"], {"found": ["quality of service"]}),
     # Workspaces.
-    ("/map", launch(SERVER, MANAGER.format("[other]")), WORKSPACE, {"found": ["name", "lifecycle"], "excluded": ["remap", "launch condition"]}),
-    ("/map", launch(SERVER, MANAGER.format("[map_server]")), WORKSPACE, {"excluded": ["lifecycle"]}),
+    ("/map", launch(SERVER, MANAGER.format("[other]", "true")), WORKSPACE, {"found": ["name", "lifecycle"], "excluded": ["remap", "launch condition"]}),
+    ("/map", launch(SERVER, MANAGER.format("[map_server]", "true")), WORKSPACE, {"excluded": ["lifecycle"]}),
+    ("/map", launch(SERVER, MANAGER.format("[map_server]", "false")), WORKSPACE, {"found": ["name", "lifecycle"]}),
+    ("/map", launch(SERVER, MANAGER.format("[map_server]", "$(env X)")), WORKSPACE, {"not known": ["lifecycle"]}),
     ("/map", launch(SERVER), WORKSPACE, {"not known": ["lifecycle"]}),
     ("/tf_static", launch(SHOW), WORKSPACE, {"found": ["launch condition"], "not known": ["name"]}),
     ("/camera", launch('<node pkg="no" exec="no"/>'), WORKSPACE, {"not known": ["name", "remap"]}),
