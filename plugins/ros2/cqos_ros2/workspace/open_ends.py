@@ -68,7 +68,8 @@ def _near(
         for name, sides in topics.items()
         if len(sides) > 1 and any(endpoint.type in types for _, _, endpoint in sides.get(missing, ()))
     ]
-    meant = next(iter(typing_errors([topic], busy).get(topic, ())), None)
+    alike = [name for name in busy if name.casefold() == topic.casefold()]  # also of names too short for a typing error
+    meant = next(iter(alike or typing_errors([topic], busy).get(topic, [])), None)
     if meant is None and missing == PUBLISHER and not opaque:
         same = [name for name in busy if without_namespace(name) == without_namespace(topic)]
         meant = same[0] if len(same) == 1 else None

@@ -129,6 +129,7 @@ FAULTS = {
         NAVIGATION, "yaml_filename", "topic_name: mapp\n    yaml_filename", "CQ403", "mapp", "/mapp"
     ),
     "a name in the wrong case": Fault(NAVIGATION, "scan_topic: scan", "scan_topic: Scan", "ROS973", "scan_topic: Scan"),
+    "a short name in the wrong case": Fault(NAVIGATION, "map_topic: map", "map_topic: Map", "ROS973", "map_topic: Map"),
     "another type": Fault(
         BRIDGE,
         "ros_topic_name: cmd_vel, gz_topic_name: cmd_vel, ros_type_name: geometry_msgs/msg/Twist,",
