@@ -12,6 +12,7 @@ from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2.learn.handing import hand_over
 from cqos_ros2.learn.names import fits, last_part, without_arguments
+from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
@@ -311,6 +312,8 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         isinstance(receiver, Either) and any(isinstance(each, Qos) for _, each in receiver.cases)
     ):
         return _on_qos(receiver, function, given, walk)
+    if is_options(receiver):
+        return changed(receiver, name, given, walk.frame.function)
     if isinstance(receiver, Instance) and receiver.library in walk.table.objects and name in walk.table.members:
         receiver.members[walk.table.members[name]] = (
             given.arguments[0] if given.arguments else Unknown("it is not stated")

@@ -118,7 +118,11 @@ def carrier(name: str, given: Given, walk: Walk) -> Instance | None:
     for member, index in places.items():
         if index < len(given.arguments):
             made.members[member] = given.arguments[index]
-    if len(given.arguments) == 1 and isinstance(given.arguments[0], dict):
+    made.members.update(given.keywords)
+    one = given.arguments[0] if len(given.arguments) == 1 else None
+    if isinstance(one, Instance) and one.library == name:
+        made.members.update(one.members)
+    elif len(given.arguments) == 1 and isinstance(given.arguments[0], dict):
         _fill(made, given.arguments[0], walk)
     elif given.arguments and not places:
         made.members["*"] = Unknown("its fields are stated by position")

@@ -341,6 +341,8 @@ def parameter(row: Row, given: Given, receiver: Any, walk: Walk) -> Any:
         value: Any = Unknown(f"the parameter `{name}` has the name of a variable of node files")
     elif not isinstance(name, str) or not name or node is None or BELOW in getattr(receiver, "members", ()):
         value = Unknown("the name of a parameter is not known")
+    elif name in node.overrides and name not in node.changed:
+        value = node.overrides[name]
     elif node.changed & {name, "*"}:
         value = Unknown(f"the program sets the parameter `{name[:60]}` itself", given.call.place)
     else:

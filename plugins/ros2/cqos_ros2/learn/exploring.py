@@ -17,7 +17,7 @@ from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import Attribute, Call, Function, Name, Reference, call_name
 from cqos_ros2.learn.searching import calls_in
-from cqos_ros2.learn.unreached import HOMELESS, argument, not_reached
+from cqos_ros2.learn.unreached import HOMELESS, argument, node_options, not_reached
 from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def _object(cls: Class, walk: Walk) -> None:
     counts = sorted(len(each.parameters) for each in constructors)
     count = 1 if not counts or 1 in counts else counts[0]
     made = Call(Name(cls.name), (), (), (), cls.place)
-    construct(cls, Given(made, [Unknown("what a component is given")] * count, {}, ()), walk)
+    construct(cls, Given(made, [node_options(walk)] * count, {}, ()), walk)
 
 
 def _plugins(found: Exploration) -> None:

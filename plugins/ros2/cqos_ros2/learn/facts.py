@@ -50,7 +50,8 @@ def facts(package: Package, explored: Explored) -> Facts:
         ]
         for record in records[1:]:
             if isinstance(record.namespace, Unknown):
-                records[0].gaps[f"the node `{record.name}` inside", record.namespace.cause] = record.place
+                named = record.name if isinstance(record.name, str) else record.cls
+                records[0].gaps[f"the node `{named}` inside", record.namespace.cause] = record.place
         for number, record in enumerate(records):
             name = key if number == 0 else f"{key}.{number + 1}"
             nodes[name] = _node(record, package, explored.plugins.get(key, "") if number == 0 else "")
@@ -82,6 +83,10 @@ def _node(record: NodeRecord, package: Package, plugin: str) -> dict[str, Any]:
         found["name"] = record.name
     if isinstance(record.namespace, str) and record.namespace.strip("/"):
         found["namespace"] = record.namespace
+    if record.remaps:
+        found["remaps"] = dict(record.remaps)
+    if record.alone:
+        found["global_arguments"] = False
     if plugin:
         found["plugin"] = plugin
     if record.lifecycle:
@@ -93,7 +98,7 @@ def _part(record: NodeRecord, package: Package) -> dict[str, Any]:
     found: dict[str, Any] = {}
     entries: dict[str, dict[str, list[dict[str, Any]]]] = {}
     unknown = 0
-    for group in _groups(record.made):
+    for group in _groups([_placed(each, record) for each in _decided(record.made)]):
         name = group[0].name
         if isinstance(name, (str, Template)):
             written = name if isinstance(name, str) else name.text
@@ -135,11 +140,19 @@ def _parameters(record: NodeRecord, entries: dict[str, Any]) -> dict[str, Any]:
 def _groups(made: Iterable[Made]) -> list[list[Made]]:
     """Return the calls that make one endpoint together: of one direction and name."""
     found: dict[Any, list[Made]] = {}
-    for number, each in enumerate(_decided(made)):
+    for number, each in enumerate(made):
         known = isinstance(each.name, (str, Template))
         key = (each.direction, each.name, each.type if isinstance(each.type, str) else "") if known else (number,)
         found.setdefault(key, []).append(each)
     return [*found.values()]
+
+
+def _placed(made: Made, record: NodeRecord) -> Made:
+    """Return an endpoint; its name is not known where the namespace is not, or options may rename it."""
+    written = made.name.text if isinstance(made.name, Template) else made.name
+    relative = isinstance(written, str) and not written.startswith("/")
+    cause = record.renamed or (record.namespace if relative and isinstance(record.namespace, Unknown) else None)
+    return made if cause is None or isinstance(made.name, Unknown) else replace(made, name=cause)
 
 
 def _decided(made: Iterable[Made]) -> Iterable[Made]:

@@ -12,7 +12,8 @@ from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
 from cqos_ros2.learn.handing import note_nodes
 from cqos_ros2.learn.names import last_part, without_arguments
-from cqos_ros2.learn.program import Call, Literal, Name, call_name
+from cqos_ros2.learn.node_options import place
+from cqos_ros2.learn.program import Call, Literal, Name
 from cqos_ros2.learn.values import Instance, NodeRecord
 from cqos_ros2.learn.walking import run_body
 
@@ -105,9 +106,9 @@ def _fill(instance: Instance, given: Given, walk: Walk) -> None:
 def _initializers(cls: Class, instance: Instance, function: Function, given: Given, walk: Walk) -> None:
     """Walk what stands before the body of a constructor in C++: base classes and members."""
     based: set[str] = set()
-    for name, arguments, place in function.initializers:
+    for name, arguments, where in function.initializers:
         last = last_part(without_arguments(name))
-        made = Call(Name(name), arguments, (), (), place)
+        made = Call(Name(name), arguments, (), (), where)
         base = next((each for each in cls.bases if last_part(without_arguments(each)) == last), None)
         if last == last_part(cls.name):
             _construct_again(cls, instance, made, walk)
@@ -116,7 +117,7 @@ def _initializers(cls: Class, instance: Instance, function: Function, given: Giv
             based.add(base)
             _base_class(cls, base, instance, made, walk)
         elif name in cls.fields:
-            typed: Expression = Call(Name(cls.fields[name]), arguments, (), ("{",), place)
+            typed: Expression = Call(Name(cls.fields[name]), arguments, (), ("{",), where)
             if cls.fields[name].endswith(("*", "&")):
                 typed = arguments[0] if arguments else Literal(None)
             instance.members[name] = evaluate(typed, walk)
@@ -172,14 +173,7 @@ def _library_node(instance: Instance, given: Given, walk: Walk) -> None:
         node.parameters.update(row.values.get("defaults", {}))
         state(row, given, node, walk)
         return
-    name = given.at(row.position("name"))
-    node.name = name if isinstance(name, str) else Unknown("its name is not a text that is known")
-    namespace = given.at(row.position("namespace"))
-    if isinstance(namespace, str):
-        node.namespace = namespace
-    made = (call_name(each) for each in given.call.arguments[1:] if isinstance(each, Call))
-    if not node.namespace and any(name and walk.program.find_functions(name) for name in made):
-        node.namespace = Unknown("a function makes its options, and may set its namespace")
+    place(node, row, given)
 
 
 def plain_node(library: str, given: Given, walk: Walk) -> Instance:

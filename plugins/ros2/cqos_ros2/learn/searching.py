@@ -15,6 +15,7 @@ from cqos_ros2.learn.program import (
     If,
     Items,
     Loop,
+    Name,
     NotFollowed,
     Operation,
     Pairs,
@@ -79,10 +80,22 @@ def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = 
         elif isinstance(part, Closure):
             yield from calls_in(part.function.body)
         else:
-            waiting += _parts(part)
+            waiting += parts(part)
 
 
-def _parts(expression: Expression) -> list[Any]:
+def mentions(expression: Expression, name: str) -> bool:
+    """Whether a name stands in an expression."""
+    waiting: list[Any] = [expression]
+    while waiting:
+        each = waiting.pop()
+        if each == Name(name):
+            return True
+        waiting += [each.function, *each.arguments] if isinstance(each, Call) else parts(each)
+    return False
+
+
+def parts(expression: Expression) -> list[Any]:
+    """Return the expressions in an expression that is no call."""
     found: list[Any] = []
     for name in _INNER.get(type(expression), ()):
         value = getattr(expression, name)

@@ -60,7 +60,7 @@ _ROW: Final = frozenset(
 _PARAMETER: Final = frozenset(
     ("call", "of", "node", "name", "name_is", "default", "default_is", "into", "several", "prefix")
 )
-_NODE: Final = frozenset(("name", "namespace", "lifecycle", "client", "defaults", "values"))
+_NODE: Final = frozenset(("name", "namespace", "options", "lifecycle", "client", "defaults", "values"))
 _LISTS: Final = (
     "same",
     "harmless",

@@ -10,6 +10,7 @@ from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import PLUGIN, Given
 from cqos_ros2.learn.frames import Condition, Walk, lineage
 from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.node_options import CLASS
 from cqos_ros2.learn.objects import NO_CONSTRUCTOR, construct, library_base
 from cqos_ros2.learn.program import Attribute, Call, Name, call_name
 from cqos_ros2.learn.searching import calls_in
@@ -175,6 +176,13 @@ def _made(cls: Class, record: NodeRecord, functions: list[Function], walk: Walk)
     return instance
 
 
+def node_options(walk: Walk) -> Instance:
+    """Return the options that a container gives a component: they state nothing beside what its launch does."""
+    made = Instance(None, library=f"rclcpp::{CLASS}")
+    walk.instances.append(made)
+    return made
+
+
 def argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
     """Return what a class is given that nothing followed makes: its node where the type is one, else what is not known."""
     plain = without_arguments(inner_type(type_name if "<" in type_name else without_arguments(type_name)))
@@ -189,6 +197,8 @@ def argument(name: str, type_name: str, record: NodeRecord, walk: Walk) -> Any:
         made = Instance(cls, library=library, members=dict.fromkeys(names, given), node=record)
         walk.instances.append(made)
         return made
+    if last_part(plain) == CLASS:
+        return node_options(walk)
     if "string" in type_name and "name" in name and record.name == PLUGIN:
         return Template(PLUGIN)
     return Unknown("what it is given")

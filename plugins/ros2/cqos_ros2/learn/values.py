@@ -201,6 +201,10 @@ class NodeRecord:
         uses: fragments, each with what is not known of it.
         gaps: what is not known, its cause, where.
         changed: parameters that the program sets itself; ``*`` where it may be any.
+        overrides: values that its options give parameters, whatever a launch file says.
+        remaps: what its options rename, before what a launch file does.
+        alone: it takes no arguments of its process.
+        renamed: why any of its names may be another one; None where none is.
         constants: names of constants of libraries that name parameters which the node declares, each once.
         protocol: of a client of brokers.
         settings: what such a client states of its connection.
@@ -216,6 +220,10 @@ class NodeRecord:
     uses: dict[str, Place] = field(default_factory=dict)
     gaps: dict[tuple[str, str], Place] = field(default_factory=dict)
     changed: set[str] = field(default_factory=set)
+    overrides: dict[str, Any] = field(default_factory=dict)
+    remaps: dict[str, str] = field(default_factory=dict)
+    alone: bool = False
+    renamed: Unknown | None = None
     constants: set[str] = field(default_factory=set)
     protocol: str = ""
     settings: dict[str, Any] = field(default_factory=dict)

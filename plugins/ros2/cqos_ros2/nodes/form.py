@@ -232,6 +232,16 @@ INSIDE: Final = Key(
     ListOf(Form("node_inside", "a node inside", (NODE, NAME, NAMESPACE, WHEN)), "a list of nodes"),
     "Further nodes that it creates in its process.",
 )
+REMAPS: Final = Key(
+    "remaps",
+    MapOf(TEXT, "a map from names to names"),
+    "What its code renames, `__node` and `__ns` among them: this comes before what a launch file renames.",
+)
+GLOBAL_ARGUMENTS: Final = Key(
+    "global_arguments",
+    FLAG,
+    "`false` where it takes no name, namespace, remaps and parameters that its process is given.",
+)
 WHAT: Final = Key("what", TEXT, "What is not known.", required=True)
 CAUSE: Final = Key("cause", TEXT, "Why.", required=True)
 UNREAD: Final = Key(
@@ -262,7 +272,7 @@ ACCEPT: Final = Key(
 NODE_FORM: Final = Form(
     "node_facts",
     "what is known of a node",
-    (NAME, NAMESPACE, PLUGIN, CONFIGURED_BY, ACTIVATES, ACCEPT, *_PARTS, INSIDE),
+    (NAME, NAMESPACE, REMAPS, GLOBAL_ARGUMENTS, PLUGIN, CONFIGURED_BY, ACTIVATES, ACCEPT, *_PARTS, INSIDE),
 )
 FRAGMENTS: Final = Key(
     "fragments",

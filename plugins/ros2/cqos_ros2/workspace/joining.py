@@ -177,7 +177,7 @@ def _add(joined: JoinedNode, system: System, numbers: dict[str, int]) -> None:
     for rule, reason in ((placed.facts and placed.facts.get(form.ACCEPT)) or {}).items():
         system.accept.append(Acceptance(rule, reason.value, endpoint=f"{identity}/*", place=reason.place))
     for each in joined.filled.endpoints:
-        rules = placed.process.rules if each.own_node else placed.rules
+        rules = placed.process.rules if each.own_node else [*placed.own, *placed.rules]
         namespace = placed.process.namespace if each.own_node else placed.namespace
         named = applied(each.name, namespace, placed.name, rules)
         if named.rule is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import posixpath
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import FilledNode, Filling, Parameter
-from cqos_ros2.workspace.naming import rules_of
+from cqos_ros2.workspace.naming import Rule, rules_of
 from cqos_ros2.workspace.parameters import ParameterReader, Sections
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.nodes.library import Library
     from cqos_ros2.nodes.reading import NodeFile
-    from cqos_ros2.workspace.naming import Rule
 
 _DEEPEST: Final = 4
 
@@ -43,7 +42,8 @@ class Placed:
         address: its full name.
         depth: how many nodes around it create each other and it; 0: the launch starts it.
         sections: the parameters that it is given.
-        rules: remaps, in the order in which they are tried.
+        rules: remaps of the launch, in the order in which they are tried.
+        own: remaps of its code, which come before them.
         file, facts: what is known of it; None where no node file is.
         cause: why nothing is known of it; empty where something is.
     """
@@ -59,6 +59,7 @@ class Placed:
     facts: Entry | None = None
     cause: str = ""
     depth: int = 0
+    own: list[Rule] = field(default_factory=list)
 
     @property
     def place(self) -> Place:
@@ -134,19 +135,22 @@ class Placing:
         package, executable = str(instance.package), str(instance.executable)
         found = self._library.node(package, executable)
         facts = found[1] if found else None
-        name = instance.name if isinstance(instance.name, str) and instance.name else None
-        name = name or (facts.get(form.NAME) if facts is not None else None)
+        own = _own_rules(facts)
+        alone = instance.kind != "component" and facts is not None and facts.get(form.GLOBAL_ARGUMENTS) is False
+        name = instance.name if isinstance(instance.name, str) and instance.name and not alone else None
+        name = _own(own, "__node", "__name") or name or (facts.get(form.NAME) if facts is not None else None)
         stated = facts.get(form.NAMESPACE) if facts is not None else None
-        namespace = str(instance.namespace) or f"/{(stated or '').strip('/')}"
+        given = "" if alone else str(instance.namespace)
+        namespace = _own(own, "__ns") or given or f"/{(stated or '').strip('/')}"
         process = self._process(instance, number)
-        rules = rules_of(instance, number)
+        rules = [] if alone else rules_of(instance, number)
         known_name = name or f"({package}/{executable})"
         address = f"{namespace.rstrip('/')}/{known_name.lstrip('/')}"
-        sections = [process.sections]
+        sections = [] if alone else [process.sections]
         if instance.kind == "component":
             sections = [process.sections, self._reader.of_component(instance.parameters, address)]
             rules = [*rules, *process.rules]
-        placed = Placed(instance, address, known_name, namespace, process, sections, rules)
+        placed = Placed(instance, address, known_name, namespace, process, sections, rules, own=own)
         if found is not None and name is not None:
             placed.file, placed.facts = found
         else:
@@ -177,10 +181,11 @@ class Placing:
             package, _, executable = each.node.partition("/")
             found = self._library.node(package, executable)
             stated = found[1].get(form.NAMESPACE) if found is not None else None
-            namespace = f"/{(each.namespace.strip('/') or stated or '').strip('/')}"
+            own = _own_rules(None if found is None else found[1])
+            namespace = _own(own, "__ns") or f"/{(each.namespace.strip('/') or stated or '').strip('/')}"
             address = f"{namespace.rstrip('/')}/{each.name}"
             process, instance = placed.process, placed.instance
-            inner = Placed(instance, address, each.name, namespace, process, [process.sections], process.rules)
+            inner = Placed(instance, address, each.name, namespace, process, [process.sections], process.rules, own=own)
             inner.depth = placed.depth + 1
             if found is None:
                 inner.cause = f"no node file for `{package}` `{executable}`"
@@ -189,6 +194,19 @@ class Placing:
             yield inner
 
 
+def _own_rules(facts: Entry | None) -> list[Rule]:
+    """Return the remaps that a node file states of a node."""
+    stated = (facts.get(form.REMAPS) if facts is not None else None) or {}
+    return [Rule(source, each.value, each.place, _IN_CODE) for source, each in stated.items()]
+
+
+def _own(rules: list[Rule], *sources: str) -> str:
+    """Return what a node renames its name or namespace to; empty where it does not."""
+    return next((str(rule.target) for rule in rules if rule.source in sources), "")
+
+
+_IN_CODE: Final = -2
+"""The owner of remaps that no instance states."""
 _COMMANDS: Final = {"MicroXRCEAgent": "px4", "micro-xrce-dds-agent": "px4"}
 """Packages of node files by the commands, which are no nodes, that bring their endpoints."""
 

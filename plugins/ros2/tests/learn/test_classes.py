@@ -282,17 +282,23 @@ public:
 
 
 @pytest.mark.parametrize(
-    ("options", "inside", "unread"),
-    [("options", ["local"], []), ("child_options(name)", [], ["the node `local` inside"])],
+    ("options", "inside", "unread", "remaps"),
+    [
+        ("options", ["local"], [], None),
+        ("child_options(name)", ["local"], [], {"__ns": "/local"}),
+        ("library::options(name)", [], ["the node `Map` inside"], None),
+    ],
 )
-def test_options_that_a_function_makes_may_set_a_namespace(learned, parser, options, inside, unread):
+def test_options_that_a_function_makes_may_set_a_namespace(learned, parser, options, inside, unread, remaps):
     made = 'Map * map_ = new Map("local", rclcpp::NodeOptions());'
     server = f'class Server : public rclcpp::Node {{ public: Server() : Node("server", "shop") {{ {made} }} }};'
     main = "int main() { rclcpp::spin(std::make_shared<Server>()); }"
     source = "\n".join((INNER.replace("OPTIONS", options), server, main))
     files = {"CMakeLists.txt": "add_executable(server src/server.cpp)", "src/server.cpp": source}
-    found = learned(files).document["nodes"]["server"]
+    nodes = learned(files).document["nodes"]
+    found = nodes["server"]
     assert found["namespace"] == "shop"
+    assert nodes["server.2"].get("remaps") == remaps
     assert [each["name"] for each in found.get("inside", [])] == inside
     assert [each["what"] for each in found.get("unread", [])] == unread
 

@@ -376,3 +376,29 @@ def test_the_topics_of_one_node_are_no_near_misses_of_each_other(joined, finding
     system = joined(launch_of(f'<node pkg="image_proc" exec="rectify_node">{inner}</node>'))
     assert {each.topic for each in system.endpoints} == {"/camera/image_rect", "/image_rect"}
     assert findings(system) == []
+
+
+OWN = """cqos_nodes: 1
+package: bot
+nodes:
+  talker:
+    name: talker
+    {}
+    parameters: {{topic: {{default: chatter}}}}
+    publishes: {{"${{topic}}": {{type: std_msgs/msg/String}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "expected"),
+    [
+        ("remaps: {chatter: /mine}", ("/r/t", "/mine")),
+        ("remaps: {__node: x, __ns: /y}", ("/y/x", "/y/chatter")),
+        ("global_arguments: false", ("/talker", "/chatter")),
+    ],
+)
+def test_what_a_node_states_of_itself_wins_over_the_launch(joined, own, expected):
+    inner = '<remap from="chatter" to="theirs"/>' if "chatter" in own else ""
+    inner += '<param name="topic" value="given"/>' if "global" in own else ""
+    files = launch_of(node(inner=inner, more='name="t" namespace="r"'))
+    assert topics(joined({**files, "bot/bot.node.yaml": OWN.format(own)})) == {expected}
