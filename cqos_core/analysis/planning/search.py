@@ -356,7 +356,7 @@ class _GivenUp:
 
 
 def _cut(model: RepairModel) -> Iterator[str]:
-    """Yield of which policies not all values were tried."""
+    """Yield, in words, each policy that has more values than were tried."""
     for (topic, policy), (tried, count) in sorted(model.cut.items()):
         yield f"{policy} on `{topic}`: {tried} of {count} values were tried, those nearest to what is stated"
 
