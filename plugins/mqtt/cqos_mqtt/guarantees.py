@@ -108,7 +108,7 @@ ABSENCE_AND_TIME: Final = (
         as_condition(offered(RETAIN)),
         code="MQTT301",
         name="not-retained",
-        because="the broker keeps the last message for those who come later only if it is published with retain",
+        because="the broker stores the last message for later subscribers only if it is published with retain",
         clause="MQTT 3.1.1, MQTT-3.3.1-12; MQTT 5.0, MQTT-3.3.1-8",
     ),
     gives(
@@ -259,7 +259,7 @@ ABSENCE_AND_TIME: Final = (
         (EFFECTIVE >= "1") | (broker(QUEUES_QOS0) & (offered(QOS) >= "0")),
         code="MQTT405",
         name="qos-0-not-queued",
-        because="messages of QoS 0 do not wait for those who are absent",
+        because="messages of QoS 0 do not wait for a client that is not connected",
         clause="MQTT 3.1.1, MQTT-3.1.2-5 and 3.1.2.4; MQTT 5.0, 4.1",
     ),
     gives(
@@ -338,7 +338,7 @@ ABSENCE_AND_TIME: Final = (
         & call("hears", publisher(WILL_TOPIC), subscriber(SUBSCRIBED)),
         code="MQTT505",
         name="liveness-without-will",
-        because="only a Will tells that a client is lost, to those who subscribe to its topic",
+        because="only a Will reports the loss of a client, and only subscribers of its topic receive it",
         clause="MQTT 3.1.1, MQTT-3.1.2-8; MQTT 5.0, MQTT-3.1.2-7 and MQTT-3.1.2-8",
         help="give the publisher a Will, on a topic to which the subscriber's client subscribes",
     ),
@@ -363,7 +363,7 @@ ABSENCE_AND_TIME: Final = (
         ~offered(RELAYED),
         code="MQTT509",
         name="liveness-of-a-bridge",
-        because="what is noticed is the loss of the bridge, not that of who publishes on its other side",
+        because="the subscriber detects the loss of the bridge only, not the loss of a publisher behind it",
         clause="C-QoS, guarantees",
     ),
     gives(

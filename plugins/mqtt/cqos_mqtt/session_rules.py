@@ -156,7 +156,7 @@ WILL: Final = (
         code="MQTT511",
         name="will-leaves-retained-state",
         says="the Will on `{topic}` is not retained, and what is published there is",
-        because="once the client is lost, who subscribes later is sent the retained message of when it was still there",
+        because="after the loss of the client, a later subscriber still receives the retained message from before",
         clause="MQTT 3.1.1, 3.3.1.3 and MQTT-3.1.2-16; MQTT 5.0, 3.3.1.3 and MQTT-3.1.2-14",
         help="retain the Will as well, so that it takes the place of that message",
     ),

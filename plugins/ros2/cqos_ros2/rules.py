@@ -130,7 +130,7 @@ PAIRS: Final = (
         REPLAY_UNREAD & topic(LATCHED),
         code="ROS202",
         name="latched-topic-read-volatile",
-        says="on latched topic `{topic}`, {publisher} with durability {offered durability}, {subscriber} with {requested durability}: who starts late gets nothing",
+        says="on latched topic `{topic}`, {publisher} with durability {offered durability}, {subscriber} with {requested durability}: a late subscriber gets nothing",
         because="the topic is written once and read later, so a volatile subscription that starts late gets nothing",
         clause=f"{COMPATIBILITY}; REP 2003",
         fixes=("requested durability",),
@@ -167,7 +167,7 @@ PAIRS: Final = (
         & (stated(topic(LATCHED)) | topic(ACCUMULATED)),  # a map may also be published again and again
         code="ROS206",
         name="latched-topic-volatile",
-        says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
+        says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: a late subscriber gets nothing",
         because="the topic is written once and read later, and no endpoint keeps the samples",
         clause=f"{COMPATIBILITY}; REP 2003",
         help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
