@@ -49,7 +49,7 @@ EVENT_ROLES: dict[str, Role] = {
 TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
 _TAKEN = f"{BPMN}{MARK}"
 ROLES = EVENT_ROLES | TASK_ROLES
-"""What throws is a publisher, what catches a subscriber."""
+"""By tag, the role of an event or task: an element that throws is a publisher, one that catches a subscriber."""
 SILENT = tuple(
     f"{BPMN}{name}"
     for name in (
@@ -58,7 +58,7 @@ SILENT = tuple(
         *("exclusiveGateway", "inclusiveGateway", "parallelGateway", "complexGateway", "eventBasedGateway"),
     )
 )
-"""What people may take for an end of a signal, and what is none."""
+"""Elements that neither throw nor catch a signal; QoS on them is reported."""
 
 _INDEXED = (
     *(COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT),
@@ -97,8 +97,8 @@ class Document:
         name: the name of the source.
         nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`. Among them
             are the keys of `runs`.
-        plain: what was taken out of the document.
-        runs: by the mark in their place, the events that were.
+        plain: the signals and events that `cqos_core.bpmn.plain` took out of the document before.
+        runs: by the mark that stands in their place, the events that it took out.
         definitions: event definitions at root level, by id, to which events may refer.
     """
 

@@ -35,13 +35,13 @@ _MULTIPLICITY: Final = f"{BPMN}participantMultiplicity"
 
 @dataclass(slots=True)
 class Pools:
-    """Who takes part.
+    """The participants of a model, and the processes that they run.
 
     Attributes:
         of_process: the participants that run a process.
         by_element: the participant that a ``participant`` element stands for.
         own: the processes that run without being called.
-        several: by id of a participant, how many of it a pool with the mark of several has; None where it does not say.
+        several: by id of a participant whose pool is marked as multi-instance, how many instances it has; None if not stated.
     """
 
     of_process: dict[Element, list[Participant]]

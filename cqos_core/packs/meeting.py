@@ -1,4 +1,4 @@
-"""Who meets whom: the names of topics, what matches beside equal names, and the protocol underneath."""
+"""How endpoints match: the names of topics, what matches beside equal names, and the protocol underneath."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Who meets whom.
+    """How endpoints match.
 
     Attributes:
         resolve: puts a written name into the form endpoints meet on.

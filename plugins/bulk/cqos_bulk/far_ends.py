@@ -1,4 +1,7 @@
-"""Subscribers that hear more topics than that of their own name: those of each topic, those of one participant that overlap, those with a partner."""
+"""Subscribers whose filters match more topics than the one of their own name.
+
+For each such far topic: its subscribers, those of one participant that overlap, and those that have a partner.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +77,7 @@ class FarEnds:
 
     def _together(self, topics: Sequence[int]) -> Visitors:
         groups = Counter({(far, p, False): count for far in topics for p, count in self.groups(far).items()})
-        # Who is among several is among those of a smaller topic.
+        # An owner with several of the topics has one that is not the largest of them.
         small = sorted(topics, key=lambda far: len(self.positions(far)))[:-1]
         candidates = dict.fromkeys(self.owner[at] for far in small for at in self.positions(far))
         overlapping = set()
