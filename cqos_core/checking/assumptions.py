@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Depends, OneOf
@@ -102,7 +102,7 @@ def _of_pairs(
         in_part: by identity of a participant, its open options for which the pack has further values.
         named: the options that are known already as the base of a verdict.
     """
-    known: dict[object, frozenset[str]] = {}
+    known: dict[tuple[Any, ...], frozenset[str]] = {}
     rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
     for each in concerned:
@@ -112,10 +112,7 @@ def _of_pairs(
             refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))
         if not refusing and in_part[id(each.participant)] <= named:
             continue
-        key = _stating(each)
-        read = known.get(key)
-        if read is None:
-            read = known[key] = _words(each) | _needed(each)
+        read = _resting(each, known)
         refused = refusing_worlds(each.profile, role, observed) if refusing else _NONE
         if read or refused:
             ends = {*paired} if ends is None else ends
@@ -123,16 +120,20 @@ def _of_pairs(
                 yield each, read, refused
 
 
-def _stating(endpoint: Resolved) -> tuple[object, ...]:
-    """Return a key of what an endpoint states, as far as options stand behind it; most drafts differ in plain values only."""
+def _resting(endpoint: Resolved, known: dict[tuple[Any, ...], frozenset[str]]) -> frozenset[str]:
+    """Return the options on which values of an endpoint rest; where it has none of its own behind its texts, its base says so."""
     draft = endpoint.draft
-    if not isinstance(draft, Draft):
-        return endpoint.profile, id(endpoint.layers)
-    words: tuple[Override, ...] = ()
-    if not _PLAIN.keys() >= {*draft.overrides}:
-        words = tuple([each for each in draft.overrides if not _is_plain(each, endpoint)])
-    around = map(id, (*draft.of_topic, endpoint.participant))
-    return draft.base, *around, *map(_PLAINLY, draft.overrides), *words
+    memory = known
+    key: tuple[Any, ...] = ()
+    if isinstance(draft, Draft) and not draft.of_topic:
+        own = draft.overrides
+        if _PLAIN.keys() >= {*own} or all(_is_plain(each, endpoint) for each in own):
+            memory, key = _RESTING, (draft.base, *map(_PLAINLY, own))
+    key = key or (endpoint.profile, id(endpoint.layers))
+    found = memory.get(key)
+    if found is None:
+        found = keep(memory, key, _words(endpoint) | _needed(endpoint))
+    return found
 
 
 def _is_plain(override: Override, endpoint: Resolved) -> bool:
@@ -148,6 +149,7 @@ def _is_plain(override: Override, endpoint: Resolved) -> bool:
 
 
 _PLAIN: Final[dict[Override, bool]] = {}
+_RESTING: Final[dict[tuple[Any, ...], frozenset[str]]] = {}
 _PLAINLY: Final = attrgetter("plainly")
 _NONE: Final[frozenset[str]] = frozenset()
 

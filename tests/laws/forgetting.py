@@ -29,6 +29,7 @@ def forget() -> None:
         asked._PARTS,
         answers.ANSWERED,
         assumed._PLAIN,
+        assumed._RESTING,
     )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
