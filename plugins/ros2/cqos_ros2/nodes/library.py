@@ -172,7 +172,7 @@ class Library:
         try:
             learned = learn(package, workspace, parsed=self._parsed)
         except NoParserError:
-            self.unread[package] = "its sources in C++ were not read: pip install 'cqos[source]'"
+            self.unread[package] = "its sources in C++ were not read: pip install 'cqos-ros2[source]'"
             return []
         except InputError as error:
             self.unread[package] = f"what its sources say cannot be written down: {error.problems[0].message}"
