@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
+from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -234,7 +235,8 @@ def _qos(seen: Evidence) -> Answer:
     if not groups:
         return Answer("not known", "no pair was compared")
     if verdicts == {Verdict.COMPATIBLE}:
-        return Answer("excluded", f"{sum(each.pairs for each in groups)} pairs are compatible")
+        pairs = sum(each.pairs for each in groups)
+        return Answer("excluded", f"{plural(pairs, 'pair')} {'is' if pairs == 1 else 'are'} compatible")
     return Answer(
         "not known",
         findings[0].message if findings else "a policy of a pair is not known",
@@ -424,7 +426,7 @@ def _condition(seen: Evidence) -> Answer:
     if open_nodes:
         subjects = sorted({guard.subject for each in open_nodes for guard in each.guards})
         return Answer(
-            "not known", f"{_listed(subjects)} decide whether nodes start", f"--launch-arg {subjects[0]}:=VALUE"
+            "not known", f"whether nodes start depends on {_listed(subjects)}", f"--launch-arg {subjects[0]}:=VALUE"
         )
     if seen.untried:
         what = _listed(seen.untried)
