@@ -56,6 +56,8 @@ def call(expression: Call, walk: Walk) -> Any:
     if isinstance(function, Attribute):
         receiver = evaluate(function.of, walk)
     keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
+    if isinstance(keywords.get("**"), dict):
+        keywords |= keywords.pop("**")
     arguments = [evaluate(each, walk) for each in expression.arguments]
     types = expression.types
     walk.frame.at = expression.place

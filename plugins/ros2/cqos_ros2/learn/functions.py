@@ -88,17 +88,28 @@ def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, An
         if not variable.name:
             continue
         if variable.kind:
-            given: Any = Unknown("the rest of the arguments")
+            given = _rest(variable, len(arguments) > index, function, keywords, walk)
         elif variable.name in keywords:
             given = keywords[variable.name]
         elif index < len(arguments):
             given = arguments[index]
+        elif "**" in keywords:
+            given = Unknown("it may be among the rest of the arguments")
         elif variable.default is not None:
             given = evaluate(variable.default, walk)
         else:
             given = Unknown(f"the argument `{variable.name}` of `{function.last}`", function.place)
         frame.names[variable.name] = given if variable.by_reference else copied(given, variable.type, walk)
         frame.declared[variable.name] = variable.type
+
+
+def _rest(variable: Variable, positional: bool, function: Function, keywords: Mapping[str, Any], walk: Walk) -> Any:  # noqa: FBT001
+    """Return what a call leaves for the rest of the arguments, where all of it is known, as in Python."""
+    by_name = variable.kind == "**"
+    if positional or walk.program.language != "python" or (by_name and "**" in keywords):
+        return Unknown("the rest of the arguments")
+    own = {each.name for each in function.parameters}
+    return {name: value for name, value in keywords.items() if name not in own} if by_name else []
 
 
 def hand_back(function: Function, frame: Frame, written: Sequence[Expression], walk: Walk) -> None:

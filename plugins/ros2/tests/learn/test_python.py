@@ -83,3 +83,39 @@ def test_a_parameter_chooses_a_policy_by_its_number(python):
 def test_a_parameter_that_the_program_sets(python):
     body = "self.declare_parameter('t', 'a')\nself.set_parameters([rclpy.parameter.Parameter('t', value=read())])\nself.create_publisher(String, self.get_parameter('t').value, 1)"
     assert list(python(body)["publishes"]) == ["(unknown 1)"]
+
+
+@pytest.mark.parametrize(
+    ("made", "names"),
+    [
+        ("Base('driver')", {"a"}),
+        ("Base('driver', topic='b')", {"b"}),
+        ("Base('driver', **unknown())", set()),
+        ("Base('driver', *unknown())", {"a"}),
+        ("Base(name='driver', topic='b', depth=3)", {"b"}),
+    ],
+)
+def test_the_rest_of_the_arguments_is_what_the_call_leaves_for_it(learned, made, names):
+    source = f"""import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+class Base(Node):
+    def __init__(self, name, *rest, topic='a', **options):
+        super().__init__(name, **wrapped(*rest, **options))
+        self.publish(topic=topic, **options)
+
+    def publish(self, topic, depth=1, **other):
+        self.create_publisher(String, topic, depth, **other)
+
+def wrapped(**options):
+    return {{}}
+
+def main():
+    rclpy.spin({made})
+"""
+    setup = "from setuptools import setup\nsetup(entry_points={'console_scripts': ['driver = bot.driver:main']})\n"
+    found = learned({"setup.py": setup, "bot/driver.py": source}).document["nodes"]["driver"]
+    assert {name for name, each in found["publishes"].items() if "unknown" not in each} == names
+    if names == {"b"} and "depth" in made:
+        assert found["publishes"]["b"]["qos"] == {"depth": 3}
