@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _LONGEST_MACRO: Final = 300
 _DIRECTIVE: Final = re.compile(rb"\s*#\s*(if|ifdef|ifndef|else|elif|endif)\b")
 _WORD: Final = re.compile(r"[\w:]+")
+_PARAMETER: Final = re.compile(rb"\s*(?:const\s+)?[\w:<>]+[\s&*]+\w+\s*,\s*$")
 _TEXTS: Final = re.compile(rb"//.*|\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)'|/\*.*?\*/")
 
 
@@ -60,10 +61,11 @@ def _function_macro(node: Node, file: CppFile, parse: Parser, program: Program) 
 
 
 def divided(data: bytes) -> list[int]:
-    """Return the lines of groups of the preprocessor that open or close a block which they do not end: without those of the first branch."""
+    """Return the lines of groups of the preprocessor that divide a block or a list of parameters: without those of the first branch."""
     found: list[int] = []
     open_groups: list[list[list[int]]] = []
-    for number, line in enumerate(data.split(b"\n"), 1):
+    lines = data.split(b"\n")
+    for number, line in enumerate(lines, 1):
         word = _DIRECTIVE.match(line)
         kind = word[1] if word is not None else b""
         if kind in {b"if", b"ifdef", b"ifndef"}:
@@ -74,7 +76,8 @@ def divided(data: bytes) -> list[int]:
         elif kind == b"endif" and open_groups:
             group = open_groups.pop()
             group[-1][2] = number
-            if any(balance for balance, _, _ in group):
+            first = lines[group[0][1] : group[0][2] - 1]
+            if any(balance for balance, _, _ in group) or (first and all(map(_PARAMETER.match, first))):
                 found += [group[0][1], number, *(each for _, start, end in group[1:] for each in range(start, end))]
             if open_groups:
                 open_groups[-1][-1][0] += group[0][0]

@@ -248,7 +248,10 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
             data = without_lines(data, lines)
             root = parse.parse(_without_marks(data)).root_node
             program.gaps.append(
-                ("a condition of the preprocessor divides a block; its first branch is read", Place(path, lines[0]))
+                (
+                    "a condition of the preprocessor divides a block or a list of parameters; its first branch is read",
+                    Place(path, lines[0]),
+                )
             )
         file = CppFile(path, block)
         read_macros(root, file, parse, program)

@@ -432,3 +432,26 @@ def test_a_parameter_that_the_program_sets(cpp, body, unknown):
         "std::shared_ptr<rclcpp::SyncParametersClient> other_;",
     )["publishes"]
     assert list(found) == (["(unknown 1)"] if unknown else ["${t}"])
+
+
+def test_branches_that_divide_a_list_of_parameters(learned, parser):
+    source = f"""class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{ make("a", true, 1); }}
+  void make(const std::string & topic, bool on, int depth); }};
+void Driver::make(
+  const std::string & topic,
+#ifdef WITH_SWITCH
+  bool on,
+#else
+  bool,
+#endif
+  int depth)
+{{
+#ifdef WITH_SWITCH
+  log(on);
+#endif
+  {PUB}(topic, depth);
+}}
+int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}"""
+    found = learned({"CMakeLists.txt": "add_executable(driver src/driver.cpp)\n", "src/driver.cpp": source})
+    assert found.document["nodes"]["driver"]["publishes"]["a"]["qos"] == {"depth": 1}
+    assert any("list of parameters" in cause for _, cause, _ in found.gaps)
