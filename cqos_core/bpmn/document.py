@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.bpmn.plain import Plain
-    from cqos_core.bpmn.plain_endpoints import PlainEndpoint
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.rows import Row
     from cqos_core.model.source import Source
     from cqos_core.model.system import Role
 
@@ -117,7 +117,7 @@ class Document:
         self.plain = plain
         self._lines = ElementLines(data.decode)
         self._with_lines = lines
-        self.runs: dict[Element, list[PlainEndpoint]] = {}
+        self.runs: dict[Element, list[Row]] = {}
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
         # Whatever extensions hold belongs to their tools: events among it are none of the model.

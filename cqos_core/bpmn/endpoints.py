@@ -14,6 +14,7 @@ from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, word
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.rows import add_rows, as_object
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
@@ -21,10 +22,11 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
-    from cqos_core.bpmn.plain_endpoints import PlainEndpoint
+    from cqos_core.bpmn.plain_endpoints import Kind
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.rows import Row
     from cqos_core.model.system import Participant, Role, Settings
 
 
@@ -59,6 +61,7 @@ class Endpoints:
         self._used: set[Element] = set()
         self._ids: dict[Element, tuple[str, ...]] = {}
         self._copies: dict[str, list[str]] = {}
+        self._kinds: dict[tuple[Kind, str], Kind] = {}
 
     def has(self, element: Element) -> bool:
         """Say whether endpoints were made of ``element``, or knowingly not made."""
@@ -70,8 +73,8 @@ class Endpoints:
 
     def of_run(self, mark: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         """Yield id, tag and ids of the endpoints of each plain event in the place of a ``mark``."""
-        for event in self._reading.document.runs.get(mark, ()):
-            yield event.id, event.tag, (event.id, *self._copies.get(event.id, ()))
+        for kind, name, *_ in self._reading.document.runs.get(mark, ()):
+            yield name, kind.tag, (name, *self._copies.get(name, ()))
 
     def add(self, element: Element, role: Role, meetings: Sequence[EventTopic]) -> None:
         """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
@@ -99,7 +102,7 @@ class Endpoints:
             replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
         ]
 
-    def add_run(self, mark: Element, events: Sequence[PlainEndpoint]) -> None:
+    def add_run(self, mark: Element, events: list[Row]) -> None:
         """Add endpoints of plain events in the place of a ``mark``, whose topics are still ids of signals.
 
         Raises:
@@ -115,16 +118,15 @@ class Endpoints:
             raise NotPlainError
         self._reading.count_copies(len(events) * (len(runners) - 1), mark)
         first, *others = (runner.id for runner in runners)
-        for event in events:
-            event.topic = plain.signals[event.topic or ""]
-            event.participant = first
+        for at, (kind, name, signal, *rest) in enumerate(events):
+            events[at] = (self._kind(kind, first), name, plain.signals[signal], *rest)
         if not others:
-            if not self._unique.take([event.id for event in events]):
+            if not self._unique.take([name for _, name, *_ in events]):
                 raise NotPlainError
-            self._reading.system.endpoints += events
+            add_rows(self._reading.system, events)
             return
         add = self._reading.system.endpoints.append
-        for event in events:
+        for event in map(as_object, events):
             if self._unique(event.id) != event.id:
                 raise NotPlainError
             add(event)
@@ -132,6 +134,13 @@ class Endpoints:
                 copy = self._unique(f"{event.id}@{other}")
                 self._copies.setdefault(event.id, []).append(copy)
                 add(replace(event, id=copy, participant=other))
+
+    def _kind(self, kind: Kind, participant: str) -> Kind:
+        """Return the kind of events of a participant."""
+        found = self._kinds.get((kind, participant))
+        if found is None:
+            found = self._kinds[kind, participant] = kind.of(participant)
+        return found
 
     def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.bpmn.document import DEFINITIONS
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.plain import NotPlainError, Taking
-from cqos_core.bpmn.plain_endpoints import Kind, LinesOf, Model
+from cqos_core.bpmn.plain_endpoints import Kind, pattern_of
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.memory import keep
 from cqos_core.model.regular import re
+from cqos_core.model.rows import LinesOf
 from cqos_core.model.source import Source
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.bpmn.plain import Plain
     from cqos_core.model.system import Endpoint, System
@@ -33,9 +34,15 @@ _FIRST = re.compile(rb"""<[A-Za-z_](?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>""")
 _QUANTITY = rb"""([ \t\r\n](?:PREFIXES)(?!(?:WORDS)=)[\w.:-]++=")
 (NUMBER)(?=")"""
 _NUMBER = rb"(?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?"
-_MOST_FORMS: Final = 3
-"""Kinds of one element that are known by a regular expression each, which takes less than a look at every quantity."""
 _ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="[^"]*+"')
+
+
+class _Decoded(dict[bytes, str]):
+    """Texts by their UTF-8, equal ones as one object."""
+
+    def __missing__(self, text: bytes) -> str:
+        self[text] = decoded = text.decode()
+        return decoded
 
 
 class Models:
@@ -67,19 +74,13 @@ class Models:
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
         self._written: dict[tuple[bytes, ...], Kind | None] = {}
-        self._texts: dict[bytes, bytes] = {}
-        self._forms: dict[bytes, list[tuple[re.Pattern[bytes], Kind]]] = {}
+        self._texts = _Decoded()
 
-    def model(self, tag: bytes, attributes: bytes) -> Model | None:
-        """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
+    def model(self, tag: bytes, attributes: bytes) -> tuple[Kind, Sequence[bytes]] | None:
+        """Return the kind of an event and its quantities; None where its reading says something, or has any effect but one endpoint.
 
         Quantities are set aside: events that differ in them alone are of one kind.
         """
-        forms = self._forms.setdefault(tag, [])
-        for form, kind in forms:
-            match = form.fullmatch(attributes)
-            if match is not None:
-                return Model((kind, *self._known(match.groups())))
         parts = self._quantity.split(attributes)  # what is before a quantity, the attribute up to it, the quantity, …
         quantities = parts[2::3]
         del parts[2::3]
@@ -89,17 +90,18 @@ class Models:
         except KeyError:
             found = self._kind(tag.decode(), parts)
             keep(self._written, written, found)
-        if found is None:
-            return None
-        if len(forms) < _MOST_FORMS:
-            text = (re.escape(part) + (b"(%b)" % _NUMBER if number % 2 else b"") for number, part in enumerate(parts))
-            forms.append((re.compile(b"".join(text)), found))
-        return Model((found, *self._known(quantities)))
+        return None if found is None else (found, quantities)
 
-    def _known(self, quantities: Sequence[bytes]) -> tuple[bytes, ...]:
-        """Return quantities, equal ones of the document as one object."""
-        known = self._texts.setdefault
-        return tuple([known(each, each) for each in quantities])
+    def form(self, attributes: bytes) -> bytes:
+        """Return a regular expression for attributes that differ from these in quantities alone, which are its groups."""
+        parts = self._quantity.split(attributes)
+        del parts[2::3]
+        text = (re.escape(part) + (b"(%b)" % _NUMBER if number % 2 else b"") for number, part in enumerate(parts))
+        return b"".join(text)
+
+    def texts(self, quantities: Iterable[bytes]) -> Iterator[str]:
+        """Yield quantities as texts, equal ones of the document as one object."""
+        return map(self._texts.__getitem__, quantities)
 
     def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
         """Return the kind of events with attributes; ``parts`` are what stands around quantities in them."""
@@ -124,7 +126,10 @@ class Models:
                 return None
             endpoint = self._event(*kind, count)
             texts = [_quantity(each + 1) for each in range(count)]
-            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines, tag, texts)
+            if endpoint is None:
+                self._kinds[kind] = None
+            else:
+                self._kinds[kind] = Kind(endpoint, pattern_of(endpoint, texts), self._lines, tag, texts)
         return self._kinds[kind]
 
     def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:
@@ -168,7 +173,7 @@ def outline(name: str, data: bytes, read: Callable[[Source], System], *, lines: 
         raise NotPlainError
     bpmn = f"{bound[0]}:" if bound[0] else ""
     models = Models(root.nsmap, bpmn, LinesOf(name, data, known=lines), read)
-    return Taking(data, bpmn, start.end(), models.model).plain()
+    return Taking(data, bpmn, start.end(), models).plain()
 
 
 def _quantity(number: int) -> str:

@@ -8,37 +8,39 @@ Whatever this form does not surely understand stays in the rest, or the whole do
 from __future__ import annotations
 
 from dataclasses import field
-from itertools import chain
-from operator import attrgetter
-from typing import TYPE_CHECKING, Final
+from itertools import chain, zip_longest
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.bpmn.names import fold, is_computed
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import re
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
-    from cqos_core.bpmn.plain_endpoints import Model, PlainEndpoint
+    from cqos_core.bpmn.models import Models
+    from cqos_core.bpmn.plain_endpoints import Kind
+    from cqos_core.model.rows import Row
 
 LEAST: Final = 32_768
 """Bytes of the smallest document for which this is worth while."""
 MARK: Final = "cqos-plain"
 _LONGEST: Final = 100_000
-_MOST_MODELS: Final = 10_000
 # No reference and no white space that a parser changes. Possessive throughout: linear on any input.
 _VALUE = rb'[^"<&\x00-\x1f]*+'
 _OTHERS = rb'(?:[ \t\r\n]++(?!id=|name=|xml)[A-Za-z_][\w.:-]*+="' + _VALUE + rb'")*+'
 _FORM = rb"""<(?:
   !--(?:[^-]++|-(?!->))*+ | !\[CDATA\[(?:[^\]]++|\](?!\]>))*+ | \?(?:[^?]++|\?(?!>))*+
 | PREFIX(?P<tag>startEvent|intermediateCatchEvent|boundaryEvent|intermediateThrowEvent|endEvent)
-  (OTHERS)[ \t\r\n]++(id|name)="(VALUE)"(OTHERS)(?:[ \t\r\n]++(id|name)="(VALUE)"(OTHERS))?+[ \t\r\n]*+(?P<end>>)
-  [ \t\r\n]*+
-  (?:<PREFIX(?:incoming>[\w.:-]*+</PREFIXincoming|outgoing>[\w.:-]*+</PREFIXoutgoing)[ ]?+>[ \t\r\n]*+)*+
-  <PREFIXsignalEventDefinition(?:[ ]id="VALUE")?+[ ]signalRef="(?P<event>[\w.-]++)"(?:[ ]id="VALUE")?+[ ]?+
-  (?:/>|></PREFIXsignalEventDefinition>)[ \t\r\n]*+</PREFIX(?P=tag)>
+  (OTHERS)[ \t\r\n]++(id|name)="(VALUE)"(OTHERS)(?:[ \t\r\n]++(id|name)="(VALUE)"(OTHERS))?+INSIDE
 | PREFIXsignal[ ]++(id|name)="(VALUE)"[ ]++(id|name)="(VALUE)"[ ]?+(?P<signal>/>|></PREFIXsignal>)
 )"""
+_INSIDE = rb"""[ \t\r\n]*+(?P<end>>)[ \t\r\n]*+
+  (?:<PREFIX(?:incoming>[\w.:-]*+</PREFIXincoming|outgoing>[\w.:-]*+</PREFIXoutgoing)[ ]?+>[ \t\r\n]*+)*+
+  <PREFIXsignalEventDefinition(?:[ ]id="VALUE")?+[ ]signalRef="(?P<event>[\w.-]++)"(?:[ ]id="VALUE")?+[ ]?+
+  (?:/>|></PREFIXsignalEventDefinition>)[ \t\r\n]*+</PREFIX(?P=tag)>"""
+_MOST_FORMS: Final = 4
+"""Kinds of events that are known by a regular expression each, which takes less than a look at every quantity."""
 _PLAIN_ID = re.compile(rb"[\w.-]+")
 _NO_CHARACTERS = (b"\xef\xbf\xbe", b"\xef\xbf\xbf")
 
@@ -53,13 +55,13 @@ class Plain:
 
     Attributes:
         rest: the document without it, with a mark for each run of it, and as many lines.
-        runs: the events of each run, without participant; the signal's id is their topic. Often empty: signals alone.
+        runs: the events of each run as rows, of a kind without participant; the signal's id is their topic. Often empty: signals alone.
         signals: the name of each signal by its id.
         names: of the signals.
     """
 
     rest: bytes
-    runs: list[list[PlainEndpoint]]
+    runs: list[list[Row]]
     signals: dict[str, str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
 
@@ -67,19 +69,19 @@ class Plain:
 class Taking:
     """Goes through one document."""
 
-    def __init__(self, data: bytes, prefix: str, start: int, model: Callable[[bytes, bytes], Model | None]) -> None:
-        """Take what has the ``prefix`` of BPMN, empty or with its colon, from byte ``start`` on.
-
-        ``model`` returns what an event is like of a tag and with attributes, both as they are written; None where that is not plain.
-        """
-        form = (
-            _FORM.replace(b"OTHERS", _OTHERS).replace(b"VALUE", _VALUE).replace(b"PREFIX", re.escape(prefix.encode()))
-        )
-        self._form = re.compile(form, re.VERBOSE)
+    def __init__(self, data: bytes, prefix: str, start: int, models: Models) -> None:
+        """Take what has the ``prefix`` of BPMN, empty or with its colon, from byte ``start`` on; ``models`` tells which events are plain."""
+        self._prefix = re.escape(prefix.encode())
+        self._form = re.compile(self._filled(_FORM), re.VERBOSE)
+        self._forms: list[tuple[re.Pattern[bytes], Kind, list[Any]]] = []
         self._mark = f"<{prefix}{MARK}><{prefix}{MARK}/></{prefix}{MARK}>".encode()
         self._data = data
         self._start = start
-        self._model = model
+        self._models = models
+
+    def _filled(self, form: bytes) -> bytes:
+        form = form.replace(b"INSIDE", _INSIDE).replace(b"OTHERS", _OTHERS).replace(b"VALUE", _VALUE)
+        return form.replace(b"PREFIX", self._prefix)
 
     def plain(self) -> Plain:
         """Return what is plain, and the rest.
@@ -90,43 +92,17 @@ class Taking:
         if MARK.encode() in self._data or any(each in self._data for each in _NO_CHARACTERS):
             raise NotPlainError
         found = self._taken(None)
-        topics = map(attrgetter("topic"), chain.from_iterable(found.runs))
-        if not all(map(found.signals.__contains__, topics)):
+        if any(topic not in found.signals for _, _, topic, *_ in chain.from_iterable(found.runs)):
             found = self._taken(found.signals)
         return found
 
     def _taken(self, known: dict[str, str] | None) -> Plain:
         """Take signals and events; ``known`` are the signals if they are known: events with others stay in the rest."""
         data, found = self._data, Plain(b"", [])
-        models: dict[tuple[bytes, ...], Model | None] = {}
         kept: list[bytes] = []
-        run: list[PlainEndpoint] = []
+        run: list[Row] = []
         first = last = 0  # where the run begins and ends
-        for match in self._form.finditer(data, self._start):
-            kind = match.lastgroup
-            if kind is None:
-                continue
-            start, end = match.span()
-            if end - start > _LONGEST:
-                continue
-            if kind == "signal":
-                if not _add_signal(found, match.groups()[-5:-1]):
-                    continue
-                event = None
-            else:
-                tag, a, one, name, b, two, other, c, _, signal = match.groups()[:10]
-                key = tag, a, b, c
-                if len(models) >= _MOST_MODELS:
-                    models.clear()
-                model = models[key] if key in models else models.setdefault(key, self._model(tag, a + b + (c or b"")))
-                topic = signal.decode()
-                if model is None or one == two or (known is not None and topic not in known):
-                    continue
-                if one != b"id":
-                    name = other
-                if not name:
-                    continue
-                event = model.another(name.decode(), topic, match.start("end"))
+        for start, end, event in self._parts(found, known):
             if data[last:start].strip():
                 kept += self._cut(first, last, start)
                 run = []
@@ -138,6 +114,51 @@ class Taking:
         kept += self._cut(first, last, len(data))
         found.rest = b"".join(kept)
         return found
+
+    def _parts(self, found: Plain, known: dict[str, str] | None) -> Iterator[tuple[int, int, Row | None]]:
+        """Yield where what is plain begins and ends: signals, which are added to what was found, and events, each with its row."""
+        data, forms, texts, at = self._data, self._forms, self._models.texts, self._start
+        while True:
+            event: tuple[Kind, Sequence[bytes]] | None = None
+            for form, kind, groups in forms:
+                match = form.match(data, at)
+                if match is not None:
+                    event = kind, match.group(*groups)
+                    break
+            else:
+                match = self._form.search(data, at)
+                if match is None:
+                    return
+            start, at = match.span()
+            if at - start > _LONGEST or not match.lastgroup:
+                continue
+            if match.lastgroup == "signal":
+                if _add_signal(found, match.groups()[-5:-1]):
+                    yield start, at, None
+            elif (event := event or self._event(match)) is not None:
+                kind, (name, signal, *quantities) = event
+                topic = signal.decode()
+                if name and (known is None or topic in known):
+                    yield start, at, (kind, name.decode(), topic, match.start("end"), *texts(quantities))
+
+    def _event(self, match: re.Match[bytes]) -> tuple[Kind, Sequence[bytes]] | None:
+        """Return the kind of an event, and its id, its signal and its quantities; None where it is not plain."""
+        tag, a, one, name, b, two, other, c, _, signal = match.groups()[:10]
+        found = None if one == two else self._models.model(tag, a + b + (c or b""))
+        if found is None:
+            return None
+        kind, quantities = found
+        if len(self._forms) < _MOST_FORMS:
+            naming = [self._filled(rb'[ \t\r\n]++%b="(?P<%b>VALUE)"' % (each, each)) for each in (one, two) if each]
+            between = [self._models.form(each) for each in (a, b, c) if each is not None]
+            parts = b"".join(chain.from_iterable(zip_longest(between, naming, fillvalue=b"")))
+            begin = self._filled(rb"[ \t\r\n]*+<PREFIX(?P<tag>%b)" % tag)
+            form = re.compile(begin + parts + self._filled(_INSIDE), re.VERBOSE)
+            named = form.groupindex
+            others = [each for each in range(1, form.groups + 1) if each not in named.values()]
+            if "id" in named:
+                self._forms.insert(0, (form, kind, [named["id"], named["event"], *others]))
+        return kind, [name if one == b"id" else other or b"", signal, *quantities]
 
     def _cut(self, first: int, last: int, until: int) -> Iterator[bytes]:
         """Yield a mark for the run, its lines, and what follows it."""

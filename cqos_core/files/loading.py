@@ -12,6 +12,7 @@ from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_f
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
+from cqos_core.model.rows import kinds_of
 from cqos_core.model.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.model.system import Place, System
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
@@ -82,7 +83,7 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
     for system in systems:
         found.add(system.protocol)
         found.update(participant.protocol for participant in system.participants.values())
-        found.update(endpoint.protocol for endpoint in system.endpoints)
+        found.update(endpoint.protocol for endpoint in kinds_of(system.endpoints))
     return frozenset(protocol for protocol in found if protocol is not None)
 
 
@@ -288,7 +289,7 @@ def _refuse_unusable(system: object) -> None:
     """Refuse what a foreign importer may return and nothing later could work with."""
     if not isinstance(system, System):
         raise TypeError(f"its reader returned a {type(system).__name__}, not a System")
-    missing = {endpoint.participant for endpoint in system.endpoints} - system.participants.keys()
+    missing = {endpoint.participant for endpoint in kinds_of(system.endpoints)} - system.participants.keys()
     if missing:
         raise CqosError(f"its reader returned endpoints of `{min(missing)}`, which is none of the participants")
 

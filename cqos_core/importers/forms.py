@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
-from cqos_core.importers.yaml_plain import TextMap
+from cqos_core.importers.yaml_plain import EntryLines
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Setting
@@ -41,15 +41,22 @@ class MapOf(Shape[dict[str, Member[T]]]):
     """A map from names that people choose to values of one shape.
 
     ``empty`` tells that a name without a value states something all the same: a topic with nothing but defaults.
+    `EntryLines` stay as they are where they may have settings under other names than ``rows_but``.
     """
 
-    def __init__(self, shape: Shape[T], expected: str, *, empty: bool = False) -> None:
+    def __init__(
+        self, shape: Shape[T], expected: str, *, empty: bool = False, rows_but: frozenset[str] | None = None
+    ) -> None:
         super().__init__(expected)
         self.shape = shape
         self.empty = empty
+        self.rows_but = rows_but
 
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
+        if self.rows_but is not None and isinstance(node, EntryLines) and node.are_settings(self.rows_but):
+            node.lines = reading.lines_of
+            return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
             advice = _missing_blank(node) or _as_map(node)
             self.refuse(node, reading, name, advice)
@@ -151,27 +158,15 @@ class Entry:
 
     Attributes:
         place: where the map, or the text that is short for one, begins.
-        stated: what `settings` are; of a `TextMap`, they are made of it.
+        settings: the keys that are not the form's own, where the form allows them.
     """
 
-    __slots__ = ("_values", "place", "stated")
+    __slots__ = ("_values", "place", "settings")
 
-    def __init__(self, place: Place, values: dict[str, Any], stated: Settings | TextMap) -> None:
+    def __init__(self, place: Place, values: dict[str, Any], settings: Settings) -> None:
         self.place = place
-        self.stated = stated
+        self.settings = settings
         self._values = values
-
-    @property
-    def settings(self) -> Settings:
-        """The keys that are not the form's own, where the form allows them."""
-        if isinstance(self.stated, TextMap):
-            self.stated = self.stated.settings()
-        return self.stated
-
-    @property
-    def plain(self) -> bool:
-        """Whether it states settings and nothing else."""
-        return not self._values
 
     def get(self, key: Key[T]) -> T | None:
         """Return the value of ``key``, None where it is not stated (or was refused)."""
@@ -229,7 +224,6 @@ class Form(Shape[Entry]):
         self.one_of = one_of
         self.hints = hints
         self.required = tuple(key.name for key in self.keys.values() if key.required)
-        self.of_texts = isinstance(others, AnySetting) and not self.required
         self.own = frozenset((*self.keys, *never))
         self.flat = isinstance(others, AnySetting) and not others.maps
 
@@ -254,9 +248,6 @@ class Form(Shape[Entry]):
 
     def _map(self, node: MappingNode, reading: Reading) -> Entry | None:
         keys, others, never = self.keys, self.others, self.never
-        if type(node) is TextMap and self.of_texts and self.own.isdisjoint(node.names.each):
-            node.file = reading.source.name
-            return Entry(reading.place(node), {}, node)
         values: dict[str, Any] = {}
         settings: Settings = {}
         for name, (key, value) in node.entries.items():

@@ -6,24 +6,10 @@ import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.importers import yaml_form as form
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.reading import Reading, described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, whole_number
-from cqos_core.importers.yaml_form import (
-    CQOS,
-    DEFAULT_PROTOCOL,
-    DOCUMENT,
-    INCLUDE,
-    INSTANCES,
-    OPTIONS,
-    PARTICIPANTS,
-    PROTOCOL,
-    PUBLISHES,
-    SEVERITIES,
-    SUBSCRIBES,
-    SYSTEM,
-    VERSION,
-)
 from cqos_core.importers.yaml_traps import refuse_odd_characters, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
@@ -40,7 +26,7 @@ if TYPE_CHECKING:
 _MOST_FILES: Final = 1000
 _HEAD: Final = 64 * 1024
 # Of these there is one in a system, so nothing multiplies them.
-_SINGLE: Final = (SYSTEM, DEFAULT_PROTOCOL, OPTIONS, INSTANCES, INCLUDE, SEVERITIES)
+_SINGLE: Final = (form.SYSTEM, form.DEFAULT_PROTOCOL, form.OPTIONS, form.INSTANCES, form.INCLUDE, form.SEVERITIES)
 
 
 class _Included(NamedTuple):
@@ -91,13 +77,13 @@ class Loader:
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
         refuse_odd_characters(tree, reading)
-        warn_of_traps(tree, reading, (PUBLISHES.name, SUBSCRIBES.name))
+        warn_of_traps(tree, reading, (form.PUBLISHES.name, form.SUBSCRIBES.name))
         self.keep_templates(tree, reading)
         if not tree.documents and len(self.problems) == before:
             self.missing_version(reading, Place(source.name, 1, 1), "nothing stands in this file")
         entries = [entry for root in tree.documents if (entry := self.document(root, reading)) is not None]
         self.documents += entries
-        names = [name for entry in entries for name in entry.get(INCLUDE) or ()]
+        names = [name for entry in entries for name in entry.get(form.INCLUDE) or ()]
         return [_Included(name, reading) for name in reversed(names)]
 
     def trail(self, path: str) -> list[str]:
@@ -126,26 +112,28 @@ class Loader:
         if not isinstance(root, MappingNode):
             reading.problem("CQ009", "a system file is a map with keys such as `cqos` and `participants`", root)
             return None
-        version = root.entries.get(CQOS.name)
+        version = root.entries.get(form.CQOS.name)
         if version is None or is_null(version[1]):
-            self.missing_version(reading, reading.place(root), f"`cqos: {VERSION}` is missing")
+            self.missing_version(reading, reading.place(root), f"`cqos: {form.VERSION}` is missing")
             return None
         stated = version[1]
-        if not isinstance(stated, ScalarNode) or whole_number(stated) != VERSION:
+        if not isinstance(stated, ScalarNode) or whole_number(stated) != form.VERSION:
             # What another version means is not known, so only that is reported.
-            message = f"version {described(stated)} of the form is not known, only version {VERSION} is"
+            message = f"version {described(stated)} of the form is not known, only version {form.VERSION} is"
             if isinstance(stated, ScalarNode) and not stated.plain:
-                message = f"`{CQOS.name}` must be the number {VERSION}, found the text {described(stated)}"
-            reading.problem("CQ004", message, stated, f"write `{CQOS.name}: {VERSION}`, or install a newer C-QoS")
+                message = f"`{form.CQOS.name}` must be the number {form.VERSION}, found the text {described(stated)}"
+            reading.problem(
+                "CQ004", message, stated, f"write `{form.CQOS.name}: {form.VERSION}`, or install a newer C-QoS"
+            )
             return None
-        _, instances = root.entries.get(INSTANCES.name, (None, None))
+        _, instances = root.entries.get(form.INSTANCES.name, (None, None))
         if isinstance(instances, MappingNode):
             self.variables.update(instances.entries)
-        return DOCUMENT.read(root, reading, "document")
+        return form.DOCUMENT.read(root, reading, "document")
 
     def missing_version(self, reading: Reading, place: Place, message: str) -> None:
         """Say that this is not, or not yet, a system file."""
-        advice = f"begin every document with `cqos: {VERSION}`; other documents do not belong into a system file"
+        advice = f"begin every document with `cqos: {form.VERSION}`; other documents do not belong into a system file"
         reading.problem("CQ004", message, place, advice)
 
     def open(self, included: _Included) -> Source | None:
@@ -191,9 +179,9 @@ class Loader:
 
     def protocols(self) -> frozenset[str]:
         """Return the protocols that the documents read so far name."""
-        found = {document.get(DEFAULT_PROTOCOL) for document in self.documents}
+        found = {document.get(form.DEFAULT_PROTOCOL) for document in self.documents}
         for document in self.documents:
-            found.update(each.value.get(PROTOCOL) for each in (document.get(PARTICIPANTS) or {}).values())
+            found.update(each.value.get(form.PROTOCOL) for each in (document.get(form.PARTICIPANTS) or {}).values())
         return frozenset(protocol for protocol in found if protocol is not None)
 
 

@@ -63,7 +63,7 @@ ENDPOINT: Final = Form(
     never=_TOPIC_ABOVE,
     hints=(*_ENDPOINT_SETTINGS, *PROFILE.hints),
 )
-_ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True)
+_ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True, rows_but=ENDPOINT.own)
 PUBLISHED: Final = Form(
     "published",
     "a publisher",
@@ -76,7 +76,7 @@ PUBLISHED: Final = Form(
 
 PUBLISHES: Final = Key(
     "publishes",
-    MapOf(OneOrMore(PUBLISHED), "a map from topics to endpoints", empty=True),
+    MapOf(OneOrMore(PUBLISHED), "a map from topics to endpoints", empty=True, rows_but=PUBLISHED.own),
     "Topics it publishes: topic to profile, to settings, or to a list of those.",
 )
 SUBSCRIBES: Final = Key(

@@ -11,16 +11,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.model.lazy_endpoint import SettingNames, StatedTexts
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place, Setting
+from cqos_core.model.rows import Pattern
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Iterator
+    from collections.abc import Iterable
 
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings
+    from cqos_core.model.rows import LinesOf, Row
 
 _DEEPEST: Final = 32
 # Nothing here is an indicator of YAML, nor does it become one beside what may stand next to it.
@@ -36,6 +35,7 @@ _OF_TEXTS: Final = rf"\{{[ ]*{_KEY}:[ ]+{_TEXT}(?:,[ ]*{_KEY}:[ ]+{_TEXT})*[ ]*\
 _LINE: Final = regular_expression(
     rf"([ ]*)(?:({_KEY}):(?:[ ]+(?:({_TEXT})|({_QUOTED})|({_OF_TEXTS})|(\{{[^\n#]*\}})|(\[[^\n#]*\])))?[ ]*)?(?:(?<![^ \n])\#[ -~]*)?(?:\n|\Z)"
 )
+_OF_TEXTS_AT: Final = 5
 _IS_MAP: Final = regular_expression(_MAP)
 _IS_LIST: Final = regular_expression(_LIST)
 _PAIR: Final = regular_expression(rf"({_KEY}):[ ]+(?:({_TEXT})|({_QUOTED})|({_FLAT})|({_LIST}))")
@@ -54,39 +54,35 @@ def plain_tree(data: bytes) -> MappingNode | None:
         return None
 
 
-class TextMap(MappingNode, StatedTexts):
-    """A map of texts between brackets, of a source ``file``, that all state something; its entries are made when they are read."""
+class EntryLines(MappingNode):
+    """A map that has a line for each entry; its entries are made when they are read, if all are maps of texts between brackets.
 
-    __slots__ = ("_source", "_start", "file", "names", "texts")
-    file: str
+    Attributes:
+        rows: of such a map, for each entry the pattern and the texts of its settings around its key and the place of that:
+            pattern, key, place, texts. None of any other.
+        lines: of its source; set by what takes the rows.
+    """
 
-    def __init__(
-        self, source: str, line: int, line_start: int, start: int, names: SettingNames, texts: list[str]
-    ) -> None:
-        """Take the map that begins at ``start`` of a source."""
-        self.line, self.column, self.end, self.repeated = line, start - line_start + 1, line, None
-        self._source, self._start, self.names, self.texts = source, start, names, tuple(texts)
+    __slots__ = ("_parser", "lines", "rows")
+    rows: list[Row] | None
+    lines: LinesOf
+
+    def __init__(self, line: int | None, column: int | None, parser: _Plain) -> None:
+        """Begin without entries."""
+        self.line, self.column, self.end, self.repeated = line, column, None, None
+        self._parser, self.rows = parser, []
 
     def __getattr__(self, name: str) -> Any:
         """Make the entries."""
         if name != "entries":
             raise AttributeError(name)
-        self.entries = {
-            key: (ScalarNode(key, self.line, at, plain=True), ScalarNode(text, self.line, there, plain=True))
-            for key, at, text, there in self._columns()
-        }
+        self.entries = self._parser.entries(self.rows or (), self.line or 0, self.column or 0)
         return self.entries
 
-    def _columns(self) -> Iterator[tuple[str, int, str, int]]:
-        """Yield each key and its value, and the columns of both."""
-        before = self._start - (self.column or 0)
-        every = _WORDS.finditer(self._source, self._start + 1)
-        for key, text, found in zip(self.names.each, self.texts, every):  # noqa: B905 - what follows the map is none of it
-            yield key, found.start() - before, text, found.start(2) - before
-
-    def settings(self, of: object = None) -> Settings:  # noqa: ARG002 - for any endpoint the same
-        """Return its entries as settings."""
-        return {name: Setting(text, Place(self.file, self.line, at)) for name, _, text, at in self._columns()}
+    def are_settings(self, but: frozenset[str]) -> bool:
+        """Whether the entries are rows of settings under other names than some."""
+        patterns = {pattern for pattern, *_ in self.rows or ()}
+        return bool(patterns) and but.isdisjoint([name for each in patterns for name, *_ in each.said[0]])
 
 
 class _NotPlainError(Exception):
@@ -99,10 +95,10 @@ class _Plain:
     def __init__(self, text: str) -> None:
         self.text = text
         self._texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
-        self._names: dict[tuple[str, ...], SettingNames] = {}
-        self._top = MappingNode(None, None)
+        self._patterns: dict[tuple[str, ...], Pattern] = {}
+        self._top = EntryLines(None, None, self)
         self._indent = -1
-        self._above: list[tuple[int, MappingNode]] = []
+        self._above: list[tuple[int, EntryLines]] = []
         self._waiting: tuple[ScalarNode, int] | None = None  # a key without a value, and where one would stand
 
     def root(self) -> MappingNode:
@@ -122,7 +118,9 @@ class _Plain:
             column = found.end(1) - start
             if column != self._indent or self._waiting is not None:
                 self._go_to(column, line)
-            entries = self._top.entries
+            if found.lastindex == _OF_TEXTS_AT and self._is_row(found):
+                continue
+            entries, self._top.rows = self._top.entries, None
             if name in entries:
                 raise _NotPlainError
             key = ScalarNode(known(name, name), line, column + 1, plain=True)
@@ -138,7 +136,7 @@ class _Plain:
         waiting, self._waiting = self._waiting, None
         if column > self._indent:
             self._above.append((self._indent, self._top))
-            inner = MappingNode(line, column + 1)
+            inner = EntryLines(line, column + 1, self)
             if waiting is not None:
                 self._top.entries[waiting[0].text] = (waiting[0], inner)
             if (waiting is None and (self._indent >= 0 or column)) or len(self._above) > _DEEPEST:
@@ -147,7 +145,7 @@ class _Plain:
             return
         self._nothing(waiting)
         while column < self._indent:
-            self._top.end = line
+            self._close(self._top, line)
             self._indent, self._top = self._above.pop()
         if column != self._indent:
             raise _NotPlainError
@@ -164,9 +162,45 @@ class _Plain:
             raise _NotPlainError
         self._nothing(self._waiting)
         (_, _), *opened = *self._above, (0, self._top)
+        del self._above, self._top  # maps know what reads their entries, which shall not be a cycle
         for _, each in opened:
-            each.end = line + 1
+            self._close(each, line + 1)
         return opened[0][1]
+
+    def _close(self, ended: EntryLines, line: int) -> None:
+        """End a map before a line."""
+        ended.end = line
+        if ended.rows and len({name for _, name, *_ in ended.rows}) < len(ended.rows):
+            raise _NotPlainError
+
+    def _is_row(self, found: re.Match[str]) -> bool:
+        """Add a line with a map of texts between brackets as a row, if the lines of its map before it are rows."""
+        rows, known = self._top.rows, self._texts.setdefault
+        keys, texts = zip(*_WORDS.findall(found[_OF_TEXTS_AT]), strict=True)
+        if rows is None or not _NULL.isdisjoint(texts):
+            return False
+        pattern = self._patterns.get(keys)
+        if pattern is None:
+            if len({*keys}) < len(keys):
+                raise _NotPlainError
+            said = tuple([(known(key, key), "", "", False) for key in keys]), ()
+            pattern = self._patterns[keys] = Pattern(said, [*range(len(keys))])
+        rows.append((pattern, known(found[2], found[2]), found.start(2), *[known(text, text) for text in texts]))
+        return True
+
+    def entries(self, rows: Iterable[Row], line: int, column: int) -> dict[str, tuple[ScalarNode, Node]]:
+        """Return the entries that are rows of a map, which begins on a line and in a column."""
+        made: dict[str, tuple[ScalarNode, Node]] = {}
+        before = None
+        for _, name, at, *_ in rows:
+            start = at - column + 1
+            line += 0 if before is None else self.text.count("\n", before, start)
+            found, before = _LINE.match(self.text, start), start
+            value = None if found is None else self._value(found, start, line)
+            if value is None or name in made:
+                raise _NotPlainError
+            made[name] = ScalarNode(name, line, column, plain=True), value
+        return made
 
     def _value(self, found: re.Match[str], start: int, line: int) -> Node | None:
         """Return the value on a line that begins at ``start``; None where the line has none."""
@@ -177,7 +211,7 @@ class _Plain:
             case 4:
                 return ScalarNode(found[4][1:-1], line, found.start(4) - start + 1, plain=False)
             case 5:
-                return self._of_texts(found.start(5), found[5], start, line)
+                return self._map(*found.span(5), start, line)
             case 6 if _IS_MAP.fullmatch(self.text, *found.span(6)):
                 return self._map(found.start(6), found.end(6), start, line)
             case 7 if _IS_LIST.fullmatch(self.text, *found.span(7)):
@@ -185,19 +219,6 @@ class _Plain:
             case 6 | 7:
                 raise _NotPlainError
         return None
-
-    def _of_texts(self, start: int, written: str, line_start: int, line: int) -> MappingNode:
-        """Read a map of texts between brackets, as it is written."""
-        known = self._texts.setdefault
-        keys, found = zip(*_WORDS.findall(written), strict=True)
-        if not _NULL.isdisjoint(found):
-            return self._map(start, start + len(written), line_start, line)
-        names = self._names.get(keys)
-        if names is None:
-            if len({*keys}) < len(keys):
-                raise _NotPlainError
-            names = self._names[keys] = SettingNames(tuple([known(key, key) for key in keys]))
-        return TextMap(self.text, line, line_start, start, names, [known(text, text) for text in found])
 
     def _map(self, start: int, end: int, line_start: int, line: int) -> MappingNode:
         """Read a map between brackets."""

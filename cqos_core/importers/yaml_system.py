@@ -2,63 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_core.importers import yaml_form as form
 from cqos_core.importers.detect import may_have_exceptions
 from cqos_core.importers.instances import Multiplier, TooManyError, variables
 from cqos_core.importers.reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.timing import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
-from cqos_core.importers.yaml_form import (
-    ACCEPT,
-    ACTION_CLIENTS,
-    ACTION_SERVERS,
-    ALL_OBSERVED,
-    BRIDGES,
-    BROKERS,
-    BUT,
-    CALLS,
-    CARRIES,
-    CHECKS,
-    CLIENT,
-    DEFAULT_PROTOCOL,
-    EXTERNAL,
-    FROM,
-    ID,
-    INSTANCES,
-    KIND,
-    LABEL,
-    NEEDS,
-    OBSERVED,
-    ONLY,
-    OPTIONS,
-    PART,
-    PARTICIPANT_ID,
-    PARTICIPANT_OPTIONS,
-    PARTICIPANTS,
-    PROFILE,
-    PROFILES,
-    PROTOCOL,
-    PUBLISHERS,
-    PUBLISHES,
-    REMAP,
-    ROUTES,
-    SERVES,
-    SEVERITIES,
-    STARTS_AFTER,
-    SUBSCRIBERS,
-    SUBSCRIBES,
-    SYSTEM,
-    TO,
-    TOPIC_NAME,
-    TOPICS,
-    TYPE,
-)
-from cqos_core.model.lazy_endpoint import LazyEndpoint
+from cqos_core.importers.yaml_plain import EntryLines
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError, Problem, collect
+from cqos_core.model.rows import LineKind, add_rows, as_object
 from cqos_core.model.system import (
     MESSAGE,
     PUBLISHER,
@@ -83,10 +42,15 @@ if TYPE_CHECKING:
     from typing import TypeVar
 
     from cqos_core.importers.forms import Entry, Key, Member
+    from cqos_core.model.rows import Pattern, Row
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Setting
 
     T = TypeVar("T")
+
+_ONE_COPY: Final[tuple[dict[str, str], ...]] = ({},)
+_FEW: Final = 1_000
+"""Endpoints of which it is not worth while to keep rows."""
 
 
 class _Direction(NamedTuple):
@@ -102,31 +66,30 @@ class _Direction(NamedTuple):
         return self.role if self.kind == "message" else self.kind
 
 
-_PUBLISHES: Final = _Direction(PUBLISHES, PUBLISHER)
-_SUBSCRIBES: Final = _Direction(SUBSCRIBES, SUBSCRIBER)
+_PUBLISHES: Final = _Direction(form.PUBLISHES, PUBLISHER)
+_SUBSCRIBES: Final = _Direction(form.SUBSCRIBES, SUBSCRIBER)
 # What serves receives requests, what calls sends them; packs derive the topics from that.
 _DIRECTIONS: Final = (
     _PUBLISHES,
     _SUBSCRIBES,
-    _Direction(SERVES, SUBSCRIBER, "service_server"),
-    _Direction(CALLS, PUBLISHER, "service_client"),
-    _Direction(ACTION_SERVERS, SUBSCRIBER, "action_server"),
-    _Direction(ACTION_CLIENTS, PUBLISHER, "action_client"),
+    _Direction(form.SERVES, SUBSCRIBER, "service_server"),
+    _Direction(form.CALLS, PUBLISHER, "service_client"),
+    _Direction(form.ACTION_SERVERS, SUBSCRIBER, "action_server"),
+    _Direction(form.ACTION_CLIENTS, PUBLISHER, "action_client"),
 )
-_ONE_COPY: Final[tuple[dict[str, str], ...]] = ({},)
-_GROUPS: Final = ((PUBLISHERS, _PUBLISHES), (SUBSCRIBERS, _SUBSCRIBES))
+_GROUPS: Final = ((form.PUBLISHERS, _PUBLISHES), (form.SUBSCRIBERS, _SUBSCRIBES))
 
 
-class _Stated(NamedTuple):
+class _AsWritten(NamedTuple):
     """An endpoint as it stands in the file, before it is multiplied.
 
     Attributes:
-        endpoint: with the id it would have if no other had it.
+        endpoint: with the id it would have if no other had it; perhaps still a row.
         template: its id in the file, unique within its participant.
         given: whether a person chose the id.
     """
 
-    endpoint: Endpoint
+    endpoint: Endpoint | Row
     template: str
     given: bool
 
@@ -164,7 +127,7 @@ class _Builder:
         self.problems = loader.problems
         self.system = System(notes=loader.notes, sources=loader.sources)
         self.places: dict[tuple[str, str], Place] = {}
-        self.ids: dict[str, tuple[Place, bool]] = {}
+        self.ids: dict[str, tuple[Any, ...]] = {}
         self.numbers: dict[str, int] = {}
         self.multiplied: Place | None = None
         self.made = Multiplier(self.instances(), active=bool(loader.templates))
@@ -175,7 +138,7 @@ class _Builder:
         """Return the variables of all documents."""
         found = {}
         for document in self.documents:
-            for name, member in (document.get(INSTANCES) or {}).items():
+            for name, member in (document.get(form.INSTANCES) or {}).items():
                 if self.claim("variable", name, member.place):
                     found[name] = member.value
         return found
@@ -183,8 +146,8 @@ class _Builder:
     def build(self) -> None:
         """Fill the system."""
         if self.documents:
-            self.system.protocol = self.documents[0].get(DEFAULT_PROTOCOL)
-            self.system.partial = all(document.get(PART) is True for document in self.documents)
+            self.system.protocol = self.documents[0].get(form.DEFAULT_PROTOCOL)
+            self.system.partial = all(document.get(form.PART) is True for document in self.documents)
         for document in self.documents:
             try:
                 self.heading(document)
@@ -196,6 +159,8 @@ class _Builder:
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)
         for foreign in self.foreign:
             self.take(foreign)
+        if len(self.system.endpoints) < _FEW:
+            self.system.endpoints = [*self.system.endpoints]
 
     def problem(self, code: str, message: str, place: Place | None, advice: str | None = None) -> None:
         """Collect a problem."""
@@ -234,13 +199,13 @@ class _Builder:
 
     def heading(self, entry: Entry) -> None:
         """Take name, options and severities; an including file comes before what it includes."""
-        self.system.name = self.system.name or entry.get(SYSTEM) or ""
-        for pack, options in (entry.get(OPTIONS) or {}).items():
+        self.system.name = self.system.name or entry.get(form.SYSTEM) or ""
+        for pack, options in (entry.get(form.OPTIONS) or {}).items():
             kept = self.system.options.setdefault(pack, {})
             for name, setting in options.value.items():
                 if self.agrees(f"option `{pack}.{name}`", kept.get(name), setting):
                     kept.setdefault(name, setting)
-        for rule, severity in (entry.get(SEVERITIES) or {}).items():
+        for rule, severity in (entry.get(form.SEVERITIES) or {}).items():
             if self.claim("severity of", rule, severity.place):
                 self.system.severities[rule] = severity.value
 
@@ -254,13 +219,13 @@ class _Builder:
 
     def team(self, entry: Entry) -> None:
         """Take checks and accepted findings."""
-        for stated in entry.get(CHECKS) or ():
+        for stated in entry.get(form.CHECKS) or ():
             rule = team_rule(stated)
             for binding in self.copies("check", rule.name, stated.place, rule):
                 copy = self.made.fill(rule, binding)
                 if self.claim("check", copy.name, stated.place):
                     self.system.checks.append(copy)
-        for stated in entry.get(ACCEPT) or ():
+        for stated in entry.get(form.ACCEPT) or ():
             accepted = acceptance(stated)
             self.multiplied = stated.place
             for binding in self.made.bindings(self.made.mentioned(accepted)):
@@ -270,19 +235,19 @@ class _Builder:
 
     def named(self, entry: Entry) -> None:
         """Take profiles, topics, brokers, bridges, chains and links."""
-        for name, profile in (entry.get(PROFILES) or {}).items():
+        for name, profile in (entry.get(form.PROFILES) or {}).items():
             stated = Profile(name, profile.value.settings, _profiles(profile.value), profile.place)
             self.add("profile", name, stated, self.system.profiles)
-        for name, topic in (entry.get(TOPICS) or {}).items():
-            external = topic.value.get(EXTERNAL) or False
-            about = Topic(name, topic.value.settings, external, topic.value.get(PROTOCOL), topic.place)
+        for name, topic in (entry.get(form.TOPICS) or {}).items():
+            external = topic.value.get(form.EXTERNAL) or False
+            about = Topic(name, topic.value.settings, external, topic.value.get(form.PROTOCOL), topic.place)
             self.add("topic", name, about, self.system.topics)
-        for name, broker in (entry.get(BROKERS) or {}).items():
+        for name, broker in (entry.get(form.BROKERS) or {}).items():
             made, room = broker.value, Room(broker.place)
             found = Broker(name, self.protocol(made, entry), made.settings, _profiles(made), broker.place, room=room)
             self.add("broker", name, found, self.system.brokers)
-        for name, bridge in (entry.get(BRIDGES) or {}).items():
-            routes, carries = map(_route, bridge.value.get(ROUTES) or ()), bridge.value.get(CARRIES) or ()
+        for name, bridge in (entry.get(form.BRIDGES) or {}).items():
+            routes, carries = map(_route, bridge.value.get(form.ROUTES) or ()), bridge.value.get(form.CARRIES) or ()
             self.add("bridge", name, Bridge(name, (*routes,), (*carries,), bridge.place), self.system.bridges)
         for kind, plan in chains_and_links(entry):
             self.add(kind, plan.name, plan, getattr(self.system, f"{kind}s"))
@@ -305,7 +270,7 @@ class _Builder:
 
     def protocol(self, entry: Entry, document: Entry) -> str | None:
         """Return the protocol of a participant or broker, None where it is the system's."""
-        protocol = entry.get(PROTOCOL) or document.get(DEFAULT_PROTOCOL)
+        protocol = entry.get(form.PROTOCOL) or document.get(form.DEFAULT_PROTOCOL)
         return None if protocol == self.system.protocol else protocol
 
     # What included files of other formats state
@@ -336,9 +301,9 @@ class _Builder:
 
     def participants(self, document: Entry) -> None:
         """Take participants with their endpoints."""
-        for name, member in (document.get(PARTICIPANTS) or {}).items():
+        for name, member in (document.get(form.PARTICIPANTS) or {}).items():
             participant = self.participant(name, member, document)
-            profiles, endpoints = self.endpoints(name, member.value, observed=document.get(ALL_OBSERVED) or False)
+            profiles, endpoints = self.endpoints(name, member.value, observed=document.get(form.ALL_OBSERVED) or False)
             for binding in self.copies("participant", name, member.place, participant):
                 copy = self.made.fill(participant, binding)
                 if not self.claim("participant", copy.id, member.place):
@@ -354,7 +319,7 @@ class _Builder:
         """Read what is stated of the participant itself; connection and options count as settings."""
         entry = member.value
         settings = dict(entry.settings)
-        for key in (CLIENT, PARTICIPANT_OPTIONS):
+        for key in (form.CLIENT, form.PARTICIPANT_OPTIONS):
             for setting_name, setting in (entry.get(key) or {}).items():
                 if self.agrees(f"`{setting_name}` of participant {shown(name)}", settings.get(setting_name), setting):
                     settings[setting_name] = setting
@@ -362,19 +327,19 @@ class _Builder:
             id=name,
             protocol=self.protocol(entry, document),
             settings=settings,
-            remap={old: new.value for old, new in (entry.get(REMAP) or {}).items()},
-            external=entry.get(EXTERNAL) or False,
-            starts_after=_texts(entry, STARTS_AFTER),
-            label=entry.get(LABEL),
+            remap={old: new.value for old, new in (entry.get(form.REMAP) or {}).items()},
+            external=entry.get(form.EXTERNAL) or False,
+            starts_after=_texts(entry, form.STARTS_AFTER),
+            label=entry.get(form.LABEL),
             place=member.place,
             room=Room(member.place),
             groups={key.name: group.place for key, _ in _GROUPS for group in list((entry.get(key) or {}).values())[:1]},
         )
 
-    def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_Stated]]:
+    def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_AsWritten]]:
         """Read the endpoints of a participant, and the profiles that its groups are."""
         profiles: list[Profile] = []
-        found: list[_Stated] = []
+        found: list[_AsWritten] = []
         numbers: dict[str, int] = {}
         for direction in _DIRECTIONS:
             found += _endpoints(name, entry, direction, (), numbers, observed=observed)
@@ -388,15 +353,19 @@ class _Builder:
                 found += _endpoints(name, member.value, direction, shared, numbers, observed=observed)
         return profiles, found
 
-    def copy_endpoint(self, stated: _Stated, binding: Mapping[str, str]) -> None:
+    def copy_endpoint(self, stated: _AsWritten, binding: Mapping[str, str]) -> None:
         """Add the copies of one endpoint within one copy of its participant."""
-        for copy in self.endpoint_copies(stated, binding) if self.made.active else (stated.endpoint,):
+        row = stated.endpoint
+        if not self.made.active and isinstance(row, tuple) and self.ids.setdefault(row[1], row) is row:
+            add_rows(self.system, (row,))
+            return
+        endpoint = as_object(row)
+        for copy in self.endpoint_copies(endpoint, stated, binding) if self.made.active else (endpoint,):
             copy.id = self.unique(copy, given=stated.given)
             self.system.endpoints.append(copy)
 
-    def endpoint_copies(self, stated: _Stated, binding: Mapping[str, str]) -> Iterator[Endpoint]:
+    def endpoint_copies(self, template: Endpoint, stated: _AsWritten, binding: Mapping[str, str]) -> Iterator[Endpoint]:
         """Yield the copies of one endpoint; their ids may be those of others still."""
-        template = stated.endpoint
         mentioned = self.made.mentioned(template) | set(binding)
         if stated.given and mentioned - self.made.mentioned(template.id):
             message = f"{variables(mentioned)} would make several endpoints with the id {shown(template.id)}"
@@ -413,7 +382,7 @@ class _Builder:
         place = endpoint.place or Place("")
         name = endpoint.id
         while name in self.ids:
-            first, first_given = self.ids[name]
+            first, first_given = self.taken(name)
             if given or first_given:
                 message = f"endpoint id {shown(name)} is taken, first at {first}"
                 advice = "give every endpoint an id of its own" if given else "give this endpoint an `id:` of its own"
@@ -423,10 +392,15 @@ class _Builder:
         self.ids.setdefault(name, (place, given))
         return name
 
+    def taken(self, name: str) -> tuple[Place, bool]:
+        """Return where the endpoint with an id stands, and whether a person chose the id."""
+        alike, *more = found = self.ids[name]
+        return (alike, more[0]) if isinstance(alike, Place) else (alike.make("place", found), False)
+
 
 def _route(route: Entry) -> Route:
-    source, target = route.require(FROM), route.require(TO)
-    only, but, kind = route.get(ONLY) or [], route.get(BUT) or [], route.get(KIND)
+    source, target = route.require(form.FROM), route.require(form.TO)
+    only, but, kind = route.get(form.ONLY) or [], route.get(form.BUT) or [], route.get(form.KIND)
     receives, sends = (f"{kind}_server", f"{kind}_client") if kind else (MESSAGE, MESSAGE)
     ends = _side(source, SUBSCRIBER, receives), _side(target, PUBLISHER, sends)
     return Route(*ends, route.place, tuple(only), tuple(but))
@@ -434,16 +408,16 @@ def _route(route: Entry) -> Route:
 
 def _side(stated: Entry, role: Role, kind: str) -> Endpoint:
     return Endpoint(
-        id=stated.get(ID) or "",
+        id=stated.get(form.ID) or "",
         role=role,
-        topic=stated.get(TOPIC_NAME),
-        participant=stated.require(PARTICIPANT_ID),
+        topic=stated.get(form.TOPIC_NAME),
+        participant=stated.require(form.PARTICIPANT_ID),
         settings=stated.settings,
         profiles=_profiles(stated),
-        type=stated.get(TYPE),
+        type=stated.get(form.TYPE),
         kind=kind,
-        external=stated.get(EXTERNAL) or False,
-        label=stated.get(LABEL),
+        external=stated.get(form.EXTERNAL) or False,
+        label=stated.get(form.LABEL),
         place=stated.place,
     )
 
@@ -456,44 +430,51 @@ def _endpoints(
     numbers: dict[str, int],
     *,
     observed: bool,
-) -> Iterator[_Stated]:
+) -> Iterator[_AsWritten]:
     """Yield the endpoints below one key; ``shared`` are the profiles of the group they are in."""
-    for topic, member in (entry.get(direction.key) or {}).items():
+    members: Any = entry.get(direction.key)
+    if not members:
+        return
+    named = partial(endpoint_id, participant, direction.word)
+    like = Endpoint(id="", role=direction.role, topic=None, participant=participant, profiles=shared, observed=observed)
+    like.kind = direction.kind
+    if isinstance(members, EntryLines):
+        kinds: dict[Pattern, LineKind] = {}
+        rows, members.rows = members.rows or (), None
+        for pattern, topic, at, *texts in rows:
+            kind = kinds.get(pattern)
+            if kind is None:
+                kind = kinds[pattern] = LineKind(like, pattern, members.lines, members.column or 0)
+            name = named(topic)
+            yield _AsWritten((kind, name, topic, at, *texts), numbered(name, numbers), given=False)
+        return
+    for topic, member in members.items():
         for stated in member.value:
-            place = stated.place if len(member.value) > 1 else member.place
-            endpoint = (Endpoint if isinstance(stated.stated, dict) else LazyEndpoint)(
-                id=(made_up := endpoint_id(participant, direction.word, topic)),
-                role=direction.role,
-                topic=topic,
-                participant=participant,
-                settings=stated.stated,  # type: ignore[arg-type]
-                profiles=shared,
-                kind=direction.kind,
-                observed=observed,
-                place=place,
-                room=Room(place),
+            place, name = stated.place if len(member.value) > 1 else member.place, named(topic)
+            own = replace(
+                like, id=name, topic=topic, settings=stated.settings, overlay={}, place=place, room=Room(place)
             )
-            given = None if stated.plain else _fill(endpoint, stated)
-            yield _Stated(endpoint, given or numbered(made_up, numbers), given is not None)
+            given = _fill(own, stated)
+            yield _AsWritten(own, given or numbered(name, numbers), given is not None)
 
 
 def _fill(endpoint: Endpoint, stated: Entry) -> str | None:
     """Put in what is stated beside settings; return the id, where one is given."""
-    given, own = stated.get(ID), stated.get(OBSERVED)
+    given, own = stated.get(form.ID), stated.get(form.OBSERVED)
     endpoint.id = given or endpoint.id
     endpoint.profiles += _profiles(stated)
-    endpoint.needs = stated.get(NEEDS) or {}
-    endpoint.type = stated.get(TYPE)
+    endpoint.needs = stated.get(form.NEEDS) or {}
+    endpoint.type = stated.get(form.TYPE)
     endpoint.observed = endpoint.observed if own is None else own
-    endpoint.external = stated.get(EXTERNAL) or False
-    endpoint.starts_after = _texts(stated, STARTS_AFTER)
-    endpoint.protocol = stated.get(PROTOCOL)
-    endpoint.label = stated.get(LABEL)
+    endpoint.external = stated.get(form.EXTERNAL) or False
+    endpoint.starts_after = _texts(stated, form.STARTS_AFTER)
+    endpoint.protocol = stated.get(form.PROTOCOL)
+    endpoint.label = stated.get(form.LABEL)
     return given
 
 
 def _profiles(entry: Entry) -> tuple[ProfileRef, ...]:
-    return tuple(ProfileRef(name.text, name.place) for name in entry.get(PROFILE) or ())
+    return tuple(ProfileRef(name.text, name.place) for name in entry.get(form.PROFILE) or ())
 
 
 def _texts(entry: Entry, key: Key[tuple[Setting, ...]]) -> tuple[str, ...]:

@@ -90,11 +90,11 @@ def quietness() -> Callable[[End, End], bool]:
     met = Counter[Any]()
 
     def says_nothing(one: End, other: End) -> bool:
-        (_, publisher, offered), (_, subscriber, requested) = one, other
-        ends = offered.base.profile, requested.base.profile, publisher.observed, subscriber.observed
+        (publisher, offering, offered), (subscriber, requesting, requested) = one, other
+        ends = publisher, subscriber, offering, requesting
         met[ends] += 1
         known = _functions(ends, at_once=met[ends] > _MANY)
-        return known is not None and _bits(known, offered.known, requested.known) == 0
+        return known is not None and _bits(known, offered, requested) == 0
 
     return says_nothing
 

@@ -7,7 +7,7 @@ Everything here is a plain value. Importers fill it, `resolve` reads it, no othe
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.wildcards import fits
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from cqos_core.model.flow import ControlFlow
+    from cqos_core.model.rows import Pattern
     from cqos_core.model.timing import Chain, StatedLink
 
 Role = Literal["publisher", "subscriber"]
@@ -99,18 +100,6 @@ Settings = dict[str, Setting]
 """Settings by the name they were written with; aliases are resolved later, by the pack."""
 Said = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
 """Names, texts and causes of settings, without their places."""
-
-
-class Pattern(Protocol):
-    """What the settings of several endpoints say, which differ in the texts of some; compared by identity.
-
-    Attributes:
-        said: what `Endpoint.said` returns of such an endpoint.
-        at: the settings whose texts differ, by their places in the former.
-    """
-
-    said: Said
-    at: list[int]
 
 
 EVERY_OTHER: Final = "*"
@@ -269,8 +258,8 @@ class Endpoint:
     place: Place | None = None
     room: Room | None = None
 
-    def pattern(self) -> tuple[Pattern, tuple[bytes, ...]] | None:
-        """Return what it and others state with other texts, and its own texts there in UTF-8; None where that is not known."""
+    def pattern(self) -> tuple[Pattern, tuple[str, ...]] | None:
+        """Return what it and others state with other texts, and its own texts there; None where that is not known."""
         return None
 
     def said(self) -> Said:

@@ -12,12 +12,12 @@ from dataclasses import replace
 from typing import Any, Final, TypeAlias
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
-from cqos_core.bpmn.plain_endpoints import PlainEndpoint
 from cqos_core.checking.session import Session
 from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report, Severity
+from cqos_core.model.rows import RowEndpoint
 from cqos_core.model.system import NAMED, Endpoint, System
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, least_severe, paths_of, refusal_message
@@ -291,7 +291,7 @@ def _by_id(endpoints: Sequence[Endpoint]) -> dict[str, Endpoint] | None:
 
 
 def _alike(one: Endpoint, other: Endpoint) -> bool:
-    if isinstance(one, PlainEndpoint) and isinstance(other, PlainEndpoint):
+    if isinstance(one, RowEndpoint) and isinstance(other, RowEndpoint):
         return one.states_like(other)
     return one == other
 

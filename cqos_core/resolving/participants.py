@@ -9,6 +9,7 @@ from cqos_core.model.memory import remember
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
+from cqos_core.model.rows import kinds_of
 from cqos_core.model.system import PUBLISHER, Broker, Setting
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.profiles import no_profile, preset_settings
@@ -272,5 +273,5 @@ def packs_in_use(
 def protocols_in_use(system: System, default: str | None) -> list[str]:
     """Return the protocols of all that a system states."""
     stated = {each.protocol for each in system.participants.values()}
-    stated |= {each.protocol for each in system.endpoints if each.protocol}
+    stated |= {each.protocol for each in kinds_of(system.endpoints) if each.protocol}
     return sorted(filter(None, {protocol or system.protocol or default for protocol in stated}))

@@ -7,16 +7,17 @@ resolved as any other.
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from cqos_core.model.lazy_endpoint import is_bare
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
+from cqos_core.model.rows import FIRST_TEXT, is_bare
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolved import Resolved
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Endpoint, Pattern, System
+    from cqos_core.model.rows import Pattern, Row, RowKind
+    from cqos_core.model.system import Endpoint, System
     from cqos_core.packs.meeting import NameContext, Naming
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.bases import Base, Bases, Override
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 _NAMED: Final[dict[tuple[Any, ...], Naming]] = {}
 _NOTHING: Final = frozenset[str]()
 _ALIKE: Final = attrgetter("participant", "protocol", "kind", "dialect", "role", "observed", "type", "external")
-"""What endpoints of one `_Kin` have in common."""
+"""What endpoints of one `Kin` have in common."""
 
 
 def named(topic: str, pack: RulePack, number: int | None, context: NameContext) -> Naming:
@@ -70,29 +71,11 @@ class Resolving(Protocol):
     def bases(self) -> Bases:
         """What endpoints have in common."""
 
+    def owner_of(self, endpoint: Endpoint) -> ResolvedParticipant | None:
+        """Return the participant of an endpoint in the eyes of its pack; None without a pack."""
+
     def of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
         """Return what is stated of a topic, and whether its partners may be elsewhere."""
-
-
-class PlainEnd(NamedTuple):
-    """An endpoint before it is made: its settings change a base, and its topic has a name."""
-
-    owner: ResolvedParticipant
-    base: Base
-    overrides: tuple[Override, ...]
-    naming: Naming
-    external: bool
-
-    @property
-    def known(self) -> list[Any]:
-        """What `QosProfile.known` will be."""
-        return self.base.known(self.overrides)
-
-    def made(self, endpoint: Endpoint) -> Resolved:
-        """Make it."""
-        made = without_values(endpoint, self.owner, self.naming, endpoint.id, endpoint.id, self.external)
-        made.draft = tuple.__new__(Draft, (self.base, self.overrides, ()))
-        return made
 
 
 class Plainly:
@@ -100,50 +83,41 @@ class Plainly:
 
     def __init__(self) -> None:
         """Begin without any."""
-        self._kin: dict[tuple[Any, ...], _Kin | None] = {}
+        self._kin: dict[tuple[Any, ...], Kin | None] = {}
+        self._of_rows: dict[RowKind, Kin | None] = {}
         self._patterns: dict[Base, dict[Pattern, _Texts]] = {}
 
-    def resolved(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> Resolved | None:
-        """Return an endpoint of a participant with its values; None where it has to be resolved as any other."""
-        found = self.found(endpoint, owner, within)
-        return None if found is None else found.made(endpoint)
+    def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
+        """Return an endpoint with its values; None where it has to be resolved as any other."""
+        kin = self.kin(endpoint, within)
+        return None if kin is None else kin.resolved(endpoint, within)
 
-    def found(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> PlainEnd | None:
-        """Return what such an endpoint is made of; None where it has to be resolved as any other."""
-        if not is_bare(endpoint):
-            return None
-        topic = endpoint.topic
-        alike = _ALIKE(endpoint)
-        kin = self._kin.get(alike)
-        if kin is None:
-            if alike in self._kin or topic is None:
-                return None
-            if len(self._kin) >= MAXIMUM_REMEMBERED:
-                self._kin.clear()
-            kin = self._kin[alike] = self._kin_of(endpoint, owner, within)
-        if kin is None or topic is None:
-            return None
-        naming = named(topic, owner.pack, kin.number, kin.context)
-        key, _, problems = naming
-        if problems or key is None:
-            return None
-        external = kin.external
-        if kin.conventions.may_match(key) or within.system.topics:
-            layers, of_topic = within.of_topic(topic, naming, owner.pack)
-            if layers:
-                return None
-            external = external or of_topic
-        overrides = kin.overrides(endpoint)
-        return None if overrides is None else tuple.__new__(PlainEnd, (owner, kin.base, overrides, naming, external))
-
-    def _kin_of(self, endpoint: Endpoint, owner: ResolvedParticipant, within: Resolving) -> _Kin | None:
+    def kin(self, endpoint: Endpoint | Row, within: Resolving) -> Kin | None:
         """Return what is known of endpoints like one; None where each of them has to be resolved as any other."""
-        bases = within.bases
+        if type(endpoint) is tuple:
+            kind = endpoint[0]
+            try:
+                return self._of_rows[kind]
+            except KeyError:
+                found = self._of_rows[kind] = self.kin(kind.endpoint, within)
+                return found
+        if not is_bare(endpoint):  # type: ignore[arg-type]
+            return None
+        key = _ALIKE(endpoint)
+        try:
+            return self._kin[key]
+        except KeyError:
+            return keep(self._kin, key, self._kin_of(endpoint, within))  # type: ignore[arg-type]
+
+    def _kin_of(self, endpoint: Endpoint, within: Resolving) -> Kin | None:
+        bases, owner = within.bases, within.owner_of(endpoint)
+        if owner is None or owner.participant.starts_after:
+            return None
         expanded = owner.pack.meeting.expand(endpoint)
-        if owner.participant.starts_after or len(expanded) != 1 or expanded[0] is not endpoint:
+        if len(expanded) != 1 or expanded[0] is not endpoint:
             return None
         base = bases.base(room_of(endpoint, owner), endpoint, owner, ())
-        return None if base is None else _Kin(endpoint, owner, base, bases, self._patterns.setdefault(base, {}))
+        return None if base is None else Kin(endpoint, owner, base, bases, self._patterns.setdefault(base, {}))
 
 
 def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, ...]:
@@ -151,20 +125,16 @@ def room_of(endpoint: Endpoint, participant: ResolvedParticipant) -> tuple[Any, 
     return (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type)
 
 
-class _Kin:
-    """Endpoints that differ in ids, topics and settings only."""
+class Kin:
+    """Endpoints that differ in ids, topics and settings only.
 
-    __slots__ = (
-        "_bases",
-        "_endpoint",
-        "_owner",
-        "_patterns",
-        "base",
-        "context",
-        "conventions",
-        "external",
-        "number",
-    )
+    Attributes:
+        endpoint: one of them.
+        owner: their participant.
+        base: what their settings change.
+    """
+
+    __slots__ = ("_bases", "_context", "_conventions", "_external", "_number", "_patterns", "base", "endpoint", "owner")
 
     def __init__(
         self,
@@ -175,29 +145,74 @@ class _Kin:
         patterns: dict[Pattern, _Texts],
     ) -> None:
         """Take one of them, what it changes, and what is known of settings that change it."""
-        self._endpoint, self._owner, self._bases = endpoint, owner, bases
+        self.endpoint, self.owner, self._bases = endpoint, owner, bases
         self.base = base
-        self.external = endpoint.external or owner.participant.external
-        self.number, self.context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
-        self.conventions = conventional(owner.pack)
+        self._external = endpoint.external or owner.participant.external
+        self._number, self._context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
+        self._conventions = conventional(owner.pack)
         self._patterns = patterns
 
-    def overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
+    def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
+        """See `Plainly.resolved`."""
+        topic = endpoint.topic
+        if topic is None:
+            return None
+        naming = named(topic, self.owner.pack, self._number, self._context)
+        external = self._external_on(topic, naming, within)
+        overrides = None if external is None else self._overrides(endpoint)
+        if external is None or overrides is None:
+            return None
+        made = without_values(endpoint, self.owner, naming, endpoint.id, endpoint.id, external)
+        made.draft = tuple.__new__(Draft, (self.base, overrides, ()))
+        return made
+
+    def _external_on(self, topic: str, naming: Naming, within: Resolving) -> bool | None:
+        """Whether partners may be elsewhere; None where something has to be said of the name, or is stated of the topic."""
+        key, _, problems = naming
+        if problems or key is None:
+            return None
+        if self._conventions.may_match(key) or within.system.topics:
+            layers, external = within.of_topic(topic, naming, self.owner.pack)
+            return None if layers else self._external or external
+        return self._external
+
+    def key(self, topic: str | None, within: Resolving) -> str | None:
+        """Return the name on which one with this topic meets others; None where there is more to it."""
+        if topic is None:
+            return None
+        naming = self.owner.pack.meeting.resolve(topic, self._context)  # of many topics it is not worth remembering
+        key = naming[0]
+        return key if key == naming[1] and self._external_on(topic, naming, within) is not None else None
+
+    def known(self, endpoint: Endpoint | Row) -> list[Any] | None:
+        """Return what `QosProfile.known` will be of one; None where it has to be resolved as a whole."""
+        if type(endpoint) is tuple:
+            overrides = self._of_pattern(endpoint[0].pattern, endpoint[FIRST_TEXT:])
+        else:
+            overrides = self._overrides(endpoint)  # type: ignore[arg-type]
+        return None if overrides is None else self.base.known(overrides)
+
+    def _overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
         """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""
         found = endpoint.pattern()
-        written = None if found is None else self._patterns.get(found[0])
-        if written is not None and found is not None:
-            return written.overrides(found[1], self)
-        overrides = self.stated(endpoint.said()[0])
-        if overrides is None or not self.base.is_plain(overrides):
-            return None
-        if found is not None:
-            self._patterns[found[0]] = _Texts(found[0], overrides)
+        return self._plainly(endpoint.said()[0]) if found is None else self._of_pattern(*found)
+
+    def _of_pattern(self, pattern: Pattern, texts: tuple[str, ...]) -> tuple[Override, ...] | None:
+        written = self._patterns.get(pattern)
+        if written is not None:
+            return written.overrides(texts, self)
+        overrides = self._plainly(pattern.says(texts)[0])
+        if overrides is not None:
+            self._patterns[pattern] = _Texts(pattern, overrides)
         return overrides
+
+    def _plainly(self, said: Any) -> tuple[Override, ...] | None:
+        overrides = self.stated(said)
+        return None if overrides is None or not self.base.is_plain(overrides) else overrides
 
     def stated(self, said: Any) -> tuple[Override, ...] | None:
         """Return what settings change; None where something has to be said of them."""
-        return self._bases.overrides(self.base, said, self._endpoint, self._owner)
+        return self._bases.overrides(self.base, said, self.endpoint, self.owner)
 
 
 class _Texts:
@@ -209,9 +224,9 @@ class _Texts:
         """Take what the settings of one of them change."""
         self._whole = overrides
         self._said = pattern.said[0]
-        self._known: list[tuple[int, dict[Any, Override]]] = [(at, {}) for at in pattern.at]
+        self._known: list[tuple[int, dict[str, Override]]] = [(at, {}) for at in pattern.at]
 
-    def overrides(self, texts: tuple[Any, ...], kin: _Kin) -> tuple[Override, ...] | None:
+    def overrides(self, texts: tuple[str, ...], kin: Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
         found = [*self._whole]
         for (at, known), text in zip(self._known, texts):  # noqa: B905 - a pattern has as many texts as places
@@ -226,8 +241,8 @@ class _Texts:
                 found[at] = known[text] = changed
         return tuple(found)
 
-    def _changed(self, at: int, text: Any, kin: _Kin) -> Override | None:
+    def _changed(self, at: int, text: str, kin: Kin) -> Override | None:
         """Return what one setting changes with a text; None where that is not what it changes with another."""
         name, _, unknown, derived = self._said[at]
-        overrides = kin.stated([(name, text.decode() if type(text) is bytes else text, unknown, derived)])
+        overrides = kin.stated([(name, text, unknown, derived)])
         return overrides[0] if overrides is not None and overrides[0].plainly == self._whole[at].plainly else None

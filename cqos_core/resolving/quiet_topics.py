@@ -10,22 +10,24 @@ from array import array
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.model.report import Group, Verdict
+from cqos_core.model.rows import as_object, id_of, rows_of, topic_of
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.model.system import Endpoint, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.plainly import PlainEnd
+    from cqos_core.resolving.plainly import Kin
     from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved import QosProfile, Resolved
 
 LEAST: Final = 1_000
 """Endpoints of the smallest system for which this is worth while."""
-End: TypeAlias = "tuple[int, Endpoint, PlainEnd]"
-"""An endpoint with its place among all."""
+End: TypeAlias = "tuple[QosProfile, bool, list[Any]]"
+"""What the profiles of an endpoint and of those like it have in common, whether it was observed, and its known values."""
 _OTHER: Final = -1
+_FIRST: Final = -2
 
 
 def may_be_quiet(system: System) -> bool:
@@ -42,87 +44,96 @@ class QuietTopics:
     def __init__(self, says_nothing: Callable[[End, End], bool]) -> None:
         """Begin without any; ``says_nothing`` judges a publisher and a subscriber."""
         self._says_nothing = says_nothing
-        self._samples: dict[tuple[Any, ...], Resolved] = {}
+        self._samples: dict[tuple[Any, ...], tuple[Kin, Any]] = {}
         self._places = array("L")
-        self._resolver: Resolver | None = None
+        self._resolving: Any = None
 
     def __len__(self) -> int:
         return len(self._places) // 2
 
     def others(self, resolver: Resolver) -> Iterator[Endpoint]:
         """Yield all endpoints on other topics, each to be resolved before the next is asked for."""
-        self._resolver, result, endpoints = resolver, resolver.result, resolver.system.endpoints
-        if resolver.completed or not resolver.is_plain or len({each.id for each in endpoints}) < len(endpoints):
+        self._resolving, result, endpoints = resolver, resolver.result, resolver.system.endpoints
+        if resolver.completed or not resolver.is_plain or len({*map(id_of, rows_of(endpoints))}) < len(endpoints):
             yield from endpoints
             return
-        topics: dict[RulePack, dict[str, End | int]] = {}
+        topics: dict[RulePack, dict[str, int]] = {}
         others, gone = self._sorted_out(endpoints, resolver, topics)
         for at in sorted(others):
             yield endpoints[at]
         # What was resolved as any other may have come to one of the topics, or meet it on the wire.
         if any(pack.wire is not None and pack.wire.protocol in result.packs for pack in topics):
             gone.update(range(len(self)))
-        met = (topics.get(each.pack, {}).get(each.key or "") for each in result.endpoints)
-        gone.update(number for number in [*met] if isinstance(number, int))
-        for number in sorted(gone - {_OTHER}):
+        met = (topics.get(each.pack, {}).get(each.key or "", _OTHER) for each in result.endpoints)
+        gone.update(_FIRST - number for number in [*met] if number <= _FIRST)
+        for number in sorted(gone):
             yield from (endpoints[at] for at in self._ends(number))
         kept = [number for number in range(len(self)) if number not in gone] if gone else range(len(self))
         self._places = array("L", (at for number in kept for at in self._ends(number)))
 
     def _sorted_out(
-        self, endpoints: Sequence[Endpoint], resolver: Resolver, topics: dict[RulePack, dict[str, End | int]]
+        self, endpoints: Sequence[Endpoint], resolver: Resolver, topics: dict[RulePack, dict[str, int]]
     ) -> tuple[list[int], set[int]]:
-        """Sort endpoints by topic; return the places of those that are on others, and the topics that are quiet no longer."""
+        """Sort endpoints by topic; return the places of those that are on others, and the topics that are quiet no longer.
+
+        A topic has the place of its only endpoint, `_OTHER`, or the number of a quiet one, counted down from `_FIRST`.
+        """
         others: list[int] = []
         gone: set[int] = set()
-        # The ends of a topic come after each other, so few wait for their other end at a time.
-        names = [each.topic or "" for each in endpoints]
-        for at in sorted(range(len(endpoints)), key=names.__getitem__):
-            endpoint = endpoints[at]
-            owner = resolver.owner_of(endpoint)
-            found = None if owner is None else resolver.plainly.found(endpoint, owner, resolver)
-            if owner is None or found is None or not _may_be(endpoint, found, owner.pack):
+        stored, kin_of = [*rows_of(endpoints)], resolver.plainly.kin
+        for at, each in enumerate(stored):
+            kin = kin_of(each, resolver)
+            key = None if kin is None else _key(each, kin, resolver)
+            if kin is None or key is None:
                 others.append(at)
                 continue
-            of_pack = topics.setdefault(owner.pack, {})
-            key, end = found.naming.shown, (at, endpoint, found)
-            known = of_pack.get(key)
-            if known is None:
-                of_pack[key] = end
+            pack = kin.owner.pack
+            of_pack = topics.get(pack)
+            if of_pack is None:
+                of_pack = topics[pack] = {}
+            before = of_pack.setdefault(key, at)
+            if before == at:
                 continue
-            if isinstance(known, tuple):
-                pair = (known, end) if endpoint.role != PUBLISHER else (end, known)
-                if self._is_quiet(*pair):
-                    of_pack[key] = len(self)
-                    self._places.extend((pair[0][0], pair[1][0]))
-                    self._sample(known)
-                    self._sample(end)
+            if before >= 0:
+                other = kin_of(stored[before], resolver)
+                if other is not None and self._is_quiet((before, stored[before], other), (at, each, kin)):
+                    of_pack[key] = _FIRST - len(self) + 1
                     continue
-                others.append(known[0])
-            else:
-                gone.add(known)
+                others.append(before)
+            elif before != _OTHER:
+                gone.add(_FIRST - before)
             others.append(at)
             of_pack[key] = _OTHER
-        others += [each[0] for of_pack in topics.values() for each in of_pack.values() if isinstance(each, tuple)]
+        others += [at for of_pack in topics.values() for at in of_pack.values() if at >= 0]
         return others, gone
 
-    def _is_quiet(self, one: End, other: End) -> bool:
-        publisher, subscriber = one[1], other[1]
-        return (
-            (publisher.role == PUBLISHER != subscriber.role)
-            and publisher.participant != subscriber.participant
-            and self._says_nothing(one, other)
+    def _is_quiet(self, one: tuple[int, Any, Kin], other: tuple[int, Any, Kin]) -> bool:
+        """Judge two endpoints that are alone on their topic, and keep their places where there is nothing to report."""
+        if one[2].endpoint.role != PUBLISHER:
+            one, other = other, one
+        (first, publishing, publisher), (second, subscribing, subscriber) = one, other
+        offering, requesting = publisher.endpoint, subscriber.endpoint
+        if not (offering.role == PUBLISHER != requesting.role) or offering.participant == requesting.participant:
+            return False
+        offered, requested = publisher.known(publishing), subscriber.known(subscribing)
+        if offered is None or requested is None:
+            return False
+        ends = (
+            (publisher.base.profile, offering.observed, offered),
+            (subscriber.base.profile, requesting.observed, requested),
         )
-
-    def _sample(self, end: End) -> None:
-        _, endpoint, found = end
-        key = found.owner.surroundings, found.base.profile.frame, endpoint.observed
-        if key not in self._samples:
-            self._samples[key] = found.made(endpoint)
+        if not self._says_nothing(*ends):
+            return False
+        self._places.extend((first, second))
+        for kin, each in ((publisher, publishing), (subscriber, subscribing)):
+            self._samples.setdefault(
+                (kin.owner.surroundings, kin.base.profile.frame, kin.endpoint.observed), (kin, each)
+            )
+        return True
 
     def with_samples(self, others: Sequence[Resolved]) -> Sequence[Resolved]:
         """Return other endpoints, and one for each of what profiles of these topics have in common."""
-        return (*others, *self._samples.values())
+        return (*others, *self._resolved(self._samples.values()))
 
     def _ends(self, number: int) -> Sequence[int]:
         return self._places[2 * number : 2 * number + 2]
@@ -130,29 +141,35 @@ class QuietTopics:
     @property
     def groups(self) -> Iterator[Group]:
         """Yield the pair of each topic."""
-        ends = self._found()
-        for (one, found), (other, _) in zip(ends, ends, strict=True):
-            yield Group(found.naming.shown, (one.id,), (other.id,), Verdict.COMPATIBLE, found.owner.pack.id)
+        resolver, found = self._resolving, self._found()
+        for (kin, one), (_, other) in zip(found, found, strict=True):
+            topic = kin.key(topic_of(one), resolver) or ""
+            yield Group(topic, (id_of(one),), (id_of(other),), Verdict.COMPATIBLE, kin.owner.pack.id)
 
     def endpoints(self) -> Iterator[Resolved]:
         """Yield their endpoints, resolved again."""
-        return (found.made(endpoint) for endpoint, found in self._found())
+        return self._resolved(self._found())
 
-    def _found(self) -> Iterator[tuple[Endpoint, PlainEnd]]:
-        """Yield each publisher, then its subscriber, and what they are made of."""
-        resolver = self._resolver
-        for at in self._places if resolver is not None else ():
-            endpoint = resolver.system.endpoints[at]  # type: ignore[union-attr]
-            owner = resolver.owner_of(endpoint)  # type: ignore[union-attr]
-            found = None if owner is None else resolver.plainly.found(endpoint, owner, resolver)  # type: ignore[union-attr,arg-type]
-            if found is not None:
-                yield endpoint, found
+    def _resolved(self, found: Iterable[tuple[Kin, Any]]) -> Iterator[Resolved]:
+        for kin, each in found:
+            made = kin.resolved(as_object(each), self._resolving)
+            if made is not None:
+                yield made
+
+    def _found(self) -> Iterator[tuple[Kin, Any]]:
+        """Yield each publisher, then its subscriber, as a row or an endpoint."""
+        resolver = self._resolving
+        stored = [*rows_of(resolver.system.endpoints)] if self._places else []
+        for at in self._places:
+            kin = resolver.plainly.kin(stored[at], resolver)
+            if kin is not None:
+                yield kin, stored[at]
 
 
-def _may_be(endpoint: Endpoint, found: PlainEnd, pack: RulePack) -> bool:
-    """Whether an endpoint has to do with nothing but its topic, under the name that it states."""
-    return (
-        (found.naming.key == found.naming.shown and pack.meeting.match is None)
-        and endpoint.template is None
-        and not endpoint.alternative
-    )
+def _key(each: Any, kin: Kin, resolver: Resolver) -> str | None:
+    """Return the topic of an endpoint that has to do with nothing but that, under the name that it states."""
+    if kin.owner.pack.meeting.match is not None:
+        return None
+    if not isinstance(each, tuple) and (each.template is not None or each.alternative):
+        return None
+    return kin.key(topic_of(each), resolver)

@@ -12,8 +12,8 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
-from cqos_core.model.lazy_endpoint import is_bare
 from cqos_core.model.memory import MOST_LETTERS, remember
+from cqos_core.model.rows import is_bare, kinds_of
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases, Draft
@@ -209,8 +209,7 @@ class Resolver:
         if owner is None:
             self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
             return
-        plainly = self.is_plain and not facts
-        made = self.plainly.resolved(endpoint, owner, self) if plainly else None
+        made = self.plainly.resolved(endpoint, self) if self.is_plain and not facts else None
         if made is not None:
             made.id = self._unique(made.id)
             self.result.endpoints.append(made)
@@ -233,7 +232,7 @@ class Resolver:
         if (
             self._packless
             or self._name_problems
-            or any(not is_bare(each) and each.needs for each in self.system.endpoints)
+            or any(not is_bare(each) and each.needs for each in kinds_of(self.system.endpoints))
         ):
             from cqos_core.resolving.left_over import left_over
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.rows import kinds_of
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Finding
@@ -46,10 +48,11 @@ class Starts:
 
 def unknown_starts(system: System) -> list[Finding]:
     """Report names in `starts_after` of neither a participant nor an endpoint."""
+    starting = (each.starts_after for each in kinds_of(system.endpoints))
+    if not any(chain((each.starts_after for each in system.participants.values()), starting)):
+        return []
     everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     stating = [each for each in everybody if each.starts_after]
-    if not stating:
-        return []
     from cqos_core.model.spelling import KnownNames
 
     known = {each.id for each in everybody}

@@ -15,9 +15,9 @@ import cqos_core.bpmn as reader
 from cqos_core.bpmn import read
 from cqos_core.bpmn.models import outline
 from cqos_core.bpmn.plain import NotPlainError
-from cqos_core.bpmn.plain_endpoints import PlainEndpoint
 from cqos_core.importers.xml_source import plain_utf8
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.rows import RowEndpoint, as_object
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Endpoint, Setting, System
 from tests.importers.test_bpmn_fuzz import FILES, MUTATIONS, Mutation, mutations
@@ -185,7 +185,7 @@ def taken(data: bytes) -> list[str]:
     """The ids of the events that are taken out."""
     system = read_as(data, 0)
     assert isinstance(system, System)
-    return [endpoint.id for endpoint in system.endpoints if isinstance(endpoint, PlainEndpoint)]
+    return [endpoint.id for endpoint in system.endpoints if isinstance(endpoint, RowEndpoint)]
 
 
 def test_what_differs_in_quantities_alone_is_read_once():
@@ -199,7 +199,7 @@ def test_what_differs_in_quantities_alone_is_read_once():
     plain = outline(source.name, plain_utf8(source), read_part)
     assert [len(run) for run in plain.runs] == [0, 9]
     assert len(read_parts) == 1
-    assert [event.settings["deadline"].text for event in plain.runs[1][:2]] == ["1ms", "2ms"]
+    assert [as_object(event).settings["deadline"].text for event in plain.runs[1][:2]] == ["1ms", "2ms"]
 
 
 def test_odd_events_stay_in_their_order():
@@ -237,12 +237,12 @@ def test_namespaces_bound_below_the_first_element():
     assert_same(data)
 
 
-class TestPlainEndpoint:
-    def endpoint(self) -> PlainEndpoint:
+class TestRowEndpoint:
+    def endpoint(self) -> RowEndpoint:
         system = read_as(model("\n", EVENT.format(1)), 0)
         assert isinstance(system, System)
         (endpoint,) = system.endpoints
-        assert isinstance(endpoint, PlainEndpoint)
+        assert isinstance(endpoint, RowEndpoint)
         return endpoint
 
     def test_is_an_endpoint_for_every_purpose(self):

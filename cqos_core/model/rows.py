@@ -1,0 +1,334 @@
+"""Endpoints that a file states in bulk: each is a row of what is its own, and becomes an object when one reads it.
+
+A row begins with what it shares with others, its id, its topic and where it stands in its file. The texts of settings follow, where those
+of others differ. It takes a sixth of an object with its settings, and what holds for all that share something is looked up once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from cqos_core.model.system import Endpoint, Place, Room, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from cqos_core.model.system import Said, Settings, System
+
+Row: TypeAlias = "tuple[Any, ...]"
+FIRST_TEXT: Final = 4
+"""The place of the first text in a row."""
+_BLOCK: Final = 4096
+
+
+class Pattern:
+    """What the settings of several endpoints say, which differ in the texts of some; compared by identity.
+
+    Attributes:
+        said: what `Endpoint.said` returns of such an endpoint.
+        at: the settings whose texts differ, by their places in the former.
+    """
+
+    __slots__ = ("at", "said")
+
+    def __init__(self, said: Said, at: list[int]) -> None:
+        self.said = said
+        self.at = at
+
+    def says(self, texts: Iterable[str]) -> Said:
+        """Return what `Endpoint.said` returns of an endpoint with other texts there."""
+        settings = [*self.said[0]]
+        for at, text in zip(self.at, texts, strict=True):
+            name, _, unknown, derived = settings[at]
+            settings[at] = (name, text, unknown, derived)
+        return tuple(settings), self.said[1]
+
+
+class RowKind:
+    """What rows of one file share, which differ in id, label, topic, place and the texts of some settings. Importers derive from it.
+
+    Attributes:
+        endpoint: an endpoint like theirs, which is not changed any more: no instance of a template, and no alternative.
+        pattern: of its settings.
+        lines: of the file.
+    """
+
+    __slots__ = ("endpoint", "lines", "pattern")
+
+    def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf) -> None:
+        self.endpoint = endpoint
+        self.pattern = pattern
+        self.lines = lines
+
+    def place(self, row: Row) -> Place:
+        """Return where the endpoint that a row is stands."""
+        raise NotImplementedError
+
+    def make(self, name: str, row: Row) -> Any:
+        """Return the label, the place, the room, the profiles or the settings of the endpoint that a row is."""
+        if name == "place":
+            return self.place(row)
+        return Room(self.place(row)) if name == "room" else getattr(self.endpoint, name)
+
+
+class LineKind(RowKind):
+    """Lines of one map, ``key: {word: text, …}``, that state the same settings; in their rows stands the byte of the key, in a ``column``."""
+
+    __slots__ = ("column",)
+
+    def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf, column: int) -> None:
+        super().__init__(endpoint, pattern, lines)
+        self.column = column
+
+    def place(self, row: Row) -> Place:
+        """See `RowKind.place`."""
+        return Place(self.lines.source, self.lines.line(row[3]), self.column)
+
+    def make(self, name: str, row: Row) -> Any:
+        """See `RowKind.make`."""
+        if name != "settings":
+            return super().make(name, row)
+        data, start, place = self.lines.data, row[3], self.place(row)
+        settings, at = {}, start
+        for (word, *_), text in zip(self.pattern.said[0], row[FIRST_TEXT:], strict=True):
+            at = data.index(text.encode(), data.index(word.encode(), at) + len(word))
+            settings[word] = Setting(text, Place(place.source, place.line, self.column + at - start))
+        return settings
+
+
+class EndpointList(list[Endpoint]):
+    """A list of endpoints. Those that were added as rows become objects, which stay, when one reads them."""
+
+    __slots__ = ()
+
+    def rows(self) -> Iterator[Endpoint | Row]:
+        """Yield what is still a row as that."""
+        return super().__iter__()
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, slice):
+            return [self[each] for each in range(*at.indices(len(self)))]
+        found: Any = super().__getitem__(at)
+        if type(found) is tuple:
+            self[at] = found = as_object(found)
+        return found
+
+    def __iter__(self) -> Iterator[Endpoint]:
+        at = 0
+        while at < len(self):
+            yield self[at]
+            at += 1
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return list, ([*self],)
+
+
+def _of_objects(name: str) -> Callable[..., Any]:
+    """Return a method of lists that finds objects only."""
+    method = getattr(list, name)
+
+    def of_objects(one: EndpointList, *given: Any, **named: Any) -> Any:
+        for each in (one, *given):
+            if isinstance(each, EndpointList):
+                each[:] = each[:]
+        return method(one, *given, **named)
+
+    return of_objects
+
+
+for _name in (
+    "__add__",
+    "__contains__",
+    "__eq__",
+    "__imul__",
+    "__mul__",
+    "__ne__",
+    "__repr__",
+    "__reversed__",
+    "__rmul__",
+):
+    setattr(EndpointList, _name, _of_objects(_name))
+for _name in ("copy", "count", "index", "pop", "remove", "sort"):
+    setattr(EndpointList, _name, _of_objects(_name))
+
+
+def add_rows(system: System, rows: Iterable[Row]) -> None:
+    """Add endpoints to a system as rows."""
+    if not isinstance(system.endpoints, EndpointList):
+        system.endpoints = EndpointList(system.endpoints)
+    list.extend(system.endpoints, rows)  # type: ignore[misc]
+
+
+def as_object(endpoint: Endpoint | Row) -> Endpoint:
+    """Return an endpoint as an object."""
+    if not isinstance(endpoint, tuple):
+        return endpoint
+    made = RowEndpoint.__new__(RowEndpoint)
+    kind, made.id, made.topic, *_ = made.row = endpoint
+    made._made = made._needs = made._overlay = None  # noqa: SLF001 - as an init does
+    for put, get in _SHARED:
+        put(made, get(kind.endpoint))
+    if not kind.endpoint.profiles:
+        made.profiles = ()
+    return made
+
+
+def id_of(endpoint: Endpoint | Row) -> str:
+    """Return the id of an endpoint, which may be a row."""
+    return endpoint[1] if isinstance(endpoint, tuple) else endpoint.id
+
+
+def topic_of(endpoint: Endpoint | Row) -> str | None:
+    """Return the topic of an endpoint, which may be a row."""
+    return endpoint[2] if isinstance(endpoint, tuple) else endpoint.topic
+
+
+def rows_of(endpoints: Iterable[Endpoint]) -> Iterator[Endpoint | Row]:
+    """Yield endpoints, those that are still rows as that."""
+    return endpoints.rows() if isinstance(endpoints, EndpointList) else iter(endpoints)
+
+
+def kinds_of(endpoints: Iterable[Endpoint]) -> Iterator[Endpoint]:
+    """Yield endpoints among which there is one of each kind: of rows only one that is like all that share as much."""
+    if not isinstance(endpoints, EndpointList):
+        yield from endpoints
+        return
+    kinds: dict[RowKind, None] = {}
+    for each in endpoints.rows():
+        if type(each) is tuple:
+            kinds[each[0]] = None
+        else:
+            yield each  # type: ignore[misc]
+    for kind in kinds:
+        yield kind.endpoint
+
+
+class RowEndpoint(Endpoint):
+    """An `Endpoint` that was a row. Its settings, label, profiles, place and room are made when one reads them."""
+
+    __slots__ = ("_made", "_needs", "_overlay", "row")
+    row: Row
+    _made: Settings | None
+    _needs: Settings | None
+    _overlay: Settings | None
+
+    def __getattr__(self, name: str) -> Any:
+        """Make what is not there yet."""
+        if name not in _MADE:
+            raise AttributeError(name)
+        setattr(self, name, self.row[0].make(name, self.row))
+        return getattr(self, name)
+
+    @property
+    def settings(self) -> Settings:
+        """Explicit settings."""
+        if self._made is None:
+            made: Settings = self.row[0].make("settings", self.row)
+            self._made = made
+        return self._made
+
+    @settings.setter
+    def settings(self, stated: Settings) -> None:
+        self._made = stated
+
+    @property
+    def needs(self) -> Settings:
+        """What the application requires; most require nothing, and have no map for it."""
+        if self._needs is None:
+            self._needs = {}
+        return self._needs
+
+    @needs.setter
+    def needs(self, stated: Settings) -> None:
+        self._needs = stated or None
+
+    @property
+    def overlay(self) -> Settings:
+        """Settings laid over everything else, as `needs`."""
+        if self._overlay is None:
+            self._overlay = {}
+        return self._overlay
+
+    @overlay.setter
+    def overlay(self, stated: Settings) -> None:
+        self._overlay = stated or None
+
+    def pattern(self) -> tuple[Pattern, tuple[str, ...]] | None:
+        """See `Endpoint.pattern`; none once the settings are made and may be changed."""
+        return None if self._made is not None or self._overlay else (self.row[0].pattern, self.row[FIRST_TEXT:])
+
+    def said(self) -> Said:
+        """See `Endpoint.said`; that of its row, until the settings are made and may be changed."""
+        found = self.pattern()
+        return super().said() if found is None else found[0].says(found[1])
+
+    def states_like(self, other: RowEndpoint) -> bool:
+        """Whether it is equal to another one but for its line, without making settings and places."""
+        return self.said() == other.said() and _plainly(self) == _plainly(other)
+
+    def __eq__(self, other: object) -> bool:
+        """Compare as endpoints, however they were made."""
+        if not isinstance(other, Endpoint):
+            return NotImplemented
+        return _values(self) == _values(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return repr(Endpoint(**_values(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _endpoint, (_values(self),)
+
+
+_MADE: Final = frozenset(("label", "profiles", "place", "room"))
+_OWN: Final = frozenset(("id", "topic", "settings", "overlay", "needs", *_MADE))
+_SHARED: Final = [
+    (getattr(Endpoint, each.name).__set__, getattr(Endpoint, each.name).__get__)
+    for each in fields(Endpoint)
+    if each.name not in _OWN
+]
+_plainly: Final = attrgetter(
+    *(each.name for each in fields(Endpoint) if each.name not in {"settings", "place", "room"})
+)
+"""All that is no place and no setting."""
+
+
+def is_bare(endpoint: Endpoint) -> bool:
+    """Whether an endpoint has settings only: no profile, overlay, need or order of start; asked without making any of them."""
+    if isinstance(endpoint, RowEndpoint):
+        beside = endpoint._needs or endpoint._overlay  # noqa: SLF001
+    else:
+        beside = endpoint.needs or endpoint.overlay
+    return not (beside or endpoint.profiles or endpoint.starts_after)
+
+
+def _values(endpoint: Endpoint) -> dict[str, Any]:
+    return {each.name: getattr(endpoint, each.name) for each in fields(Endpoint)}
+
+
+def _endpoint(values: dict[str, Any]) -> Endpoint:
+    return Endpoint(**values)
+
+
+class LinesOf:
+    """Tells the line of any byte of a document. Of a long one no table of lines is kept; where they are not ``known``, it has none."""
+
+    def __init__(self, source: str, data: bytes, *, known: bool = True) -> None:
+        self.source = source
+        self.data, self._known = data, known
+        self._before: list[int] = []
+
+    def line(self, offset: int) -> int | None:
+        """Return the one-based line of the byte at ``offset``."""
+        if not self._known:
+            return None
+        if not self._before:
+            count = 1
+            for start in range(0, len(self.data) + 1, _BLOCK):
+                self._before.append(count)
+                count += self.data.count(b"\n", start, start + _BLOCK)
+        block = offset // _BLOCK
+        return self._before[block] + self.data.count(b"\n", block * _BLOCK, offset)

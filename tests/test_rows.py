@@ -1,0 +1,104 @@
+"""A list of endpoints that are still rows is a list of endpoints for every purpose, and no check of plain ones makes them objects."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import pytest
+
+import cqos_core as cqos
+from cqos_core import Endpoint, Setting
+from cqos_core.model.rows import EndpointList, RowEndpoint, kinds_of, rows_of
+from tests.benchmarks import inputs
+
+FORMS = (inputs.system_file, inputs.diagram)
+SIZE = 1_200
+
+
+def read(form) -> list[Endpoint]:
+    return cqos.read(b"".join(form(SIZE))).endpoints
+
+
+def left(endpoints: list[Endpoint]) -> int:
+    """How many are rows still."""
+    return sum([isinstance(each, tuple) for each in rows_of(endpoints)])
+
+
+@pytest.mark.parametrize("form", FORMS)
+class TestEndpointList:
+    def test_makes_objects_that_stay(self, form):
+        endpoints = read(form)
+        assert isinstance(endpoints, EndpointList)
+        assert left(endpoints) == len(endpoints) == SIZE
+        first, last = endpoints[0], endpoints[-1]
+        assert isinstance(first, RowEndpoint)
+        assert (endpoints[0], endpoints[SIZE - 1]) == (first, last)
+        assert endpoints[0] is first
+        first.topic = "other"
+        assert next(iter(endpoints)) is first
+        assert endpoints[:1] == [first]
+        assert left(endpoints) == SIZE - 2
+
+    def test_is_a_list(self, form):
+        plain, endpoints = [*read(form)], read(form)
+        assert endpoints == plain == read(form)
+        assert plain == read(form)
+        assert endpoints != plain[1:]
+        assert read(form) + plain[:1] == plain + plain[:1]
+        assert [*reversed(read(form))] == plain[::-1]
+        assert plain[5] in read(form)
+        assert read(form).index(plain[5]) == 5
+        assert read(form).pop() == plain[-1]
+        assert sorted(read(form), key=lambda each: each.id) == sorted(plain, key=lambda each: each.id)
+        assert repr(read(form)) == repr(plain)
+        for made in (read(form).copy(), copy.copy(read(form)), copy.deepcopy(read(form))):
+            assert made == plain
+        assert pickle.loads(pickle.dumps(read(form))) == plain  # noqa: S301 - our own
+
+    def test_takes_objects(self, form):
+        endpoints = read(form)
+        more = [replace(endpoints[0], id="new"), replace(endpoints[1], id="newer")]
+        endpoints.append(more[0])
+        endpoints += more[1:]
+        endpoints.insert(0, more[0])
+        del endpoints[1]
+        assert [endpoints[0], *endpoints[-2:]] == [more[0], *more]
+        assert left(endpoints) == SIZE - 2
+
+    def test_one_of_each_kind_is_enough_to_know_what_all_have_in_common(self, form):
+        def common(endpoints):
+            return {(each.participant, each.role, each.protocol, each.kind) for each in endpoints}
+
+        endpoints = read(form)
+        kinds = [*kinds_of(endpoints)]
+        assert common(kinds) == common([*read(form)]) == common(kinds_of([*read(form)]))
+        assert len(kinds) < SIZE
+        assert left(endpoints) == SIZE
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_check_leaves_quiet_endpoints_rows(form):
+    system = cqos.read(b"".join(form(SIZE)))
+    report = cqos.check(replace(system, endpoints=[*system.endpoints]))
+    assert cqos.check(b"".join(form(SIZE))).to_dict() == report.to_dict()
+
+
+def test_lines_say_where_they_stand():
+    lines = "".join(f"      /t{each}: {{depth: {each + 1}, reliability: best_effort}} # {{}}\n" for each in range(SIZE))
+    text = f"cqos: 1\nprotocol: ros2\nparticipants:\n  a:\n    publishes:\n{lines}".encode()
+    endpoint = cqos.read(text).endpoints[7]
+    assert isinstance(endpoint, RowEndpoint)
+    assert (endpoint.id, endpoint.label, endpoint.profiles) == ("a/publisher/t7", None, ())
+    assert [str(each.place) for each in endpoint.settings.values()] == ["<bytes>:13:20", "<bytes>:13:36"]
+    assert str(endpoint.place) == "<bytes>:13:7"
+    assert endpoint.settings["reliability"] == Setting("best_effort", endpoint.settings["reliability"].place)
+
+
+def test_ids_of_lines_give_way_as_those_of_others():
+    lines = "".join(f"      /t{each}: {{depth: 1}}\n" for each in range(SIZE))
+    groups = "    publishers:\n      g: {publishes: {/t7: {depth: 2}}}\n"
+    text = f"cqos: 1\nprotocol: ros2\nparticipants:\n  a:\n    publishes:\n{lines}{groups}".encode()
+    assert cqos.read(text).endpoints[-1].id == "a/publisher/t7#2"
+    chosen = b"  b:\n    subscribes:\n      /x: {id: a/publisher/t7}\n"
+    with pytest.raises(cqos.InputError, match=r"is taken, first at <bytes>:13:7"):
+        cqos.read(text + chosen)
