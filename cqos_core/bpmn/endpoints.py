@@ -118,8 +118,8 @@ class Endpoints:
             raise NotPlainError
         self._reading.count_copies(len(events) * (len(runners) - 1), mark)
         first, *others = (runner.id for runner in runners)
-        for at, (kind, name, signal, *rest) in enumerate(events):
-            events[at] = (self._kind(kind, first), name, plain.signals[signal], *rest)
+        signals, kind_of = plain.signals, {kind: self._kind(kind, first) for kind in {event[0] for event in events}}
+        events[:] = [(kind_of[each[0]], each[1], signals[each[2]], *each[3:]) for each in events]
         if not others:
             if not self._unique.take([name for _, name, *_ in events]):
                 raise NotPlainError

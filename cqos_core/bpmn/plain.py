@@ -102,44 +102,56 @@ class Taking:
         kept: list[bytes] = []
         run: list[Row] = []
         first = last = 0  # where the run begins and ends
-        for start, end, event in self._parts(found, known):
-            if data[last:start].strip():
+        for start, end, events in self._parts(found, known):
+            if start > last and data[last:start].strip():
                 kept += self._cut(first, last, start)
                 run = []
                 found.runs.append(run)
                 first = start
             last = end
-            if event is not None:
-                run.append(event)
+            run += events
         kept += self._cut(first, last, len(data))
         found.rest = b"".join(kept)
         return found
 
-    def _parts(self, found: Plain, known: dict[str, str] | None) -> Iterator[tuple[int, int, Row | None]]:
-        """Yield where what is plain begins and ends: signals, which are added to what was found, and events, each with its row."""
-        data, forms, texts, at = self._data, self._forms, self._models.texts, self._start
+    def _parts(self, found: Plain, known: dict[str, str] | None) -> Iterator[tuple[int, int, list[Row]]]:
+        """Yield where what is plain begins and ends: signals, which are added to what was found, and events, with their rows."""
+        data, at = self._data, self._start
         while True:
-            event: tuple[Kind, Sequence[bytes]] | None = None
-            for form, kind, groups in forms:
-                match = form.match(data, at)
-                if match is not None:
-                    event = kind, match.group(*groups)
-                    break
-            else:
-                match = self._form.search(data, at)
-                if match is None:
-                    return
+            before = -1
+            while before != at:
+                before, events = at, []
+                for form, kind, groups in self._forms:
+                    matching = form.match
+                    while (match := matching(data, at)) is not None and match.end() - at <= _LONGEST:
+                        row = self._row(kind, match, match.group(*groups), known)
+                        if row is None:
+                            break
+                        events.append(row)
+                        at = match.end()
+                if events:
+                    yield before, at, events
+            match = self._form.search(data, at)
+            if match is None:
+                return
             start, at = match.span()
             if at - start > _LONGEST or not match.lastgroup:
                 continue
             if match.lastgroup == "signal":
                 if _add_signal(found, match.groups()[-5:-1]):
-                    yield start, at, None
-            elif (event := event or self._event(match)) is not None:
-                kind, (name, signal, *quantities) = event
-                topic = signal.decode()
-                if name and (known is None or topic in known):
-                    yield start, at, (kind, name.decode(), topic, match.start("end"), *texts(quantities))
+                    yield start, at, []
+            elif (event := self._event(match)) is not None and (row := self._row(event[0], match, event[1], known)):
+                yield start, at, [row]
+
+    def _row(
+        self, kind: Kind, match: re.Match[bytes], texts: Sequence[bytes], known: dict[str, str] | None
+    ) -> Row | None:
+        """Return the row of an event, of its id, its signal and its quantities; None where it has no id or no signal."""
+        name, signal, *quantities = texts
+        topic = signal.decode()
+        if not name or (known is not None and topic not in known):
+            return None
+        return kind, name.decode(), topic, match.start("end"), *self._models.texts(quantities)
 
     def _event(self, match: re.Match[bytes]) -> tuple[Kind, Sequence[bytes]] | None:
         """Return the kind of an event, and its id, its signal and its quantities; None where it is not plain."""

@@ -43,25 +43,26 @@ class _Test(NamedTuple):
         counted: the bits that count.
         exact: the bits of rules that then report for certain.
         shift: where its bits stand among those of all functions.
+        first, second: of which ends it is asked: 0 the publisher, 1 the subscriber.
     """
 
     reporting: Reporting
     counted: int
     exact: int
     shift: int
+    first: int
+    second: int
 
 
 class PlainPairs(NamedTuple):
     """What functions tell of pairs of profiles that have as much in common as two others.
 
     Attributes:
-        pair, publisher, subscriber: what is asked of two profiles, of the publisher's, and of the subscriber's.
+        tests: what is asked of two profiles, of the publisher's, and of the subscriber's.
         results: by the bits of the rules that report.
     """
 
-    pair: tuple[_Test, ...]
-    publisher: tuple[_Test, ...]
-    subscriber: tuple[_Test, ...]
+    tests: tuple[_Test, ...]
     results: dict[int, ShapeResult]
 
     def keep(self, bits: int, result: ShapeResult) -> None:
@@ -88,13 +89,19 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
 def quietness() -> Callable[[End, End], bool]:
     """Return what tells of two ends whether no rule reports on them; functions are made for what many have in common."""
     met = Counter[Any]()
+    ready: dict[Any, PlainPairs] = {}
 
     def says_nothing(one: End, other: End) -> bool:
         (publisher, offering, offered), (subscriber, requesting, requested) = one, other
         ends = publisher, subscriber, offering, requesting
-        met[ends] += 1
-        known = _functions(ends, at_once=met[ends] > _MANY)
-        return known is not None and _bits(known, offered, requested) == 0
+        known = ready.get(ends)
+        if known is None:
+            met[ends] += 1
+            known = _functions(ends, at_once=met[ends] > _MANY)
+            if known is None:
+                return False
+            ready[ends] = known
+        return _bits(known, offered, requested) == 0
 
     return says_nothing
 
@@ -111,16 +118,15 @@ def _functions(ends: _Ends, *, at_once: bool = False) -> PlainPairs | None:
     return known
 
 
-def _bits(known: PlainPairs, a: Sequence[Any], b: Sequence[Any]) -> int | None:
+def _bits(known: PlainPairs, *ends: Sequence[Any]) -> int | None:
     """Return as bits the rules that report for certain; None where functions alone do not tell."""
     bits = 0
-    for tests, first, second in ((known.pair, a, b), (known.publisher, a, a), (known.subscriber, b, b)):
-        for reporting, counted, exact, shift in tests:
-            found = reporting(first, second) & counted
-            if found:
-                if found & ~exact:
-                    return None
-                bits |= found << shift
+    for reporting, counted, exact, shift, first, second in known.tests:
+        found = reporting(ends[first], ends[second]) & counted
+        if found:
+            if found & ~exact:
+                return None
+            bits |= found << shift
     return bits
 
 
@@ -150,18 +156,15 @@ def _known(ends: _Ends, *, at_once: bool) -> PlainPairs | None:
             for profile, role, seen in sides
         ),
     ]
-    tests: list[tuple[_Test, ...]] = []
+    tests: list[_Test] = []
     shift = 0
-    for asked in found:
-        ready = []
+    for ends_of, asked in zip(((0, 1), (0, 0), (1, 1)), found, strict=True):
         for rules, first, second, concerned, plain in asked:
             function = rules.ready(first, second, at_once=at_once)
             if function is None:
                 return None
             reporting, counted, exact = function
             if counted & concerned:
-                ready.append(_Test(reporting, counted & concerned, exact if plain else 0, shift))
+                tests.append(_Test(reporting, counted & concerned, exact if plain else 0, shift, *ends_of))
             shift += len(rules.rules)
-        tests.append(tuple(ready))
-    pair, offered, requested = tests
-    return PlainPairs(pair, offered, requested, {0: QUIET})
+    return PlainPairs(tuple(tests), {0: QUIET})

@@ -52,6 +52,11 @@ def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - 
     return Naming(written, written)
 
 
+def more_than_a_text_before(context: NameContext) -> str | None:  # noqa: ARG001 - the signature of all
+    """Leave all names to `Meeting.resolve`."""
+    return None
+
+
 def plain_address(participant: str, settings: Mapping[str, str]) -> str:  # noqa: ARG001 - the signature of all
     """Take participants by their id."""
     return participant
@@ -87,6 +92,8 @@ class Meeting:
             comes over one of them (exclusive ownership) or another one gets the rest (a shared subscription).
         plain: a regular expression for names that are the form endpoints meet on for any participant, and about which no rule over
             topics reports; empty: no name is.
+        before: what a name becomes plain with that `resolve` puts this and nothing else before, unless the name is plain itself and
+            stays as it is; None where `resolve` does more.
         described: one sentence for docs and packs listings.
     """
 
@@ -102,6 +109,7 @@ class Meeting:
     overlapping: str = ""
     one_way: Mapping[str, str] = field(default_factory=dict)
     plain: str = ""
+    before: Callable[[NameContext], str | None] = more_than_a_text_before
     described: str = "endpoints on the same topic name"
 
 

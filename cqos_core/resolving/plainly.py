@@ -6,10 +6,11 @@ resolved as any other.
 
 from __future__ import annotations
 
+import re
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, keep
+from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep
 from cqos_core.model.rows import FIRST_TEXT, is_bare
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
@@ -134,7 +135,19 @@ class Kin:
         base: what their settings change.
     """
 
-    __slots__ = ("_bases", "_context", "_conventions", "_external", "_number", "_patterns", "base", "endpoint", "owner")
+    __slots__ = (
+        "_bases",
+        "_before",
+        "_context",
+        "_conventions",
+        "_external",
+        "_is_plain",
+        "_number",
+        "_patterns",
+        "base",
+        "endpoint",
+        "owner",
+    )
 
     def __init__(
         self,
@@ -150,6 +163,9 @@ class Kin:
         self._external = endpoint.external or owner.participant.external
         self._number, self._context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
         self._conventions = conventional(owner.pack)
+        meeting = owner.pack.meeting
+        self._before = meeting.before(self._context) if meeting.match is None else None
+        self._is_plain = re.compile(meeting.plain).fullmatch
         self._patterns = patterns
 
     def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
@@ -180,14 +196,25 @@ class Kin:
         """Return the name on which one with this topic meets others; None where there is more to it."""
         if topic is None:
             return None
-        naming = self.owner.pack.meeting.resolve(topic, self._context)  # of many topics it is not worth remembering
+        if self._before is not None and not within.system.topics:
+            full = topic if self._is_plain(topic) else self._before + topic
+            if len(full) <= LONGEST_REMEMBERED and self._is_plain(full) and not self._conventions.may_match(full):
+                return full
+        meeting = self.owner.pack.meeting
+        if meeting.match is not None:
+            return None
+        naming = meeting.resolve(topic, self._context)  # of many topics it is not worth remembering
         key = naming[0]
         return key if key == naming[1] and self._external_on(topic, naming, within) is not None else None
 
     def known(self, endpoint: Endpoint | Row) -> list[Any] | None:
-        """Return what `QosProfile.known` will be of one; None where it has to be resolved as a whole."""
+        """Return what `QosProfile.known` will be of one, until the next call; None where it has to be resolved as a whole."""
         if type(endpoint) is tuple:
-            overrides = self._of_pattern(endpoint[0].pattern, endpoint[FIRST_TEXT:])
+            pattern, texts = endpoint[0].pattern, endpoint[FIRST_TEXT:]
+            written = self._patterns.get(pattern)
+            if written is not None:
+                return written.known(texts, self)
+            overrides = self._of_pattern(pattern, texts)
         else:
             overrides = self._overrides(endpoint)  # type: ignore[arg-type]
         return None if overrides is None else self.base.known(overrides)
@@ -203,7 +230,7 @@ class Kin:
             return written.overrides(texts, self)
         overrides = self._plainly(pattern.says(texts)[0])
         if overrides is not None:
-            self._patterns[pattern] = _Texts(pattern, overrides)
+            self._patterns[pattern] = _Texts(pattern, overrides, self.base)
         return overrides
 
     def _plainly(self, said: Any) -> tuple[Override, ...] | None:
@@ -218,28 +245,49 @@ class Kin:
 class _Texts:
     """Settings that some endpoints state in the same order, with other texts in some places."""
 
-    __slots__ = ("_known", "_said", "_whole")
+    __slots__ = ("_at", "_known", "_said", "_size", "_values", "_whole")
 
-    def __init__(self, pattern: Pattern, overrides: tuple[Override, ...]) -> None:
-        """Take what the settings of one of them change."""
+    def __init__(self, pattern: Pattern, overrides: tuple[Override, ...], base: Base) -> None:
+        """Take what the settings of one of them change of a base."""
         self._whole = overrides
+        self._values, self._size = base.known(overrides), base.size
         self._said = pattern.said[0]
-        self._known: list[tuple[int, dict[str, Override]]] = [(at, {}) for at in pattern.at]
+        self._at = pattern.at
+        self._known: list[dict[str, Override]] = [{} for _ in pattern.at]
+
+    def known(self, texts: tuple[str, ...], kin: Kin) -> list[Any] | None:
+        """Return what `QosProfile.known` will be of one with these texts, until the next call; None where that is not known."""
+        changes = self._changes(texts, kin)
+        if changes is None:
+            return None
+        known, size = self._values, self._size  # always changed in the same places
+        for each in changes:
+            index = each.plainly
+            known[index], known[size + index] = each.value, each.word
+        return known
 
     def overrides(self, texts: tuple[str, ...], kin: Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
+        changes = self._changes(texts, kin)
+        if changes is None:
+            return None
         found = [*self._whole]
-        for (at, known), text in zip(self._known, texts):  # noqa: B905 - a pattern has as many texts as places
-            try:
-                found[at] = known[text]
-            except KeyError:
-                changed = self._changed(at, text, kin)
-                if changed is None:
-                    return None
-                if len(known) >= MAXIMUM_REMEMBERED:
-                    known.clear()
-                found[at] = known[text] = changed
+        for at, each in zip(self._at, changes, strict=True):
+            found[at] = each
         return tuple(found)
+
+    def _changes(self, texts: tuple[str, ...], kin: Kin) -> list[Override] | None:
+        """Return what the settings change whose texts differ."""
+        try:
+            return [known[text] for known, text in zip(self._known, texts)]  # noqa: B905 - a pattern has as many texts as places
+        except KeyError:
+            for at, known, text in zip(self._at, self._known, texts, strict=True):
+                if text not in known:
+                    changed = self._changed(at, text, kin)
+                    if changed is None:
+                        return None
+                    keep(known, text, changed)
+            return [known[text] for known, text in zip(self._known, texts, strict=True)]
 
     def _changed(self, at: int, text: str, kin: Kin) -> Override | None:
         """Return what one setting changes with a text; None where that is not what it changes with another."""

@@ -45,6 +45,7 @@ class QuietTopics:
         """Begin without any; ``says_nothing`` judges a publisher and a subscriber."""
         self._says_nothing = says_nothing
         self._samples: dict[tuple[Any, ...], tuple[Kin, Any]] = {}
+        self._sampled: set[Kin] = set()
         self._places = array("L")
         self._resolving: Any = None
 
@@ -83,7 +84,11 @@ class QuietTopics:
         stored, kin_of = [*rows_of(endpoints)], resolver.plainly.kin
         for at, each in enumerate(stored):
             kin = kin_of(each, resolver)
-            key = None if kin is None else _key(each, kin, resolver)
+            if isinstance(each, tuple):
+                topic = each[2]
+            else:
+                topic = None if each.template is not None or each.alternative else each.topic
+            key = None if kin is None else kin.key(topic, resolver)
             if kin is None or key is None:
                 others.append(at)
                 continue
@@ -126,9 +131,10 @@ class QuietTopics:
             return False
         self._places.extend((first, second))
         for kin, each in ((publisher, publishing), (subscriber, subscribing)):
-            self._samples.setdefault(
-                (kin.owner.surroundings, kin.base.profile.frame, kin.endpoint.observed), (kin, each)
-            )
+            if kin not in self._sampled:
+                self._sampled.add(kin)
+                key = kin.owner.surroundings, kin.base.profile.frame, kin.endpoint.observed
+                self._samples.setdefault(key, (kin, each))
         return True
 
     def with_samples(self, others: Sequence[Resolved]) -> Sequence[Resolved]:
@@ -164,12 +170,3 @@ class QuietTopics:
             kin = resolver.plainly.kin(stored[at], resolver)
             if kin is not None:
                 yield kin, stored[at]
-
-
-def _key(each: Any, kin: Kin, resolver: Resolver) -> str | None:
-    """Return the topic of an endpoint that has to do with nothing but that, under the name that it states."""
-    if kin.owner.pack.meeting.match is not None:
-        return None
-    if not isinstance(each, tuple) and (each.template is not None or each.alternative):
-        return None
-    return kin.key(topic_of(each), resolver)

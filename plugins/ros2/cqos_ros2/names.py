@@ -69,6 +69,14 @@ def resolve(written: str, context: NameContext) -> Naming:
     )
 
 
+def before(context: NameContext) -> str | None:
+    """Return the namespace, which `resolve` puts before a name; None where it may do more to one that is legal then."""
+    if context.kind in WIRE or context.remap or _is_bridge(context.settings.get("rmw", "")):
+        return None
+    node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
+    return expand("", node.namespace, node.name)
+
+
 @lru_cache(maxsize=64)
 def _is_bridge(rmw: str) -> bool:
     return normalise(rmw) == "zenoh_bridge"

@@ -78,6 +78,7 @@ _RAW: Final = RulePack(
         interfaces.expand,
         names.address,
         names.covers,
+        before=names.before,
         plain="(?:/[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)+",
         folds=(
             ("differ only in upper and lower case", str.casefold),

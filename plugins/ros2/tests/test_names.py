@@ -1,5 +1,6 @@
 """Names: what rcl makes of them, and what becomes of names that were written for people."""
 
+import re
 import string
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from cqos_core.packs import NameContext
 from cqos_ros2 import names
 from cqos_ros2.interfaces import WIRE
+from cqos_ros2.pack import PACK
 
 
 def context(
@@ -217,3 +219,21 @@ def test_nothing_that_is_written_stops_the_reading(written: str, namespace: str,
 @given(legal, legal, legal)
 def test_a_remapping_to_itself_changes_nothing(name: str, other: str, target: str):
     assert names.resolve(name, context(remap={name: name, other + "_": target})).key == name
+
+
+@given(
+    st.text("aB1_/~{} -:é", max_size=12),
+    st.sampled_from(("/a", "a", "a/b", "/", "ä", "A b")),
+    st.sampled_from((None, "", "/", "/x/", "n s")),
+    st.sampled_from(("message", *WIRE)),
+    st.sampled_from(("yaml", "bpmn")),
+    st.sampled_from(("", "fastdds", "zenoh_bridge")),
+)
+def test_what_stands_before_plain_names(name, participant, namespace, kind, dialect, rmw):
+    """The law of `Meeting.before`."""
+    settings = {} if namespace is None else {"namespace": namespace}
+    context = NameContext(participant, None, {**settings, "rmw": rmw} if rmw else settings, {}, kind, dialect)
+    before, is_plain = names.before(context), re.compile(PACK.meeting.plain).fullmatch
+    full = name if is_plain(name) else f"{before}{name}"
+    if before is not None and is_plain(full):
+        assert names.resolve(name, context) == (full, full, ())
