@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
+from cqos_core import read
 from cqos_core.checking.checker import check_system
 from cqos_core.language.domains import Flag
 from cqos_core.language.expression import define
@@ -398,3 +399,9 @@ def test_a_preset_of_the_pack_is_as_good_as_a_profile_for_a_check():
     pack = replace(POST, presets={**POST.presets, "gold": Preset({"care": "insured", "sealed": "true"})})
     system = world(writer("box", "w", "gold"), checks=[check(bound("care", "exactly", "insured"))])
     assert "CQ605" not in codes(check_system(system, context([pack])))
+
+
+@pytest.mark.parametrize("key", ["condition", "sentence"])
+def test_a_system_file_states_a_condition_under_its_name_and_its_former_one(key):
+    stated = f"{{cqos: 1, checks: [{{name: ours, because: so it is, {key}: depth >= 1}}]}}"
+    assert read(stated.encode(), importer="yaml").checks[0].sentence == "depth >= 1"

@@ -144,6 +144,7 @@ class Key(Generic[T]):
         help: one or two sentences for people; the schema shows them in editors.
         required: the key must be there and state something.
         hints: parts of the schema in which rule packs suggest values; they refuse nothing.
+        former: an earlier name of the key, which stays readable.
     """
 
     name: str
@@ -151,6 +152,7 @@ class Key(Generic[T]):
     help: str
     required: bool = False
     hints: tuple[str, ...] = ()
+    former: str = ""
 
 
 class Entry:
@@ -224,7 +226,8 @@ class Form(Shape[Entry]):
         self.one_of = one_of
         self.hints = hints
         self.required = tuple(key.name for key in self.keys.values() if key.required)
-        self.own = frozenset((*self.keys, *never))
+        self.former = {key.former: key.name for key in self.keys.values() if key.former}
+        self.own = frozenset((*self.keys, *self.former, *never))
         self.flat = isinstance(others, AnySetting) and not others.maps
 
     def read(self, node: Node, reading: Reading, name: str) -> Entry | None:
@@ -250,8 +253,12 @@ class Form(Shape[Entry]):
         keys, others, never = self.keys, self.others, self.never
         values: dict[str, Any] = {}
         settings: Settings = {}
-        for name, (key, value) in node.entries.items():
-            if name in keys:
+        for stated, (key, value) in node.entries.items():
+            name = self.former.get(stated, stated)
+            if name != stated and name in node.entries:
+                advice = f"remove one; `{stated}` is the former name of `{name}`"
+                reading.problem("CQ006", f"{self.expected} has both `{name}` and `{stated}`", key, advice)
+            elif name in keys:
                 if not is_null(value):
                     values[name] = keys[name].shape.read(value, reading, name)
             elif others is None or name in never or (self.flat and isinstance(value, MappingNode)):
@@ -268,10 +275,12 @@ class Form(Shape[Entry]):
 
     def _complete(self, node: MappingNode, reading: Reading) -> bool:
         """Say what is missing."""
-        stated = {name for name, (_, value) in node.entries.items() if not is_null(value)}
+        stated = {self.former.get(name, name) for name, (_, value) in node.entries.items() if not is_null(value)}
         missing = [name for name in self.required if name not in stated]
         reported = [
-            name for name in node.entries if name not in self.keys and (self.others is None or name in self.never)
+            name
+            for name in node.entries
+            if name not in {**self.keys, **self.former} and (self.others is None or name in self.never)
         ]
         for name in missing:
             if any(slip in self.never or nearest(slip, (name,)) for slip in reported):
@@ -314,6 +323,9 @@ class Form(Shape[Entry]):
         properties: Schema = {
             key.name: {"description": key.help, **_of(key, shared), **_hinted(key.hints)} for key in self.keys.values()
         }
+        properties |= {
+            key.former: {**properties[key.name], "deprecated": True} for key in self.keys.values() if key.former
+        }
         properties |= dict.fromkeys(self.never, False)
         schema: Schema = {
             "type": kinds if len(kinds) > 1 else kinds[0],
@@ -327,8 +339,10 @@ class Form(Shape[Entry]):
         if self.required:
             schema["required"] = list(self.required)
         if self.one_of:
+            former = [old for old, name in self.former.items() if name in self.one_of]
             schema["anyOf"] = [
-                {"required": [name], "properties": {name: {"not": {"type": "null"}}}} for name in self.one_of
+                {"required": [name], "properties": {name: {"not": {"type": "null"}}}}
+                for name in (*self.one_of, *former)
             ]
         return schema | _hinted(self.hints)
 

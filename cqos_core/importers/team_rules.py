@@ -99,13 +99,18 @@ REQUIRE: Final = Key(
     "Policy to value (exactly), or to a map of `at_least`, `at_most`, `one_of`, `not`, `exactly`.",
     hints=("endpoint_settings",),
 )
-SENTENCE: Final = Key("sentence", TEXT, "A whole condition in the language of rules, for what `require` cannot say.")
+CONDITION: Final = Key(
+    "condition",
+    TEXT,
+    "A whole condition in the language of rules, for what `require` cannot say.",
+    former="sentence",
+)
 NAME: Final = Key("name", TEXT, "Name of the check, in kebab case; say the good pattern.", required=True)
 CHECK: Final = Form(
     "check",
     "a check",
-    (NAME, WHERE, REQUIRE, SENTENCE, BECAUSE, SEVERITY),
-    one_of=(REQUIRE.name, SENTENCE.name),
+    (NAME, WHERE, REQUIRE, CONDITION, BECAUSE, SEVERITY),
+    one_of=(REQUIRE.name, CONDITION.name),
 )
 
 RULE: Final = Key("rule", TEXT, "Code or name of the rule whose findings are accepted.", required=True)
@@ -129,7 +134,7 @@ def team_rule(entry: Entry) -> TeamRule:
         where=tuple((name, pattern) for name, pattern in patterns if pattern is not None),
         require=entry.get(REQUIRE) or (),
         because=entry.require(BECAUSE),
-        sentence=entry.get(SENTENCE),
+        sentence=entry.get(CONDITION),
         severity=cast("_Severity", entry.get(SEVERITY) or "error"),
         place=entry.place,
     )
