@@ -167,7 +167,7 @@ def as_object(endpoint: Endpoint | Row) -> Endpoint:
         return endpoint
     made = RowEndpoint.__new__(RowEndpoint)
     kind, made.id, made.topic, *_ = made.row = endpoint
-    made._made = made._needs = made._overlay = None  # noqa: SLF001 - as an init does
+    made._made, made.needs, made.overlay = None, {}, {}  # noqa: SLF001 - as an init does
     for put, get in _SHARED:
         put(made, get(kind.endpoint))
     if not kind.endpoint.profiles:
@@ -208,11 +208,9 @@ def kinds_of(endpoints: Iterable[Endpoint]) -> Iterator[Endpoint]:
 class RowEndpoint(Endpoint):
     """An `Endpoint` that was a row. Its settings, label, profiles, place and room are made when one reads them."""
 
-    __slots__ = ("_made", "_needs", "_overlay", "row")
+    __slots__ = ("_made", "row")
     row: Row
     _made: Settings | None
-    _needs: Settings | None
-    _overlay: Settings | None
 
     def __getattr__(self, name: str) -> Any:
         """Make what is not there yet."""
@@ -233,31 +231,9 @@ class RowEndpoint(Endpoint):
     def settings(self, stated: Settings) -> None:
         self._made = stated
 
-    @property
-    def needs(self) -> Settings:
-        """What the application requires; most require nothing, and have no map for it."""
-        if self._needs is None:
-            self._needs = {}
-        return self._needs
-
-    @needs.setter
-    def needs(self, stated: Settings) -> None:
-        self._needs = stated or None
-
-    @property
-    def overlay(self) -> Settings:
-        """Settings laid over everything else, as `needs`."""
-        if self._overlay is None:
-            self._overlay = {}
-        return self._overlay
-
-    @overlay.setter
-    def overlay(self, stated: Settings) -> None:
-        self._overlay = stated or None
-
     def pattern(self) -> tuple[Pattern, tuple[str, ...]] | None:
         """See `Endpoint.pattern`; none once the settings are made and may be changed."""
-        return None if self._made is not None or self._overlay else (self.row[0].pattern, self.row[FIRST_TEXT:])
+        return None if self._made is not None or self.overlay else (self.row[0].pattern, self.row[FIRST_TEXT:])
 
     def said(self) -> Said:
         """See `Endpoint.said`; that of its row, until the settings are made and may be changed."""
@@ -294,15 +270,6 @@ _plainly: Final = attrgetter(
     *(each.name for each in fields(Endpoint) if each.name not in {"settings", "place", "room"})
 )
 """All that is no place and no setting."""
-
-
-def is_bare(endpoint: Endpoint) -> bool:
-    """Whether an endpoint has settings only: no profile, overlay, need or order of start; asked without making any of them."""
-    if isinstance(endpoint, RowEndpoint):
-        beside = endpoint._needs or endpoint._overlay  # noqa: SLF001
-    else:
-        beside = endpoint.needs or endpoint.overlay
-    return not (beside or endpoint.profiles or endpoint.starts_after)
 
 
 def _values(endpoint: Endpoint) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep
-from cqos_core.model.rows import FIRST_TEXT, is_bare
+from cqos_core.model.rows import FIRST_TEXT
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolved import Resolved
@@ -102,7 +102,7 @@ class Plainly:
             except KeyError:
                 found = self._of_rows[kind] = self.kin(kind.endpoint, within)
                 return found
-        if not is_bare(endpoint):  # type: ignore[arg-type]
+        if endpoint.needs or endpoint.overlay or endpoint.profiles or endpoint.starts_after:  # type: ignore[union-attr]
             return None
         key = _ALIKE(endpoint)
         try:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
 from cqos_core.model.memory import MOST_LETTERS, remember
-from cqos_core.model.rows import is_bare, kinds_of
+from cqos_core.model.rows import kinds_of
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases, Draft
@@ -198,7 +198,7 @@ class Resolver:
     def stated(self, endpoint: Endpoint) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
         facts = self._facts.get(id(endpoint)) if self._facts else None
-        if not is_bare(endpoint) and endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
+        if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
             self.reader.say("CQ210", message, place, PUBLISHER, [endpoint.id])
@@ -229,11 +229,7 @@ class Resolver:
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
-        if (
-            self._packless
-            or self._name_problems
-            or any(not is_bare(each) and each.needs for each in kinds_of(self.system.endpoints))
-        ):
+        if self._packless or self._name_problems or any(each.needs for each in kinds_of(self.system.endpoints)):
             from cqos_core.resolving.left_over import left_over
 
             self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
