@@ -45,6 +45,10 @@ class TestEndpointList:
         assert plain == read(form)
         assert endpoints != plain[1:]
         assert read(form) + plain[:1] == plain + plain[:1]
+        joined, filled = plain[:1] + read(form), []
+        filled[:] = read(form)
+        assert (joined, filled) == (plain[:1] + plain, plain)
+        assert not any(isinstance(each, tuple) for each in (*joined, *filled))
         assert [*reversed(read(form))] == plain[::-1]
         assert plain[5] in read(form)
         assert read(form).index(plain[5]) == 5

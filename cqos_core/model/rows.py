@@ -121,6 +121,9 @@ class EndpointList(list[Endpoint]):
             yield self[at]
             at += 1
 
+    def __radd__(self, other: list[Endpoint]) -> list[Endpoint]:
+        return [*other, *self]
+
     def __reduce__(self) -> tuple[Any, ...]:
         return list, ([*self],)
 
