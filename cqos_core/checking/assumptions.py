@@ -6,19 +6,18 @@ from functools import lru_cache
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, refusing_worlds
-from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED, keep
+from cqos_core.model.memory import LONGEST_REMEMBERED, keep
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.bases import Draft
-from cqos_core.resolving.reader import word_of
+from cqos_core.resolving.options_in_words import options_behind, options_in_words, steered_by_options
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
-    from cqos_core.language.policy import Meaning, Policy
+    from cqos_core.language.policy import Policy
     from cqos_core.model.report import Finding
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -132,7 +131,7 @@ def _resting(endpoint: Resolved, known: dict[tuple[Any, ...], frozenset[str]]) -
     key = key or (endpoint.profile, id(endpoint.layers))
     found = memory.get(key)
     if found is None:
-        found = keep(memory, key, _words(endpoint) | _needed(endpoint))
+        found = keep(memory, key, options_in_words(endpoint) | _needed(endpoint))
     return found
 
 
@@ -142,8 +141,8 @@ def _is_plain(override: Override, endpoint: Resolved) -> bool:
         return True
     if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
         return False
-    pack, steered = endpoint.pack, override.index in _steered(endpoint.pack)
-    if steered and _options_behind(pack, override.index, override.stated().text, endpoint.role):
+    pack, steered = endpoint.pack, override.index in steered_by_options(endpoint.pack)
+    if steered and options_behind(pack, override.index, override.stated().text, endpoint.role):
         return False
     return keep(_PLAIN, override, value=True)
 
@@ -152,67 +151,6 @@ _PLAIN: Final[dict[Override, bool]] = {}
 _RESTING: Final[dict[tuple[Any, ...], frozenset[str]]] = {}
 _PLAINLY: Final = attrgetter("plainly")
 _NONE: Final[frozenset[str]] = frozenset()
-
-
-def _words(endpoint: Resolved) -> frozenset[str]:
-    """The options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
-    pack, role, steered = endpoint.pack, endpoint.role, _steered(endpoint.pack)
-    if endpoint.carried is not None:
-        texts = {index: endpoint.written(index) or "" for index in steered}
-    else:
-        texts = {}
-        for layer in (*endpoint.layers, *endpoint.participant.layers):
-            if layer.settings:
-                for index in steered:
-                    if index not in texts and index in layer.settings:
-                        texts[index] = layer.settings[index].text
-    found = _by_default(pack, steered.difference(texts), role)
-    for index, text in texts.items():
-        behind = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
-        if names := behind(pack, index, text, role):
-            found = found.union(names)
-    return found
-
-
-@lru_cache
-def _by_default(pack: RulePack, indices: frozenset[int], role: str) -> frozenset[str]:
-    """The options on which the defaults of policies rest."""
-    return frozenset(name for index in indices for name in _options_behind(pack, index, "", role))
-
-
-def _options_behind(pack: RulePack, index: int, text: str, role: str) -> tuple[str, ...]:
-    """The options on which the meaning of a text rests that a policy was stated as, or of its default."""
-    policy = pack.policies[index]
-    word = word_of(policy, text or policy.default_for(role) or "")
-    return tuple(_options_of(policy.words.get(word), role))
-
-
-_remembered = lru_cache(maxsize=MAXIMUM_REMEMBERED)(_options_behind)
-
-
-@lru_cache
-def _steered(pack: RulePack) -> frozenset[int]:
-    """The policies with words that rest on an option, as far as a rule that sets verdicts reads them."""
-    verdicts = (
-        each for each in pack.by_scope.get("pair", ()) if each.rule.kind == "requires" and not each.rule.guarantee
-    )
-    read = {use.index for bound in verdicts for use in bound.bound.uses}
-    return frozenset(
-        index
-        for index in read
-        if any(
-            _options_of(meaning, role)
-            for meaning in pack.policies[index].words.values()
-            for role in pack.policies[index].roles
-        )
-    )
-
-
-def _options_of(meaning: Meaning | None, role: str) -> Iterator[str]:
-    if isinstance(meaning, PerRole):
-        yield from _options_of(getattr(meaning, role), role)
-    elif isinstance(meaning, ByOption):
-        yield meaning.option
 
 
 def _needed(endpoint: Resolved) -> frozenset[str]:
@@ -253,4 +191,4 @@ def _read_by(bound: BoundRule, endpoint: Resolved) -> frozenset[str]:
     read = {*_options_read(bound)}
     if bound.rule not in endpoint.pack.rules and endpoint.pack.wire is not None:
         read = {own for own, there in endpoint.pack.wire.options.items() if there in read}
-    return frozenset(read) | _words(endpoint)
+    return frozenset(read) | options_in_words(endpoint)

@@ -103,10 +103,8 @@ def solutions(
                 every[at] = each
             side = tuple(every)
             left, right = (side, side) if single else (a, side) if second else (side, b)
-            if value == current or bound.judge(left, right, signal).result is not want:
-                continue
-            if policy.spelling(value) is not None:
-                passing.append(value)
+            passes = value != current and bound.judge(left, right, signal).result is want
+            passing += [value] if passes and policy.spelling(value) is not None else ()
         best = islice(_preferred(passing, current, policy, second=second), _TRIED)
         chosen = next((value for value in best if may(use.index, value)), None)
         if chosen is not None:

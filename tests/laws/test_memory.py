@@ -14,7 +14,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.matching import judge, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import bases, compared, participants, plainly, profiles, resolved
+from cqos_core.resolving import bases, compared, options_in_words, participants, plainly, profiles, resolved
 from cqos_core.resolving.resolve import Resolver
 from tests.benchmarks import inputs
 from tests.laws.forgetting import forget
@@ -24,7 +24,19 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, bases, fixes, judge, participants, plainly, profiles, resolved, shape, verdicts)
+    modules = (
+        assumed,
+        bases,
+        fixes,
+        judge,
+        options_in_words,
+        participants,
+        plainly,
+        profiles,
+        resolved,
+        shape,
+        verdicts,
+    )
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
@@ -33,7 +45,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "judge_endpoint",
         "refusals",
         "refusing_worlds",
-        "_steered",
+        "steered_by_options",
         "_options",
         "apart",
         "of_end",
