@@ -16,9 +16,9 @@ ROOMS: Final = {
     "model": "system report report_form problems codes remarks spelling pattern encoding excerpt memory",
     "language": "evaluate relation solve name_index",
     "packs": "logs guarantee pack_file rule_docs",
-    "resolving": "resolve overlays participants profiles reader resolved rewrites trial",
+    "resolving": "resolve overlays participants profiles reader resolved rewrites",
     "matching": "judge pairing wire routes bridging hops",
-    "checking": "fixes findings team topic acceptance checker session",
+    "checking": "fixes findings team topic acceptance checker session trial",
     "analysis": "baseline differences explanation proving planning",
     "behaviour": "paths",
     "files": "applying builtin edits ignoring loading merging schema unread",
@@ -28,7 +28,6 @@ ROOMS: Final = {
 
 ROOMS_BEFORE: Final = {
     "analysis": ("files", "applying edits"),
-    "checking": ("resolving", "trial"),
     "exporters": ("files", "design editing schema yaml_text"),
     "inputs": ("files", "builtin ignoring loading merging reading unread"),
     "paths": (

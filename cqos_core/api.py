@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import check_pair, pack_is_there
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.files.reading import Input, faults, faults_of, read, source_of
@@ -20,7 +21,6 @@ from cqos_core.model.exact_places import exact_places
 from cqos_core.model.report import Edit
 from cqos_core.model.system import System
 from cqos_core.plugins import Plugins
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

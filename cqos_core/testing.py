@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.analysis.pair_judge import pair_system, stated_pairs
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.reading import read
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
@@ -45,7 +46,6 @@ from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Finding, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -3,8 +3,8 @@
 import pytest
 
 from cqos_core import Session, check
+from cqos_core.checking.trial import tried_out
 from cqos_core.model.system import ProfileRef, Scope
-from cqos_core.resolving.trial import tried_out
 from tests.test_profile_scopes import profile, ref
 from tests.worlds import POST, reader, world, writer
 

@@ -16,6 +16,7 @@ from cqos_core.checking.checker import assemble, check_system, judge_topics
 from cqos_core.checking.edits import Edits
 from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.reading import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
@@ -24,7 +25,6 @@ from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report, Verdict
 from cqos_core.model.system import NAMED, Participant, Setting, System
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

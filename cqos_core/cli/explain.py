@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
@@ -22,7 +23,6 @@ from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Group, Report, Severity
 from cqos_core.model.style import Style
 from cqos_core.resolving.pair_names import pair_named
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cqos_core.analysis.explanation import endpoints_of
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
@@ -27,7 +28,6 @@ from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.proving import FAULTS, Fault
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -285,7 +285,7 @@ class InputReader:
         whole = self.whole(systems)
         if whole.endpoints:
             return whole
-        from cqos_core.resolving.trial import tried_out
+        from cqos_core.checking.trial import tried_out
 
         return tried_out(whole, self.protocol)
 

@@ -80,7 +80,8 @@ def solutions(
         may: whether a policy may be set to a value, by its index; asked of the best values only.
 
     Returns:
-        One change per policy that can reach it alone, in the order of the condition; each was tried, and weakens nothing where it can.
+        One change per policy that can reach it alone, in the order of the condition; every one has been tried out.
+        Where it can, it weakens nothing.
     """
     # Equal values of both sides are one and the same tuple, so identity says nothing about the condition.
     scopes = {use.term.scope for use in bound.uses}

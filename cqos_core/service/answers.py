@@ -15,6 +15,7 @@ from cqos_core.analysis.differences import compare
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.matching.pipeline import context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.exact_places import exact_places
@@ -26,7 +27,6 @@ from cqos_core.remote.documents import no_pack, read_documents, read_input, read
 from cqos_core.remote.messages import list_text, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
-from cqos_core.resolving.trial import tried_out
 from cqos_core.service.plans import repaired, suggested
 
 if TYPE_CHECKING:

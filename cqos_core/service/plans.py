@@ -6,13 +6,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
+from cqos_core.checking.trial import tried_out
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.remote.documents import read_documents
 from cqos_core.remote.messages import to_message
 from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
-from cqos_core.resolving.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

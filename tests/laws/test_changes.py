@@ -12,10 +12,10 @@ from hypothesis.stateful import invariant
 
 from cqos_core import Endpoint, Participant, Session, Setting, System, check
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.model.changes import Changes, counted
 from cqos_core.model.spelling import TypedNames, typing_errors
 from cqos_core.resolving.resolve import Resolver
-from cqos_core.resolving.trial import tried_out
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.test_session import Editing
 

@@ -7,6 +7,7 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.loading import load_paths, recognise
 from cqos_core.files.merging import merge
 from cqos_core.files.opening import HEAD, find_files, read_path
@@ -17,7 +18,6 @@ from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.trial import tried_out
 from cqos_lsp.projects import Project, Projects, is_configuration, is_pack, pack_problems
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKind, TextEdit, WorkspaceEdit
 
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.applying import read_texts
 from cqos_core.files.editing import is_json, scalar
 from cqos_core.files.merging import merge
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.system import endpoint_id
-from cqos_core.resolving.trial import tried_out
 from cqos_lsp.diagnostics import uri_of
 from cqos_lsp.names import Name, name_at, names_of
 from cqos_lsp.positions import encoded, lines_of, where

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.checking.trial import tried_out
 from cqos_core.files.exporting import Exported, unique
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.trial import tried_out
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
