@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core.checking import checker
 from cqos_core.checking.checker import check_system
 from cqos_core.language.domains import Count
 from cqos_core.language.parsing import parse
@@ -15,7 +16,7 @@ from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import context
 from cqos_core.model.codes import CODES
-from cqos_core.model.report import Severity
+from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -445,3 +446,15 @@ def test_a_place_prints_what_it_knows():
     ] == [
         *("f", "f:3", "f:3:4", "f:3 (e)", "f (a.b)"),
     ]
+
+
+def test_findings_are_made_once_and_when_they_are_read(monkeypatch):
+    made, real = [], checker.in_order
+    monkeypatch.setattr(checker, "in_order", lambda found: made.append(1) or real(found))
+    report = checked(*FAIL)
+    assert report.verdict is Verdict.INCOMPATIBLE
+    assert not made
+    assert [finding.code for finding in (*report.findings, *report.findings)] == ["POST101"] * 2
+    (finding,) = report.findings
+    assert report.findings + (finding,) == (finding,) + report.findings == (finding, finding)  # noqa: RUF005 - as callers may
+    assert made == [1]

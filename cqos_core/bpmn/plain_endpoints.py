@@ -1,4 +1,4 @@
-"""What plain events of one document share, each of which is a row until one reads it."""
+"""What plain events of one document share; each is a row until one reads it."""
 
 from __future__ import annotations
 

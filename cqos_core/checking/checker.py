@@ -100,17 +100,17 @@ def assemble(
     problems: Sequence[Finding] = (),
     quiet: QuietTopics = NOT_QUIET,
 ) -> Report:
-    """Put the results of all topics together with what only the whole system can tell."""
+    """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
     packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), quiet.with_samples(resolved.endpoints)))}
-    made = _merged(results)
-    judged, endpoints = (*results.values(),), resolved.endpoints
+    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, {**results})
     distinct = {id(result.outcomes): result.outcomes for result in judged}
     verdicts = {row.verdict for outcomes in (*distinct.values(), *[QUIET][: len(quiet)]) for row in outcomes.rows}
     groups = later(lambda: _groups(judged, quiet))
     if problems and system.flows:
         from cqos_core.checking.excluded import with_behaviour
 
-        made, divided = with_behaviour(made, [*groups], problems, packs)
+        excused, divided = with_behaviour([*of_topics], [*groups], problems, packs)
+        of_topics = tuple(excused)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
     lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints, quiet)
     plain = [
@@ -122,14 +122,11 @@ def assemble(
     if not verdicts:
         external = sum(1 for endpoint in resolved.endpoints if endpoint.external)
         plain.append(nothing_compared(system, len(resolved.endpoints), external))
-    made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
-    if system.hypothetical:
-        made = _only_tried(made, packs)
-    if system.severities or system.accept:
-        from cqos_core.checking.acceptance import as_people_said
-
-        made = as_people_said(made, system, context)
-    findings = in_order(_with_templates([one.finding for one in one_per_cause(made)], system, resolved))
+    own = [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
+    templates = _templates(system, endpoints)
+    findings = later(lambda: _in_report([*of_topics, *own], templates, len(endpoints)))
+    if system.hypothetical or system.severities or system.accept:
+        findings = _in_report(_as_said([*of_topics, *own], system, context, packs), templates, len(endpoints))
     paired = chain(
         chain.from_iterable(each.paired for each in judged),
         chain.from_iterable((*each.publishers, *each.subscribers) for each in quiet.groups),
@@ -152,6 +149,29 @@ def assemble(
         hypothetical=hypothetical,
         assumed=later(lambda: assumptions(owners, chain(endpoints, quiet.endpoints()), paired, findings, packs)),
     )
+
+
+def made(report: Report) -> Report:
+    """Return a report whose findings are made: a session changes what they are made of."""
+    len(report.findings)
+    return report
+
+
+def _as_said(made: Sequence[Made], system: System, context: Context, packs: Mapping[str, RulePack]) -> Sequence[Made]:
+    """Return findings as they count where a system is only tried, or people say what to make of them."""
+    if system.hypothetical:
+        made = _only_tried(made, packs)
+    if system.severities or system.accept:
+        from cqos_core.checking.acceptance import as_people_said
+
+        made = as_people_said(made, system, context)
+    return made
+
+
+def _in_report(made: Sequence[Made], templates: Mapping[str, str], size: int) -> tuple[Finding, ...]:
+    """Return the findings of a report, of a system with so many endpoints."""
+    with uncollected(size):
+        return in_order(_with_templates([one.finding for one in one_per_cause(made)], templates))
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -225,10 +245,14 @@ def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
     ]
 
 
-def _with_templates(findings: list[Finding], system: System, resolved: ResolvedSystem) -> list[Finding]:
-    """Say of members that are instances what they are instances of."""
+def _templates(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
+    """Return what members are instances of, by id."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
-    of |= {each.id: each.endpoint.template for each in resolved.endpoints if each.endpoint.template is not None}
+    return of | {each.id: each.endpoint.template for each in endpoints if each.endpoint.template is not None}
+
+
+def _with_templates(findings: list[Finding], of: Mapping[str, str]) -> list[Finding]:
+    """Say of members that are instances what they are instances of."""
     return _once_each([with_instances(finding, of) for finding in findings]) if of else findings
 
 

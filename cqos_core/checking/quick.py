@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.checker import assemble, stated_findings
+from cqos_core.checking.checker import assemble, made, stated_findings
 from cqos_core.checking.known_findings import KnownFindings, Step, joined, plain_items, remarks_of
 from cqos_core.checking.topic import check_topic
 from cqos_core.model.system import PUBLISHER
@@ -131,7 +131,7 @@ class Quick:
         result = self._resolver.result
         result.findings += self._reported()
         result.endpoints = [part for each in system.endpoints for part in self._parts[each.id][1]]
-        report = assemble(system, result, self._judged.results, context, self._judged.problems)
+        report = made(assemble(system, result, self._judged.results, context, self._judged.problems))
         result.endpoints = []
         result.findings.clear()
         return report

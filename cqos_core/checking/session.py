@@ -12,7 +12,7 @@ from dataclasses import fields, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.checking.checker import assemble, check_system, judge_topics
+from cqos_core.checking.checker import assemble, check_system, judge_topics, made
 from cqos_core.checking.edits import Edits
 from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
@@ -233,7 +233,7 @@ class Session(Edits):
             tried = tried_out(whole, self._context.default_protocol)
             if tried is not whole:
                 self._quick, self._results, self._topics = None, {}, {}
-                self._last = check_system(tried, self._context)
+                self._last = made(check_system(tried, self._context))
                 self.judged = self._last.topics
             else:
                 self._judge(whole)
@@ -263,7 +263,7 @@ class Session(Edits):
         self._quick = quick_way(pipeline, found, self._topics, self._endpoints)
         if self._quick is None:
             result = pipeline.resolver.result
-            self._last = assemble(pipeline.system, result, found.results, self._context, found.problems)
+            self._last = made(assemble(pipeline.system, result, found.results, self._context, found.problems))
 
     def _known(self) -> tuple[Sequence[Finding], Sequence[Group]]:
         """All findings and groups, as they were found last."""

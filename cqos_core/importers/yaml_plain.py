@@ -48,9 +48,11 @@ def plain_tree(data: bytes) -> MappingNode | None:
     """Return the root of the only document of a source; None where that is not written in the plain form."""
     if not data.isascii() or b"${" in data:
         return None
+    parser = _Plain(data.decode("ascii"))
     try:
-        return _Plain(data.decode("ascii")).root()
+        return parser.root()
     except _NotPlainError:
+        vars(parser).clear()  # maps know what reads their entries, which shall not be a cycle
         return None
 
 

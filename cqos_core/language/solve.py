@@ -80,8 +80,7 @@ def solutions(
         may: whether a policy may be set to a value, by its index; asked of the best values only.
 
     Returns:
-        One change per policy that can reach it alone, in the order of the condition; every one has been tried out.
-        Where it can, it weakens nothing.
+        One change per policy that can reach it alone, in the order of the condition; each was tried, and weakens nothing where it can.
     """
     # Equal values of both sides are one and the same tuple, so identity says nothing about the condition.
     scopes = {use.term.scope for use in bound.uses}
@@ -104,8 +103,10 @@ def solutions(
                 every[at] = each
             side = tuple(every)
             left, right = (side, side) if single else (a, side) if second else (side, b)
-            passes = value != current and bound.judge(left, right, signal).result is want
-            passing += [value] if passes and policy.spelling(value) is not None else ()
+            if value == current or bound.judge(left, right, signal).result is not want:
+                continue
+            if policy.spelling(value) is not None:
+                passing.append(value)
         best = islice(_preferred(passing, current, policy, second=second), _TRIED)
         chosen = next((value for value in best if may(use.index, value)), None)
         if chosen is not None:

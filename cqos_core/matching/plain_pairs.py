@@ -37,7 +37,7 @@ _Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
 
 
 class _Test(NamedTuple):
-    """A function whose bits are of the rules that may report.
+    """A function whose bits stand for rules that may report.
 
     Attributes:
         counted: the bits that count.

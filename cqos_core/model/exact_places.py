@@ -46,14 +46,16 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
         for remedy in finding.remedies:
             yield replace(remedy, edits=tuple(replace(each, place=known[each.place]) for each in remedy.edits))
 
-    with uncollected(len(findings)):
-        pinned = [
-            replace(each, sides=later(sides, each), remedies=later(remedies, each))
-            if xml
-            else replace(each, sides=later(sides, each))
-            for each in findings
-        ]
-    return replace(report, findings=tuple(pinned))
+    def pinned() -> list[Finding]:
+        with uncollected(report.endpoints):
+            return [
+                replace(each, sides=later(sides, each), remedies=later(remedies, each))
+                if xml
+                else replace(each, sides=later(sides, each))
+                for each in findings
+            ]
+
+    return replace(report, findings=later(pinned))
 
 
 def _places(finding: Finding) -> Iterator[Place]:

@@ -40,6 +40,12 @@ class _Later(Sequence[_T]):
     def __len__(self) -> int:
         return len(self._all())
 
+    def __add__(self, other: Iterable[_T]) -> tuple[_T, ...]:
+        return (*self._all(), *other)
+
+    def __radd__(self, other: Any) -> Any:
+        return [*other, *self._all()] if isinstance(other, list) else (*other, *self._all())
+
     def __eq__(self, other: object) -> bool:
         return self._all() == (other._all() if isinstance(other, _Later) else other)
 

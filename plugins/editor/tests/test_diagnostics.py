@@ -67,7 +67,7 @@ def test_parts_of_a_folder_are_checked_together_and_configurations_are_read_from
     assert editor.change(config, 'protocl = "ros2"\n') == [("CQ006", 0, 0, 16)]
     assert editor.change(config, 'protocol = "telegrams"\npacks = ["telegrams.yaml"]\n') == []
     assert editor.change(design, TELEGRAMS) == [("TEL101", 4, 38, 43)]
-    assert editor.open(pack, PACK.replace("requested(limit)", "requested(limt)")) == [("CQ011", 10, 4, 12)]
+    assert editor.open(pack, PACK.replace("requested(limit)", "requested(limt)")) == [("CQ011", 10, 14, 47)]
 
 
 PACK = """\

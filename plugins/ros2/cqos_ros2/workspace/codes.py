@@ -102,6 +102,6 @@ _BY_CODE: Final = {each.code: each for each in CODES}
 
 
 def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-    """Return a note with the severity of its code, and its advice where there is none of its own."""
+    """Return a note with the severity of its code, and with the advice of the code unless it has its own."""
     info = _BY_CODE[code]
     return ImportNote(code, info.severity, message, place, advice or info.help or None)
