@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
 from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
-from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member
+from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member, whole
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2.learn.handing import hand_over
@@ -32,7 +32,9 @@ from cqos_ros2.learn.values import (
     Word,
     each_case,
     flat,
+    merged,
     same,
+    used,
 )
 
 if TYPE_CHECKING:
@@ -52,9 +54,8 @@ _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
 def call(expression: Call, walk: Walk) -> Any:
     """Return what a call returns."""
     function = expression.function
-    receiver: Any = MISSING
-    if isinstance(function, Attribute):
-        receiver = evaluate(function.of, walk)
+    on = whole(function.of, walk) if isinstance(function, Attribute) else MISSING
+    receiver = used(on)
     keywords = {name: evaluate(value, walk) for name, value in expression.keywords}
     if isinstance(keywords.get("**"), dict):
         keywords |= keywords.pop("**")
@@ -81,7 +82,7 @@ def call(expression: Call, walk: Walk) -> Any:
         )
     if found is not MISSING:
         kept_for_later((*arguments, *keywords.values()), expression, walk)
-        return found
+        return on if found is receiver else found
     hand_over(expression, arguments, keywords, walk)
     called = last_part(call_name(expression))
     return Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
@@ -89,7 +90,7 @@ def call(expression: Call, walk: Walk) -> Any:
 
 def _named(name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a call by name."""
-    value = local(name, walk)
+    value = used(local(name, walk))
     if isinstance(value, Code):
         return invoke(
             value.function, value.this, given.arguments, given.keywords, walk, value=value, written=given.call.arguments
@@ -204,7 +205,7 @@ def _own_method(this: Instance, name: str, given: Given, walk: Walk) -> Any:
             return MISSING if base is None else _on_library(this, last_part(name), given, walk)
         functions = arity(method_of(cls, last_part(name), walk), given)
     else:
-        value = member(this, name, walk) if this.cls is not None else None
+        value = used(member(this, name, walk)) if this.cls is not None else None
         if isinstance(value, Code):
             return invoke(
                 value.function,
@@ -361,7 +362,7 @@ def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
                 types=given.types,
                 written=given.call.arguments,
             )
-        value = member(receiver, name, walk)
+        value = used(member(receiver, name, walk))
         if isinstance(value, Code):
             return invoke(
                 value.function,
@@ -467,8 +468,11 @@ def _returned(found: list[tuple[Tests | None, Any]], function: Function) -> Any:
     if all(same(value, first) for _, value in found):
         return first
     plain = [value for _, value in found if value is not None]
-    if len(plain) == 1 and isinstance(plain[0], Instance):
-        return plain[0]
+    if len(plain) == 1 and isinstance(used(plain[0]), Instance):
+        joint = found[-1][1]
+        for tests, value in reversed(found[:-1]):
+            joint = merged(tests, value, joint, f"`{function.last}` may return nothing", function.place)
+        return joint
     if (
         found[-1][0] is not None
         and all(isinstance(value, PLAIN) and value is not None for _, value in found)

@@ -43,6 +43,7 @@ from cqos_ros2.learn.values import (
     joined,
     merged,
     same,
+    used,
 )
 
 if TYPE_CHECKING:
@@ -54,7 +55,12 @@ _PAIR: Final = ("first", "second")
 
 
 def evaluate(expression: Expression, walk: Walk) -> Any:
-    """Return the value of an expression."""
+    """Return the value of an expression where it is used."""
+    return used(whole(expression, walk))
+
+
+def whole(expression: Expression, walk: Walk) -> Any:
+    """Return the value of an expression, with what decides whether an object is there."""
     walk.step()
     if isinstance(expression, Literal):
         text = expression.value
@@ -97,7 +103,7 @@ def _closure(expression: Closure, walk: Walk) -> Code:
     frame = walk.frame
     own = {**(frame.outer or {}), **frame.names} if expression.all_values else {}
     own = {name: value for name, value in own.items() if name not in expression.references}
-    own.update({name: evaluate(value, walk) for name, value in expression.values})
+    own.update({name: whole(value, walk) for name, value in expression.values})
     return Code(expression.function, frame.this, frame.names, own)
 
 
@@ -335,8 +341,8 @@ def assign(target: Expression, value: Any, walk: Walk) -> None:
             frame.names[target.text] = value
     elif isinstance(target, Attribute):
         of = _carrier(target.of, walk) or evaluate(target.of, walk)
-        if isinstance(value, Code) and (not isinstance(of, Instance) or of.cls is None):
-            walk.callbacks.append(value)  # a library calls what its structure holds
+        if isinstance(used(value), Code) and (not isinstance(of, Instance) or of.cls is None):
+            walk.callbacks.append(used(value))  # a library calls what its structure holds
         if isinstance(of, (Qos, Either)):
             replace_value(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
         elif isinstance(of, Instance):
@@ -375,7 +381,7 @@ def replace_value(target: Expression, old: Any, new: Any, walk: Walk) -> None:
 
 
 def _operation(expression: Operation, walk: Walk) -> Any:
-    values = [evaluate(each, walk) for each in expression.operands]
+    values = [whole(each, walk) for each in expression.operands]
     root = expression.operands[0]
     if expression.operator == ">>" and not isinstance(values[0], int):  # from a stream
         assign(expression.operands[1], Unknown("a stream sets it"), walk)
@@ -389,10 +395,10 @@ def _operation(expression: Operation, walk: Walk) -> Any:
 
 
 def _conditional(expression: Conditional, walk: Walk) -> Any:
-    decided = truth(evaluate(expression.condition, walk))
+    decided = truth(whole(expression.condition, walk))
     if decided is True or decided is False:
-        return evaluate(expression.then if decided else expression.otherwise, walk)
-    then, otherwise = evaluate(expression.then, walk), evaluate(expression.otherwise, walk)
+        return whole(expression.then if decided else expression.otherwise, walk)
+    then, otherwise = whole(expression.then, walk), whole(expression.otherwise, walk)
     tests = decided.tests if isinstance(decided, Condition) else None
     cause = decided.cause if isinstance(decided, Unknown) else "it depends on a condition"
     return merged(tests, then, otherwise, cause, walk.frame.function.place)

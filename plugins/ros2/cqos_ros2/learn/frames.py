@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.names import without_arguments
-from cqos_ros2.learn.values import MISSING, Instance, NodeRecord, merged
+from cqos_ros2.learn.program import Call, Literal
+from cqos_ros2.learn.values import MISSING, Code, Instance, NodeRecord, merged, used
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Place
     from cqos_ros2.learn.program import Class, Expression, Function, Program
     from cqos_ros2.learn.table import Table
-    from cqos_ros2.learn.values import Code, Tests
+    from cqos_ros2.learn.values import Tests
 
 MOST_STEPS: Final = 60_000
 """How many expressions and statements are walked for one program or component."""
@@ -222,21 +223,36 @@ class Walk:
                 one, two = then.get(name, ABSENT), space.get(name, ABSENT)
                 if one is two:
                     continue
-                if owner is not None and not isinstance(two if one is ABSENT else one, Instance):
-                    one, two = (self._initial(owner, name) if each is ABSENT else each for each in (one, two))
+                if owner is not None:
+                    known = used(two if one is ABSENT else one)
+                    one, two = (self._begin(owner, name, known) if each is ABSENT else each for each in (one, two))
                 if ABSENT in (one, two):
                     known = two if one is ABSENT else one
-                    kept = isinstance(known, Instance) or self._needs_value(name, owner)
+                    kept = isinstance(used(known), Instance) or self._needs_value(name, owner)
                     space[name] = known if kept else Unknown(cause, place)
                 else:
                     space[name] = merged(tests, one, two, cause, place)
 
-    def _initial(self, owner: Instance, name: str) -> Any:
-        """Return the value that its class gives a member; the mark for none where it gives none."""
+    def _begin(self, owner: Instance, name: str, known: Any) -> Any:
+        """Return the value that its class gives a member, which a branch made to be ``known``; the mark for none where it gives none."""
         from cqos_ros2.learn.evaluating import initial_value
 
+        if isinstance(known, (Instance, Code)) and self._begins_empty(owner, name):
+            return None
+        if isinstance(known, Instance):
+            return ABSENT
         value = initial_value(owner, name, self)
         return ABSENT if value is MISSING else value
+
+    def _begins_empty(self, owner: Instance, name: str) -> bool:
+        """Whether a member that may point to an object points to none at first."""
+        classes = lineage(owner.cls, self)
+        initial = next((each.initial[name] for each in classes if name in each.initial), None)
+        if isinstance(initial, Call) and "{" in initial.types:  # `{}` or `{nullptr}`
+            initial = initial.arguments[0] if initial.arguments else Literal(None)
+        if initial is not None:
+            return initial == Literal(None)
+        return self.program.language == "cpp" and bool(classes) and owner.declared.get(name) is None
 
     def _needs_value(self, name: str, owner: Instance | None) -> bool:
         """Whether a program ends where it uses a name before it has a value, as in Python."""

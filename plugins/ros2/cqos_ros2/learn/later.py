@@ -8,7 +8,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.evaluating import initial_value
 from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, TooMuchError
-from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, same
+from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, same, used
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
@@ -120,7 +120,7 @@ def _held(walk: Walk, count: int) -> set[int]:
     waiting += [value for names in walk.modules.values() for value in names.values()]
     seen: set[int] = set()
     while waiting:
-        each = waiting.pop()
+        each = used(waiting.pop())
         if not isinstance(each, (Instance, Code, list, dict, Either)) or id(each) in seen:
             continue
         seen.add(id(each))
@@ -158,6 +158,7 @@ def _settle(
 
 def _is_as_before(old: Any, value: Any) -> bool:
     """Whether an object is still there, or one is there that was made alike."""
+    old, value = used(old), used(value)
     if isinstance(old, (*PLAIN, Unknown)):
         return False
     if not isinstance(old, Instance) or not isinstance(value, Instance):

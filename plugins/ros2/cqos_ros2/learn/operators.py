@@ -14,6 +14,7 @@ from cqos_ros2.learn.values import (
     Counted,
     Either,
     Instance,
+    Perhaps,
     Qos,
     Template,
     Test,
@@ -73,6 +74,10 @@ def _equal(values: list[Any], *, negated: bool) -> Any:
     if isinstance(one, Word) and isinstance(other, Word) and "::" in one.name:
         (scope, _, _), (others, _, _) = one.name.rpartition("::"), other.name.rpartition("::")
         return (one == other) is not negated if scope == others else Unknown("two values are compared")
+    if one is None:
+        one, other = other, one
+    if other is None and isinstance(one, Perhaps):
+        return one.there if negated else operation("not", [one.there])
     if other is None and isinstance(one, (Instance, Code, str, list, Qos)):
         return negated
     if (one is None or isinstance(one, (str, int))) and (other is None or isinstance(other, (str, int))):
@@ -102,6 +107,8 @@ def truth(value: Any) -> Any:
         return False
     if isinstance(value, (Instance, Code)):
         return True
+    if isinstance(value, Perhaps):
+        return value.there
     if isinstance(value, Template):
         return (
             Condition((Test(value.parameter, ("true",)),)) if value.parameter else Unknown("a text is taken for a flag")

@@ -149,6 +149,18 @@ class Instance:
         return mine == (None, None, other.library, other.types, other.members) and other.cls is None is other.node
 
 
+@dataclass(frozen=True, slots=True)
+class Perhaps:
+    """An object that is only made on some ways: where it is used, it is there.
+
+    Attributes:
+        there: whether it counts as true.
+    """
+
+    of: Any
+    there: Condition | Unknown
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Code:
     """A function as a value.
@@ -276,6 +288,11 @@ def same(one: Any, other: Any) -> bool:
     return one is other or (type(one) is type(other) and bool(one == other))
 
 
+def used(value: Any) -> Any:
+    """Return a value where a program uses it: an object is there."""
+    return value.of if isinstance(value, Perhaps) else value
+
+
 def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Place) -> Any:
     """Return the value after a decision.
 
@@ -288,9 +305,16 @@ def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Pl
     """
     if same(then, otherwise):
         return then
-    for one, other in ((then, otherwise), (otherwise, then)):
-        if one is None and isinstance(other, (Instance, Code)):
-            return other  # made in one branch; where it is used, it is there
+    objects = (Instance, Code, Perhaps)
+    for holds, one, other in ((tests, then, otherwise), (flipped(tests or ()), otherwise, then)):
+        if isinstance(one, objects) and other is None:  # made in one branch
+            there = one.there if isinstance(one, Perhaps) else Condition(())
+            if isinstance(there, Condition):
+                there = Unknown(cause, place) if holds is None else Condition((*holds, *there.tests))
+            return Perhaps(used(one), there)
+    if isinstance(then, Perhaps) or isinstance(otherwise, Perhaps):
+        joint = merged(tests, used(then), used(otherwise), cause, place)
+        return Perhaps(joint, Unknown(cause, place)) if isinstance(joint, objects) else joint
     if isinstance(then, Instance) and isinstance(otherwise, Instance) and then.alike(otherwise):
         return then
     if tests is None or isinstance(then, Instance) or isinstance(otherwise, Instance):

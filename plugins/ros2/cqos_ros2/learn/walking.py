@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, type_of_name
-from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.evaluating import assign, evaluate, whole
 from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk, Way
 from cqos_ros2.learn.operators import truth
 from cqos_ros2.learn.program import (
@@ -88,7 +88,7 @@ def _one(statement: Statement, walk: Walk) -> bool:
 
 def _return(statement: Return, walk: Walk) -> None:
     frame, tests = walk.frame, walk.tests_here()
-    value = None if statement.value is None else evaluate(statement.value, walk)
+    value = None if statement.value is None else whole(statement.value, walk)
     frame.returned.append((tests, value))
     sometimes = len(walk.conditions) > frame.conditions
     frame.ways.append(Way(tests, walk.snapshot() if sometimes else None, statement.place))
@@ -126,7 +126,7 @@ def _try(statement: Try, walk: Walk) -> bool:
 
 
 def _assign(statement: Assign, walk: Walk) -> None:
-    value = evaluate(statement.value, walk)
+    value = whole(statement.value, walk)
     target = statement.target
     if isinstance(value, Word) and statement.type:
         made = Call(Name(statement.type), (), (), (), statement.place)
@@ -142,7 +142,7 @@ def _assign(statement: Assign, walk: Walk) -> None:
 
 
 def _if(statement: If, walk: Walk) -> bool:
-    decided = truth(evaluate(statement.condition, walk))
+    decided = truth(whole(statement.condition, walk))
     if _makes_what_it_asks_for(statement):
         decided = True
     count = len(walk.frame.ways)
