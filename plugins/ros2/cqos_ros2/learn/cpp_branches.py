@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2.learn.cpp_expressions import text_of
@@ -29,8 +30,9 @@ TRANSPARENT: Final = frozenset(
     )
 )
 _OTHERWISE: Final = frozenset(("preproc_else", "preproc_elif", "preproc_elifdef"))
-_ROS_1: Final = b"<ros/ros.h>"
-"""What no program of ROS 2 includes."""
+_ROS_1: Final = re.compile(rb"""[<"]ros/ros\.h[>"]""")
+"""What no program of ROS 2 includes, but for bridges between both."""
+_ROS_2: Final = re.compile(rb"""[<"]rclcpp(_lifecycle)?/""")
 _SIDES: Final = 2
 
 
@@ -42,7 +44,8 @@ def taken(node: Node, file: CppFile) -> list[Node]:
     asked = node.child_by_field_name("condition")
     sides = [file.plain(text_of(each)) for each in asked.named_children] if asked is not None else []
     decided = len(sides) == _SIDES and all(each.isdigit() for each in sides) and "==" in text_of(asked)
-    first_version = any(each.type == "preproc_include" and _ROS_1 in (each.text or b"") for each in found)
+    included = b"".join(each.text or b"" for each in found if each.type == "preproc_include")
+    first_version = _ROS_1.search(included) and not _ROS_2.search(included)
     if first_version or (decided and sides[0] != sides[1]):
         return [each for each in found if each.type in _OTHERWISE]
     return [each for each in found if each.type not in _OTHERWISE] if decided else found

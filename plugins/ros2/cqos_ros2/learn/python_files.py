@@ -72,13 +72,16 @@ class PythonFile:
 
 
 def read_module(text: bytes, path: str, module: str, program: Program) -> None:
-    """Add what a file defines to a program.
+    """Add what a file defines to a program; a file that imports `rospy` and not `rclpy` is for ROS 1 and is left out.
 
     Raises:
         SyntaxError, ValueError, RecursionError, MemoryError: it is no Python that can be read.
     """
     tree = ast.parse(text, filename=path)
     file = PythonFile(path, module)
+    for each in tree.body:
+        _imports(each, file)
+    first_version = _uses("rospy", file)
     for node in ast.walk(tree):
         _imports(node, file)
         file.shared.update(node.names if isinstance(node, ast.Nonlocal) else ())
@@ -86,9 +89,15 @@ def read_module(text: bytes, path: str, module: str, program: Program) -> None:
             program.constants.setdefault(name, []).append(
                 (f"{module}.{name}", NotFollowed("set by `global`"), file.path)
             )
+    if first_version and not _uses("rclpy", file):
+        return
     run: list[Statement] = []
     _definitions(tree.body, module, "", file, program, run)
     program.scripts[path] = Function(f"{module}.__main__", (), tuple(run), Place(path, 1))
+
+
+def _uses(library: str, file: PythonFile) -> bool:
+    return any(each.partition(".")[0] == library for each in file.imported.values())
 
 
 def _imports(node: ast.AST, file: PythonFile) -> None:

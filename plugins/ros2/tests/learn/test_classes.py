@@ -62,6 +62,38 @@ def test_a_branch_for_ros_1_is_not_read(learned, parser):
     assert published(found["fragments"]["Out"]) == {"points": {"depth": 2}}
 
 
+@pytest.mark.parametrize(
+    ("first", "read"),
+    [
+        ("#include <ros/ros.h>", False),
+        ('#include "ros/ros.h"', False),
+        ('#include "ros/ros.h"\n#include "rclcpp/rclcpp.hpp"', True),
+        ('#ifdef ONE\n#include "ros/ros.h"\n#endif', True),
+        ('#include "ros/ros_helpers.h"', True),
+    ],
+)
+def test_a_file_for_ros_1_is_not_read(learned, parser, first, read):
+    source = f'{first}\nclass Out {{ public: Out(rclcpp::Node * n) {{ n->{PUB}("raw", 1); }} }};\n'
+    found = learned({"CMakeLists.txt": "", "src/out.cpp": source})
+    assert bool(found.document.get("fragments") or found.gaps) is read
+
+
+@pytest.mark.parametrize(
+    ("first", "read"),
+    [
+        ("import rospy", False),
+        ("from rospy import Publisher", False),
+        ("import rospy\nimport rclpy", True),
+        ("try:\n    import rospy\nexcept ImportError:\n    pass", True),
+        ("from .rospy import helper", True),
+    ],
+)
+def test_a_file_of_python_for_ros_1_is_not_read(learned, first, read):
+    source = f"{first}\nfrom std_msgs.msg import String\ndef go(node):\n    node.create_publisher(String, 'a', 1)\n"
+    found = learned({"setup.py": "", "bot/driver.py": source})
+    assert bool(found.document.get("fragments") or found.gaps) is read
+
+
 def test_what_no_program_calls_is_a_fragment_that_may_not_be_made(learned, parser):
     source = f'void helper(const std::shared_ptr<rclcpp::Node> & node) {{ node->{PUB}("a", 1); }}'
     found = learned({"CMakeLists.txt": "", "src/helper.cpp": source}).document["fragments"]["helper"]
