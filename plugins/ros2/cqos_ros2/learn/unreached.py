@@ -221,6 +221,7 @@ def _blame(found: Exploration, function: Function, place: Place) -> None:
     nodes = [*(node for nodes in found.result.nodes.values() for node in nodes), *found.result.fragments.values()]
     owners = [node for node in nodes if function.owner and _is_of(found, node.cls, function.owner)]
     owners = owners or _of_file(found, place.source)
+    owners = [each for each in owners if each.place.source.endswith(tuple(found.table.lists["files"]))]
     for node in owners:
         node.gaps.setdefault((what, cause), place)
     if not owners and not any(each[:2] == (what, cause) for each in found.result.gaps):

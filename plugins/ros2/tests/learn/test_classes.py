@@ -369,3 +369,15 @@ public:
 PLUGINLIB_EXPORT_CLASS(Arm, controller_interface::ControllerInterface)"""
     found = learned({"src/arm.cpp": source, "CMakeLists.txt": ""}).document["fragments"]["Arm"]
     assert set(found["publishes"]) == {"${plugin}/pose"}
+
+
+def test_a_script_of_python_is_no_part_of_a_program_of_cpp(learned, parser):
+    found = learned(
+        {
+            "CMakeLists.txt": "add_executable(driver src/driver.cpp)",
+            "src/driver.cpp": f'class Driver : public rclcpp::Node {{ public: Driver() : Node("driver") {{ {PUB}("a", 1); }} }};\nint main() {{ rclcpp::spin(std::make_shared<Driver>()); }}',
+            "scripts/view.py": "from std_msgs.msg import String\nclass View:\n    def go(self, node):\n        node.create_publisher(String, 'b', 1)\n",
+        }
+    )
+    assert "unread" not in found.document["nodes"]["driver"]
+    assert "view.py" in str(found.document["fragments"]) + str(found.gaps)
