@@ -34,6 +34,8 @@ def not_reached(found: Exploration) -> None:
     parts: dict[int, tuple[Class | None, list[Function]]] = {}
     for function, place in calls:
         _blame(found, function, place)
+        if function.place.source not in found.package.own:
+            continue  # it is a fragment of the package that it stands in
         cls = found.program.find_class(function.owner, function.place.source) if function.owner else None
         if cls is not None or not function.owner:
             parts.setdefault(id(cls or function), (cls, []))[1].append(function)

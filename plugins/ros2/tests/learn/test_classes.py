@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from cqos_ros2.launch.workspace import find_packages
+from cqos_ros2.learn.learning import learn
+
 PUB = "create_publisher<std_msgs::msg::String>"
 CMAKE = "project(bot)\nadd_executable(one src/one.cpp)\nadd_executable(two src/two.cpp)\n"
 
@@ -381,3 +384,21 @@ def test_a_script_of_python_is_no_part_of_a_program_of_cpp(learned, parser):
     )
     assert "unread" not in found.document["nodes"]["driver"]
     assert "view.py" in str(found.document["fragments"]) + str(found.gaps)
+
+
+def test_a_class_of_another_package_is_a_fragment_of_that_one(tmp_path, parser):
+    part = f'class Part {{ public: Part(rclcpp::Node * n) : n_(n) {{}} void start(bool on) {{ if (on) {{ n_->{PUB}("a", 1); }} }} rclcpp::Node * n_; }};\n'
+    files = {
+        "parts/package.xml": "<package><name>parts</name></package>",
+        "parts/include/part.hpp": part,
+        "bot/package.xml": "<package><name>bot</name><depend>parts</depend></package>",
+        "bot/CMakeLists.txt": "add_executable(driver src/driver.cpp)",
+        "bot/src/driver.cpp": '#include "part.hpp"\nint main() { auto n = std::make_shared<rclcpp::Node>("driver"); Part part(n.get()); part.start(false); rclcpp::spin(n); }',
+    }
+    for name, content in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(content)
+    parts, bot = (learn(name, find_packages(str(tmp_path))).document for name in ("parts", "bot"))
+    assert "Part" in parts["fragments"]
+    assert "fragments" not in bot
+    assert "what `start` in part.hpp creates" in str(bot["nodes"]["driver"]["unread"])
