@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
@@ -426,6 +427,7 @@ def invoke(
     walk.executed.add(id(function))
     if len(walk.frames) > DEEPEST_CALL or any(each.function is function for each in walk.frames):
         return Unknown(f"`{function.last}` calls itself, or calls are too deep", function.place)
+    arguments = [*map(_handed, arguments, written, repeat(walk)), *arguments[len(written) :]]
     bound = {name: _type(given, walk) for name, given in zip(function.templates, types, strict=False)}
     outer = value.names if value is not None else None
     frame = Frame(
@@ -452,6 +454,12 @@ def invoke(
     if finished and (len(frame.returned) == 1 or walk.program.language == "python"):
         frame.returned.append(((), None))
     return _returned(frame.returned, function)
+
+
+def _handed(value: Any, written: Expression, walk: Walk) -> Any:
+    """Return an argument as it is written: a function may ask whether a pointer is set."""
+    found = whole(written, walk) if isinstance(value, Instance) and isinstance(written, (Name, Attribute)) else value
+    return found if used(found) is value else value
 
 
 def _type(written: str, walk: Walk) -> str:

@@ -57,6 +57,7 @@ def test_whether_a_member_is_set(cpp, start, body, expected):
         pytest.param(f"p_ = make(); if (p_) {{ {THEN} }}", f'auto make() {{ if (!{ON}) {{ return nullptr; }} return {PUB}("a", 1); }}', WHEN, id="a method that returns nothing first"),
         pytest.param(f"p_ = make(); if (p_) {{ {THEN} }}", f'auto make() {{ if (read()) {{ return nullptr; }} return {PUB}("a", 1); }}', {"perhaps": True}, id="not known what it returns"),
         pytest.param(f"create_wall_timer(1s, [this]() {{ {MAKE} }}); create_wall_timer(1s, [this]() {{ if (p_) {{ {THEN} }} }});", "", {"perhaps": True}, id="a callback"),
+        pytest.param(f"{SET} go(p_);", f"void go(rclcpp::PublisherBase::SharedPtr p) {{ if (p) {{ {THEN} }} }}", WHEN, id="handed over"),
         pytest.param(f"{SET} go(); if (p_) {{ {THEN} }}", "struct Cfg { int n = 1; }; Cfg cfg_; void go() { if (read()) { cfg_.n = 2; } }", WHEN, id="beside a structure"),
     ],
 )  # fmt: skip
@@ -68,6 +69,7 @@ def test_whether_a_method_sets_a_member(cpp, body, members, expected):
     ("body", "expected"),
     [
         pytest.param("if self.p:\n    make()", WHEN, id="a condition"),
+        pytest.param("def go(p):\n    if p:\n        make()\ngo(self.p)", WHEN, id="handed over"),
         pytest.param("if self.p is not None:\n    make()", WHEN, id="compared"),
         pytest.param("if self.p is None:\n    return\nmake()", WHEN, id="a return"),
         pytest.param("if not self.p:\n    return\nmake()", WHEN, id="a return of a flag"),
