@@ -237,6 +237,8 @@ class Walk:
         """Return the value that its class gives a member, which a branch made to be ``known``; the mark for none where it gives none."""
         from cqos_ros2.learn.evaluating import initial_value
 
+        if owner.declared.get(name) is not None:
+            return owner.declared[name]
         if isinstance(known, (Instance, Code)) and self._begins_empty(owner, name):
             return None
         if isinstance(known, Instance):
@@ -252,7 +254,7 @@ class Walk:
             initial = initial.arguments[0] if initial.arguments else Literal(None)
         if initial is not None:
             return initial == Literal(None)
-        return self.program.language == "cpp" and bool(classes) and owner.declared.get(name) is None
+        return self.program.language == "cpp" and bool(classes)
 
     def _needs_value(self, name: str, owner: Instance | None) -> bool:
         """Whether a program ends where it uses a name before it has a value, as in Python."""

@@ -92,3 +92,12 @@ def test_a_structure_that_a_branch_changes_first_began_before_it(cpp, otherwise,
     """A walk makes a member that is a structure when something asks for it: what one branch sets is not set in the other."""
     body = f'if (rclcpp::ok()) {{ cfg_.topic = "b"; }} else {{ {otherwise} }} {PUB}(cfg_.topic, 1);'
     assert names(cpp(body, 'struct Cfg { std::string topic = "a"; }; Cfg cfg_;')) == expected
+
+
+def test_a_constant_of_the_class_that_a_branch_uses_first(cpp):
+    """A walk reads a constant that is defined outside of its class when something asks for it: a branch changes nothing of it."""
+    body = f'if (read()) {{ {PUB}("a", kLatched); }} {PUB}("b", kLatched);'
+    found = cpp(
+        body, "static const rclcpp::QoS kLatched;", "const rclcpp::QoS Driver::kLatched{rclcpp::QoS(3).reliable()};"
+    )
+    assert found["publishes"]["b"]["qos"] == found["publishes"]["a"]["qos"] == {"depth": 3, "reliability": "reliable"}
