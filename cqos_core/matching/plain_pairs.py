@@ -37,7 +37,7 @@ _Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
 
 
 class _Test(NamedTuple):
-    """A function whose bits stand for rules that may report.
+    """A function with a bit for each rule that may report.
 
     Attributes:
         counted: the bits that count.
