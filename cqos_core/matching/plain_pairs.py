@@ -43,7 +43,7 @@ class _Test(NamedTuple):
         counted: the bits that count.
         exact: the bits of rules that then report for certain.
         shift: where its bits stand among those of all functions.
-        first, second: of which ends it is asked: 0 the publisher, 1 the subscriber.
+        first, second: the ends that it reads: 0 the publisher, 1 the subscriber.
     """
 
     reporting: Reporting
