@@ -450,7 +450,12 @@ def test_a_place_prints_what_it_knows():
 
 def test_findings_are_made_once_and_when_they_are_read(monkeypatch):
     made, real = [], checker.in_order
-    monkeypatch.setattr(checker, "in_order", lambda found: made.append(1) or real(found))
+
+    def in_order(found: Any) -> Any:
+        made.append(1)
+        return real(found)
+
+    monkeypatch.setattr(checker, "in_order", in_order)
     report = checked(*FAIL)
     assert report.verdict is Verdict.INCOMPATIBLE
     assert not made

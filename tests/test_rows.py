@@ -45,7 +45,7 @@ class TestEndpointList:
         assert plain == read(form)
         assert endpoints != plain[1:]
         assert read(form) + plain[:1] == plain + plain[:1]
-        joined, filled = plain[:1] + read(form), []
+        joined, filled = plain[:1] + read(form), plain[:1]
         filled[:] = read(form)
         assert (joined, filled) == (plain[:1] + plain, plain)
         assert not any(isinstance(each, tuple) for each in (*joined, *filled))

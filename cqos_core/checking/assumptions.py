@@ -11,7 +11,7 @@ from cqos_core.matching.judge import assuming, refusing_worlds
 from cqos_core.model.memory import LONGEST_REMEMBERED, keep
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.bases import Draft
-from cqos_core.resolving.options_in_words import options_behind, options_in_words, steered_by_options
+from cqos_core.resolving.facts import options_behind, options_in_words, steered_by_options
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 _ONE_COPY: Final[tuple[dict[str, str], ...]] = ({},)
 _FEW: Final = 1_000
-"""Endpoints of which it is not worth while to keep rows."""
+"""So few endpoints are not worth keeping as rows."""
 
 
 class _Direction(NamedTuple):

@@ -10,7 +10,7 @@ from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
-from cqos_core.resolving import bases, compared, options_in_words, participants, plainly, profiles, resolved
+from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
 
 
@@ -40,10 +40,9 @@ def forget() -> None:
             judge.refusing_worlds,
             judge.assuming,
             judge.read_in_worlds,
-            options_in_words.steered_by_options,
+            facts.steered_by_options,
             assumed._options,
-            options_in_words._remembered,
-            options_in_words._remembered,
+            facts._remembered,
         ),
         *(
             judge.pair_rules,

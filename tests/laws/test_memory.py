@@ -14,7 +14,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.matching import judge, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import bases, compared, options_in_words, participants, plainly, profiles, resolved
+from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
 from cqos_core.resolving.resolve import Resolver
 from tests.benchmarks import inputs
 from tests.laws.forgetting import forget
@@ -29,7 +29,7 @@ def test_everything_that_remembers_is_forgotten_here():
         bases,
         fixes,
         judge,
-        options_in_words,
+        facts,
         participants,
         plainly,
         profiles,
