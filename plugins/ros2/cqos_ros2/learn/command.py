@@ -144,7 +144,7 @@ def _packages(path: str, wanted: tuple[str, ...]) -> tuple[Workspace, list[str]]
     workspace = inner
     if len(inner.packages) == 1 and os.path.realpath(path) in inner.packages.values():
         workspace = find_packages(root_of(os.path.join(path, "package.xml")))  # noqa: PTH118
-        workspace = workspace if set(inner.packages) <= set(workspace.packages) else inner
+        workspace = workspace if inner.packages.items() <= workspace.packages.items() else inner
     if not inner.packages:
         raise InputError([no_package(path)])
     for name in wanted:

@@ -280,3 +280,13 @@ def test_links_in_a_circle(workspace, run):
     (workspace / "bot" / "loop").symlink_to(workspace / "bot", target_is_directory=True)
     (workspace / "bot" / "src" / "again.cpp").symlink_to(workspace / "bot" / "src" / "again.cpp")
     assert run("learn", workspace).exit_code == 0
+
+
+def test_a_package_of_the_same_name_beside_it_is_left_alone(workspace, run):
+    other = workspace / "another"
+    other.mkdir()
+    (other / "package.xml").write_text(FILES["package.xml"])
+    found = run("learn", workspace / "bot")
+    assert found.exit_code == 0, found.output
+    assert (workspace / "bot" / "bot.node.yaml").exists()
+    assert not (other / "bot.node.yaml").exists()
