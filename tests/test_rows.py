@@ -45,10 +45,12 @@ class TestEndpointList:
         assert plain == read(form)
         assert endpoints != plain[1:]
         assert read(form) + plain[:1] == plain + plain[:1]
-        joined, filled = plain[:1] + read(form), plain[:1]
-        filled[:] = read(form)
-        assert (joined, filled) == (plain[:1] + plain, plain)
-        assert not any(isinstance(each, tuple) for each in (*joined, *filled))
+        joined, filled, grown = plain[:1] + read(form), plain[:1], plain[:1]
+        same, filled[:] = grown, read(form)
+        grown += read(form)
+        assert same is grown
+        assert (joined, filled, grown) == (plain[:1] + plain, plain, plain[:1] + plain)
+        assert not any(isinstance(each, tuple) for each in (*joined, *filled, *grown))
         assert [*reversed(read(form))] == plain[::-1]
         assert plain[5] in read(form)
         assert read(form).index(plain[5]) == 5

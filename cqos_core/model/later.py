@@ -44,7 +44,9 @@ class _Later(Sequence[_T]):
         return (*self._all(), *other)
 
     def __radd__(self, other: Any) -> Any:
-        return [*other, *self._all()] if isinstance(other, list) else (*other, *self._all())
+        return (
+            (*other, *self._all()) if isinstance(other, tuple) else NotImplemented
+        )  # lists take it as they take a tuple
 
     def __eq__(self, other: object) -> bool:
         return self._all() == (other._all() if isinstance(other, _Later) else other)

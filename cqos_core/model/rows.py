@@ -6,6 +6,7 @@ of others differ. It takes a sixth of an object with its settings, and what hold
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -46,7 +47,7 @@ class Pattern:
         return tuple(settings), self.said[1]
 
 
-class RowKind:
+class RowKind(ABC):
     """What rows of one file share, which differ in id, label, topic, place and the texts of some settings. Importers derive from it.
 
     Attributes:
@@ -62,9 +63,9 @@ class RowKind:
         self.pattern = pattern
         self.lines = lines
 
+    @abstractmethod
     def place(self, row: Row) -> Place:
         """Return where the endpoint that a row is stands."""
-        raise NotImplementedError
 
     def make(self, name: str, row: Row) -> Any:
         """Return the label, the place, the room, the profiles or the settings of the endpoint that a row is."""
@@ -121,8 +122,9 @@ class EndpointList(list[Endpoint]):
             yield self[at]
             at += 1
 
-    def __radd__(self, other: list[Endpoint]) -> list[Endpoint]:
-        return [*other, *self]
+    def __radd__(self, _other: object) -> Any:
+        self[:] = self[:]
+        return NotImplemented  # the other list goes on, with objects: `+` makes a new one, `+=` changes it
 
     def __reduce__(self) -> tuple[Any, ...]:
         return list, ([*self],)
