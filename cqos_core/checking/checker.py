@@ -14,13 +14,13 @@ from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline, resolve_all
-from cqos_core.matching.plain_pairs import quietness
+from cqos_core.matching.plain_pairs import reporting_on_ends
 from cqos_core.matching.topic_shape import QUIET
 from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural
 from cqos_core.model.report import Finding, Group, Report, Severity, Side, Verdict
-from cqos_core.resolving.quiet_topics import QuietTopics, may_be_quiet
+from cqos_core.resolving.bulk_topics import BulkTopics, may_be_in_bulk
 from cqos_core.resolving.starts import unknown_starts
 
 if TYPE_CHECKING:
@@ -72,20 +72,18 @@ def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
 
 
-NOT_QUIET: Final = QuietTopics(lambda _one, _other: False)
+NOT_IN_BULK: Final = BulkTopics(lambda _one, _other: None, lambda _ends: QUIET)
 
 
-def participant_findings(endpoints: Sequence[Resolved], quiet: QuietTopics = NOT_QUIET) -> list[Finding]:
+def participant_findings(endpoints: Sequence[Resolved], bulk: BulkTopics = NOT_IN_BULK) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     # The surroundings and the frame of a profile have all that these rules read.
-    alike = {
-        (each.participant, each.like.frame, each.endpoint.observed): each for each in quiet.with_samples(endpoints)
-    }
+    alike = {(each.participant, each.like.frame, each.endpoint.observed): each for each in bulk.with_samples(endpoints)}
     distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
     if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
-    for endpoint in chain(endpoints, quiet.endpoints()):
+    for endpoint in chain(endpoints, bulk.endpoints()):
         for bound, read in read_beyond(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     said = ((bound, said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
@@ -98,24 +96,24 @@ def assemble(
     results: Mapping[TopicKey, TopicResult],
     context: Context,
     problems: Sequence[Finding] = (),
-    quiet: QuietTopics = NOT_QUIET,
+    bulk: BulkTopics = NOT_IN_BULK,
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
-    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), quiet.with_samples(resolved.endpoints)))}
-    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, {**results})
+    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), bulk.with_samples(resolved.endpoints)))}
+    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, ({**results}, bulk))
     distinct = {id(result.outcomes): result.outcomes for result in judged}
-    verdicts = {row.verdict for outcomes in (*distinct.values(), *[QUIET][: len(quiet)]) for row in outcomes.rows}
-    groups = later(lambda: _groups(judged, quiet))
+    verdicts = {row.verdict for outcomes in (*distinct.values(), *bulk.outcomes) for row in outcomes.rows}
+    groups = later(lambda: _groups(judged, bulk))
     if problems and system.flows:
         from cqos_core.checking.excluded import with_behaviour
 
         excused, divided = with_behaviour([*of_topics], [*groups], problems, packs)
         of_topics = tuple(excused)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
-    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints, quiet)
+    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints, bulk)
     plain = [
         *stated_findings(system, resolved, context, problems),
-        *participant_findings(resolved.endpoints, quiet),
+        *participant_findings(resolved.endpoints, bulk),
         *collapses(resolved.endpoints),
         *lonely,
     ]
@@ -124,12 +122,13 @@ def assemble(
         plain.append(nothing_compared(system, len(resolved.endpoints), external))
     own = [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     templates = _templates(system, endpoints)
-    findings = later(lambda: _in_report([*of_topics, *own], templates, len(endpoints)))
+    size = len(endpoints) + 2 * len(bulk)
+    findings = later(lambda: _in_report([*of_topics, *own], templates, size))
     if system.hypothetical or system.severities or system.accept:
-        findings = _in_report(_as_said([*of_topics, *own], system, context, packs), templates, len(endpoints))
+        findings = _in_report(_as_said([*of_topics, *own], system, context, packs), templates, size)
     paired = chain(
         chain.from_iterable(each.paired for each in judged),
-        chain.from_iterable((*each.publishers, *each.subscribers) for each in quiet.groups),
+        chain.from_iterable((*each.publishers, *each.subscribers) for each in bulk.groups),
     )
     owners = (*map(attrgetter("participant"), endpoints), *resolved.participants.values())
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
@@ -142,12 +141,12 @@ def assemble(
         not_checked=tuple(dict.fromkeys(chain.from_iterable(packs[name].not_checked for name in sorted(packs)))),
         system=system.name,
         sources=tuple(system.sources),
-        endpoints=len(resolved.endpoints) + 2 * len(quiet),
-        topics=_topics(results) + len(quiet),
+        endpoints=size,
+        topics=_topics(results) + len(bulk),
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=later(lambda: assumptions(owners, chain(endpoints, quiet.endpoints()), paired, findings, packs)),
+        assumed=later(lambda: assumptions(owners, chain(endpoints, bulk.endpoints()), paired, findings, packs)),
     )
 
 
@@ -194,22 +193,22 @@ def _without_partners(
     results: Mapping[TopicKey, TopicResult],
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
-    quiet: QuietTopics,
+    bulk: BulkTopics,
 ) -> tuple[list[Finding], int]:
     if not any(result.lonely for result in results.values()):
         return [], 0
     from cqos_core.checking.partners import partners
 
     found = {**results}
-    for each in quiet.groups:
+    for each in bulk.groups:
         found[each.protocol, each.topic] = known = TopicResult((), QUIET)
         known.groups, known.lonely = (each,), ()
     return partners(system, found, packs, endpoints)
 
 
-def _groups(results: Iterable[TopicResult], quiet: QuietTopics) -> list[Group]:
+def _groups(results: Iterable[TopicResult], bulk: BulkTopics) -> list[Group]:
     """Return the pairs of all topics, in order."""
-    found = [*chain.from_iterable(result.groups for result in results), *quiet.groups]
+    found = [*chain.from_iterable(result.groups for result in results), *bulk.groups]
     return sorted(found, key=lambda each: (each.topic, each.publishers, each.subscribers))
 
 
@@ -233,8 +232,9 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
 
 
-def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
+def _merged(of: tuple[Mapping[TopicKey, TopicResult], BulkTopics]) -> list[Made]:
     """Collect the findings of topics; combine those that several topics share."""
+    results = {**of[0], **{(ends[0].pack.id, ends[0].key or ""): check_topic(ends) for ends in of[1].reported()}}
     by_key: dict[tuple[Any, ...], list[Made]] = {}
     for key in sorted([key for key, result in results.items() if result.made]):
         for one in results[key].made:
@@ -348,10 +348,10 @@ def check_system(
         step: called before each topic with how many of how many are judged.
     """
     with uncollected(len(system.endpoints)):
-        quiet = QuietTopics(quietness())
-        pipeline = Pipeline(system, context, partial(resolve_all, quiet=quiet if may_be_quiet(system) else None))
+        bulk = BulkTopics(reporting_on_ends(), lambda ends: check_topic(ends).outcomes)
+        pipeline = Pipeline(system, context, partial(resolve_all, bulk=bulk if may_be_in_bulk(system) else None))
         judged = judge_topics(pipeline, step=step)
-        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems, quiet)
+        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems, bulk)
 
 
 class JudgedTopics(NamedTuple):

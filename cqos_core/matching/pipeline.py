@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.quiet_topics import QuietTopics
+    from cqos_core.resolving.bulk_topics import BulkTopics
     from cqos_core.resolving.resolved import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
@@ -123,10 +123,10 @@ def resolver_of(pipeline: Pipeline) -> Resolver:
     return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
 
 
-def resolve_all(pipeline: Pipeline, quiet: QuietTopics | None = None) -> Resolver:
-    """Resolve all endpoints of a system afresh, but those on ``quiet`` topics."""
+def resolve_all(pipeline: Pipeline, bulk: BulkTopics | None = None) -> Resolver:
+    """Resolve all endpoints of a system afresh, but those on topics judged in ``bulk``."""
     resolver = resolver_of(pipeline)
-    resolver.run(None if quiet is None else quiet.others(resolver))
+    resolver.run(None if bulk is None else bulk.others(resolver))
     return resolver
 
 

@@ -23,11 +23,12 @@ from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from cqos_core.language.compiled import Reporting
     from cqos_core.matching.topic_shape import ShapeResult
-    from cqos_core.resolving.quiet_topics import End
+    from cqos_core.resolving.bulk_topics import End
+    from cqos_core.resolving.bulk_topics import Reporting as OfEnds
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Resolved
 
 _MOST_RESULTS: Final = 1_000
@@ -86,12 +87,12 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | 
     return None if known is None or bits is None else (known, bits)
 
 
-def quietness() -> Callable[[End, End], bool]:
-    """Return what tells of two ends whether no rule reports on them; functions are made for what many have in common."""
+def reporting_on_ends() -> OfEnds:
+    """Return what tells of two ends which rules report on them; functions are made for what many have in common."""
     met = Counter[Any]()
     ready: dict[Any, PlainPairs] = {}
 
-    def says_nothing(one: End, other: End) -> bool:
+    def reporting(one: End, other: End) -> tuple[dict[int, ShapeResult], int] | None:
         (publisher, offering, offered), (subscriber, requesting, requested) = one, other
         ends = publisher, subscriber, offering, requesting
         known = ready.get(ends)
@@ -99,11 +100,12 @@ def quietness() -> Callable[[End, End], bool]:
             met[ends] += 1
             known = _functions(ends, at_once=met[ends] > _MANY)
             if known is None:
-                return False
+                return None
             ready[ends] = known
-        return _bits(known, offered, requested) == 0
+        bits = _bits(known, offered, requested)
+        return None if bits is None else (known.results, bits)
 
-    return says_nothing
+    return reporting
 
 
 def _functions(ends: _Ends, *, at_once: bool = False) -> PlainPairs | None:

@@ -30,7 +30,7 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
         return found[-1]
 
     text = b"".join(inputs.system_file(1_000))
-    kept = patch.object(checker, "may_be_quiet", return_value=False)
+    kept = patch.object(checker, "may_be_in_bulk", return_value=False)
     with kept, patch.object(topic, "reporting_rules", asked):
         report = cqos.check(text)
     assert sum(each is not None for each in found) > 450
