@@ -14,10 +14,10 @@ from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, s
 from cqos_ros2.learn.handing import hand_over
 from cqos_ros2.learn.names import fits, last_part, without_arguments
 from cqos_ros2.learn.node_options import changed, is_options
-from cqos_ros2.learn.objects import base, construct, plain_node
+from cqos_ros2.learn.objects import base, construct, inherited, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
-from cqos_ros2.learn.program import Attribute, Call, Name, Return, call_name
+from cqos_ros2.learn.program import SUPER, Attribute, Call, Name, Return, call_name
 from cqos_ros2.learn.qualities import maker, preset, setter
 from cqos_ros2.learn.setters import forget_all, kept_for_later
 from cqos_ros2.learn.spinning import note_call
@@ -73,7 +73,9 @@ def call(expression: Call, walk: Walk) -> Any:
         name = walk.frame.types.get(name, name)
         found = _named(name, Given(expression, arguments, keywords, types), walk)
     elif isinstance(function, Attribute):
-        found = _method(receiver, function, Given(expression, arguments, keywords, types), walk)
+        given = Given(expression, arguments, keywords, types)
+        of_base = function.of == Name(SUPER)
+        found = inherited(function.name, given, walk) if of_base else _method(receiver, function, given, walk)
     else:
         value = evaluate(function, walk)
         found = (
@@ -85,6 +87,7 @@ def call(expression: Call, walk: Walk) -> Any:
         kept_for_later((*arguments, *keywords.values()), expression, walk)
         return on if found is receiver else found
     hand_over(expression, arguments, keywords, walk)
+    walk.lost[id(expression)] = expression, walk.frame.function
     called = last_part(call_name(expression))
     return Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
 
@@ -203,7 +206,7 @@ def _own_method(this: Instance, name: str, given: Given, walk: Walk) -> Any:
         cls = next((each for each in lineage(this.cls, walk) if fits(each.name, owner)), None)
         if cls is None:
             base = next((each for each in library_of(this, walk) if fits(each, owner)), None)
-            return MISSING if base is None else _on_library(this, last_part(name), given, walk)
+            return MISSING if base is None else on_library(this, last_part(name), given, walk)
         functions = arity(method_of(cls, last_part(name), walk), given)
     else:
         value = used(member(this, name, walk)) if this.cls is not None else None
@@ -223,7 +226,7 @@ def _own_method(this: Instance, name: str, given: Given, walk: Walk) -> Any:
         if name in _OF_NODE and not functions and this.node is not None:
             return Template(_OF_NODE[name])
         if is_missing(value) and (not functions or _is_library(functions[0], name, this, walk)):
-            return _on_library(this, name, given, walk)
+            return on_library(this, name, given, walk)
     return (
         invoke(
             functions[0], this, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
@@ -239,7 +242,7 @@ def _is_library(function: Function, name: str, receiver: Instance, walk: Walk) -
     return known and bool(walk.table.rows("calls", name, library_of(receiver, walk), method=True))
 
 
-def _on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
+def on_library(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a method that a library class has; the mark for none where the tables do not have it."""
     if name == "create_sub_node" and isinstance(receiver, Instance) and receiver.node is not None:
         below = Unknown("a part of a part of a node") if BELOW in receiver.members else given.arguments[:1]
@@ -325,7 +328,7 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         return receiver
     found = _on_object(receiver, name, given, walk)
     if found is MISSING:
-        found = _on_library(receiver, name, given, walk)
+        found = on_library(receiver, name, given, walk)
     if found is not MISSING:
         return found
     if isinstance(receiver, Code) and name == "operator()":
@@ -424,8 +427,11 @@ def invoke(
     """
     from cqos_ros2.learn.walking import run_body
 
+    recursive = any(each.function is function for each in walk.frames)
+    if len(walk.frames) > DEEPEST_CALL and not recursive:
+        walk.cut.append(function)
     walk.executed.add(id(function))
-    if len(walk.frames) > DEEPEST_CALL or any(each.function is function for each in walk.frames):
+    if len(walk.frames) > DEEPEST_CALL or recursive:
         return Unknown(f"`{function.last}` calls itself, or calls are too deep", function.place)
     arguments = [*map(_handed, arguments, written, repeat(walk)), *arguments[len(written) :]]
     bound = {name: _type(given, walk) for name, given in zip(function.templates, types, strict=False)}

@@ -17,7 +17,8 @@ from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.objects import construct
 from cqos_ros2.learn.program import Attribute, Call, Function, Name, Reference, call_name
 from cqos_ros2.learn.searching import calls_in
-from cqos_ros2.learn.unreached import HOMELESS, argument, node_options, not_reached
+from cqos_ros2.learn.unfollowed import note_unfollowed
+from cqos_ros2.learn.unreached import HOMELESS, argument, node_options, not_reached, types_of_members
 from cqos_ros2.learn.values import Instance, NodeRecord
 
 if TYPE_CHECKING:
@@ -55,6 +56,11 @@ class Exploration:
         made_at: places of calls that were understood as making something.
         executed: functions that were walked.
         at_run_time: functions that change parameters while a node runs.
+        noted: functions with creating calls that nodes name as not followed.
+        functions: those of the program.
+        members: types of members and of what stands at the top of files, by name.
+        creating: names of calls that create something.
+        loaded: classes that pluginlib loads; fragments of their own say what they create.
     """
 
     package: Package
@@ -64,6 +70,19 @@ class Exploration:
     made_at: set[tuple[str, int]] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)
     at_run_time: set[str] = field(default_factory=set)
+    noted: set[int] = field(default_factory=set)
+    functions: list[Function] = field(init=False)
+    members: dict[str, str] = field(init=False)
+    creating: list[bytes] = field(init=False)
+    loaded: set[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put together what every search for creating calls needs."""
+        self.functions = [each for found in self.program.functions.values() for each in found]
+        self.members = types_of_members(self.program)
+        self.creating = [each.encode() for each in self.table.calls]
+        plugins = (self.program.find_class(written, at.source) for written, at in self.program.plugins.items())
+        self.loaded = {each.name for each in plugins if each is not None}
 
     def keep(self, name: str, record: NodeRecord) -> None:
         """Add a fragment; what stands in one file under one name is one fragment."""
@@ -149,9 +168,14 @@ def _programs(found: Exploration) -> None:
         if not own and unresolved == [name]:  # of no other executable the sources are not known
             own = [each for each in mains if each.place.source not in stated] if len(mains) == 1 else []
         if len(own) == 1:
-            walk = found.walk(name, lambda walk, main=own[0]: _main(main, walk))  # type: ignore[misc]
-            if walk.nodes:
-                found.result.nodes[name] = walk.nodes
+            _keep(found, name, found.walk(name, lambda walk, main=own[0]: _main(main, walk)))  # type: ignore[misc]
+
+
+def _keep(found: Exploration, name: str, walk: Walk) -> None:
+    """Keep the nodes that the program or component ``name`` makes."""
+    if walk.nodes:
+        note_unfollowed(found, walk, walk.nodes)
+        found.result.nodes[name] = walk.nodes
 
 
 def _main(main: Function, walk: Walk) -> None:
@@ -181,8 +205,7 @@ def _components(found: Exploration) -> None:
         elif name in found.result.plugins.values():
             continue
         walk = found.walk(name, lambda walk, cls=cls: _object(cls, walk))  # type: ignore[misc]
-        if walk.nodes:
-            found.result.nodes[executable or name] = walk.nodes
+        _keep(found, executable or name, walk)
 
 
 def _object(cls: Class, walk: Walk) -> None:
@@ -222,6 +245,7 @@ def _plugins(found: Exploration) -> None:
                         )
 
         walk = found.walk(written, start)
+        note_unfollowed(found, walk, [record, *walk.nodes])
         if record.made or record.gaps:
             found.result.fragments[cls.name.strip(":")] = record
         inner = [each for each in walk.nodes if each.made]
@@ -246,9 +270,7 @@ def _scripts(found: Exploration) -> None:
                 (f"the program {name}", f"`{module}:{function}` is not one function", Place(found.package.folder))
             )
             continue
-        walk = found.walk(name, lambda walk, main=own[0]: _main(main, walk))  # type: ignore[misc]
-        if walk.nodes:
-            found.result.nodes[name] = walk.nodes
+        _keep(found, name, found.walk(name, lambda walk, main=own[0]: _main(main, walk)))  # type: ignore[misc]
     for name, path in executables.files.items():
         script = found.program.scripts.get(posixpath.normpath(posixpath.join(found.package.folder, path)))
         if script is None:
@@ -262,9 +284,7 @@ def _scripts(found: Exploration) -> None:
             run(script.body, walk)
             walk.frames.pop()
 
-        walk = found.walk(name, start)
-        if walk.nodes:
-            found.result.nodes[name] = walk.nodes
+        _keep(found, name, found.walk(name, start))
 
 
 # After the start

@@ -105,6 +105,8 @@ class Walk:
         current: the node that a helper without a node of its own belongs to.
         made_at: places of calls that were understood as making something.
         executed: functions that were walked.
+        lost: calls that were not followed, by identity, each with the function in which it stands.
+        cut: functions that were called too deep.
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
         constants: objects that stand at the top of files.
@@ -127,6 +129,8 @@ class Walk:
     current: NodeRecord | None = None
     made_at: set[tuple[str, int]] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)
+    lost: dict[int, tuple[Call, Function]] = field(default_factory=dict)
+    cut: list[Function] = field(default_factory=list)
     callbacks: list[Code] = field(default_factory=list)
     starting: bool = True
     in_callback: bool = False

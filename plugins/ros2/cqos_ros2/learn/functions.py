@@ -62,15 +62,16 @@ def method_of(cls: Class | None, name: str, walk: Walk) -> list[Function]:
 def arity(functions: list[Function], given: Given) -> list[Function]:
     """Return the functions that take as many arguments."""
     count = len(given.arguments) + len(given.keywords)
-    found = []
-    for each in functions:
-        least = sum(1 for variable in each.parameters if variable.default is None and not variable.kind)
-        most = 1000 if any(variable.kind for variable in each.parameters) else len(each.parameters)
-        if least <= count <= most:
-            found.append(each)
+    found = [each for each in functions if takes(each, count)]
     if len(found) > 1:
         found = [each for each in found if all(map(_may_take, each.parameters, given.arguments))]
     return found
+
+
+def takes(function: Function, count: int) -> bool:
+    """Whether a function takes as many arguments."""
+    least = sum(1 for variable in function.parameters if variable.default is None and not variable.kind)
+    return least <= count and (count <= len(function.parameters) or any(each.kind for each in function.parameters))
 
 
 def _may_take(variable: Variable, value: Any) -> bool:

@@ -9,12 +9,12 @@ from cqos_ros2.learn.connecting import state
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
-from cqos_ros2.learn.functions import arity, bind, hand_back, split_types
+from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
 from cqos_ros2.learn.handing import note_nodes
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.node_options import place
 from cqos_ros2.learn.program import Call, Literal, Name
-from cqos_ros2.learn.values import Instance, NodeRecord
+from cqos_ros2.learn.values import MISSING, Instance, NodeRecord
 from cqos_ros2.learn.walking import run_body
 
 if TYPE_CHECKING:
@@ -159,6 +159,25 @@ def base(given: Given, walk: Walk) -> Any:
     else:
         _library_node(this, given, walk)
     return Unknown("the base class")
+
+
+def inherited(name: str, given: Given, walk: Walk) -> Any:
+    """Walk ``super().name(…)`` of Python; of a library class, what the tables do not have makes nothing."""
+    from cqos_ros2.learn.calling import invoke, on_library
+
+    this, owner = walk.frame.this, walk.frame.function.owner
+    cls = next((each for each in lineage(this.cls, walk) if each.name == owner), None) if this is not None else None
+    if this is None or cls is None:
+        return MISSING
+    functions = [one for each in bases_of(cls, walk) for one in arity(method_of(each, name, walk), given)]
+    if len(functions) == 1:
+        return invoke(
+            functions[0], this, given.arguments, given.keywords, walk, types=given.types, written=given.call.arguments
+        )
+    found = on_library(this, name, given, walk)
+    if found is MISSING and all(walk.table.node_class(each) for each in cls.bases):
+        return Unknown(f"`{name[:60]}` of a library", given.call.place)
+    return found
 
 
 def _library_node(instance: Instance, given: Given, walk: Walk) -> None:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 _Found = TypeVar("_Found")
 THIS: Final = "this"
+SUPER: Final = "super()"
+"""The object as one of its base class, in Python."""
 """What a method calls its object, in both languages."""
 JOIN: Final = "join"
 """The operator of a text of parts one after the other."""

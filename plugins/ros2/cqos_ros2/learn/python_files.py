@@ -11,6 +11,7 @@ from cqos_core.model.system import Place
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
     JOIN,
+    SUPER,
     THIS,
     Assign,
     Attribute,
@@ -345,11 +346,12 @@ def _call(node: ast.Call, file: PythonFile) -> Expression:
     )
     keywords = tuple((each.arg or "**", _expression(each.value, file)) for each in node.keywords)
     if last_part(call_name(Call(function, (), (), (), place))) == "__init__":
-        inner = function.of if isinstance(function, Attribute) else None
-        if isinstance(inner, Call) and inner.function == Name("super"):
+        if isinstance(function, Attribute) and function.of == Name(SUPER):
             return Call(Name("super"), arguments, keywords, (), place)
         if arguments[:1] == (Name(THIS),):
             return Call(Name("super"), arguments[1:], keywords, (), place)
+    if function == Name("super"):
+        return Name(SUPER)
     if isinstance(function, Name) and last_part(function.text) == "partial" and arguments:
         return arguments[0]
     return Call(function, arguments, keywords, (), place)

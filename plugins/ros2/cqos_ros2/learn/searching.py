@@ -54,6 +54,11 @@ def inside(statements: Iterable[Statement]) -> Iterator[Statement]:
 
 def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Call]:
     """Yield every call in statements."""
+    return (each for each in expressions_in(statements, initializers) if isinstance(each, Call))
+
+
+def expressions_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = ()) -> Iterator[Expression]:
+    """Yield every expression in statements, with its parts."""
     waiting: list[Expression] = [each for _, arguments, _ in initializers for each in arguments]
     pending: list[Statement] = [*statements]
     while pending:
@@ -74,11 +79,11 @@ def calls_in(statements: tuple[Statement, ...], initializers: tuple[Any, ...] = 
             pending += [*each.body, *(one for handler in each.handlers for one in handler)]
     while waiting:
         part = waiting.pop()
+        yield part
         if isinstance(part, Call):
-            yield part
             waiting += [part.function, *part.arguments, *(value for _, value in part.keywords)]
         elif isinstance(part, Closure):
-            yield from calls_in(part.function.body)
+            yield from expressions_in(part.function.body)
         else:
             waiting += parts(part)
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _MOST_CLASSES: Final = 300
 HOMELESS: Final = "its node is not known"
+NOT_FOLLOWED: Final = "what it is called on, or a condition before it, is not followed"
 
 
 def not_reached(found: Exploration) -> None:
@@ -33,7 +34,8 @@ def not_reached(found: Exploration) -> None:
     calls = list(missed(found))
     parts: dict[int, tuple[Class | None, list[Function]]] = {}
     for function, place in calls:
-        _blame(found, function, place)
+        if id(function) not in found.noted:
+            _blame(found, function, place)
         if function.place.source not in found.package.own:
             continue  # it is a fragment of the package that it stands in
         cls = found.program.find_class(function.owner, function.place.source) if function.owner else None
@@ -52,31 +54,37 @@ def not_reached(found: Exploration) -> None:
 
 def missed(found: Exploration) -> Iterator[tuple[Function, Place]]:
     """Yield the creating calls that no walk understood, with their functions."""
-    fields = {
+    for function in found.functions:
+        if function.place.source in found.package.own or id(function) in found.executed:
+            for place in creating_calls(function, found):
+                if (place.source, place.line or 0) not in found.made_at:
+                    yield function, place
+
+
+def creating_calls(function: Function, found: Exploration) -> Iterator[Place]:
+    """Yield where a function may create something by itself."""
+    if function.mentions(found.creating):
+        for each in calls_in(function.body, function.initializers):
+            rows = found.table.calls.get(_called(each), ())
+            if any(_may_be(each, row, found.members, found.table) for row in rows) and not _forwards(
+                each, function, found.program
+            ):
+                yield each.place
+
+
+def types_of_members(program: Program) -> dict[str, str]:
+    """Return the types of members and of what stands at the top of files, by name."""
+    found = {
         name: type_name
-        for classes in found.program.classes.values()
+        for classes in program.classes.values()
         for cls in classes
         for name, type_name in cls.fields.items()
     }
-    for name, values in found.program.constants.items():
+    for name, values in program.constants.items():
         made = values[0][1]
         if isinstance(made, Call) and isinstance(made.function, Name):
-            fields.setdefault(name, made.function.text)
-    names = [each.encode() for each in found.table.calls]
-    for functions in found.program.functions.values():
-        for function in functions:
-            if function.place.source not in found.package.own and id(function) not in found.executed:
-                continue
-            if not function.mentions(names):
-                continue
-            for each in calls_in(function.body, function.initializers):
-                place = each.place
-                if (
-                    (place.source, place.line or 0) not in found.made_at
-                    and not _forwards(each, function, found.program)
-                    and any(_may_be(each, row, fields, found.table) for row in found.table.calls.get(_called(each), ()))
-                ):
-                    yield function, place
+            found.setdefault(name, made.function.text)
+    return found
 
 
 def _may_be(call: Call, row: Row, fields: dict[str, str], table: Table) -> bool:
@@ -215,13 +223,17 @@ def _forwards(call: Call, function: Function, program: Program) -> bool:
     return any(each in (*function.templates, *(cls.templates if cls is not None else ())) for each in call.types)
 
 
+def what_creates(function: Function) -> str:
+    """Return how a node file names what a function creates."""
+    return f"what `{function.last}` in {posixpath.basename(function.place.source)} creates"
+
+
 def _blame(found: Exploration, function: Function, place: Place) -> None:
-    what = f"what `{function.last}` in {posixpath.basename(place.source)} creates"
-    cause = f"C-QoS found nothing that calls `{function.last}`"
+    what, cause = what_creates(function), f"C-QoS found nothing that calls `{function.last}`"
     if id(function) in found.executed:
-        cause = "what it is called on, or a condition before it, is not followed"
+        cause = NOT_FOLLOWED
     nodes = [*(node for nodes in found.result.nodes.values() for node in nodes), *found.result.fragments.values()]
-    owners = [node for node in nodes if function.owner and _is_of(found, node.cls, function.owner)]
+    owners = [node for node in nodes if function.owner and is_of(found, node.cls, function.owner)]
     owners = owners or _of_file(found, place.source)
     owners = [each for each in owners if each.place.source.endswith(tuple(found.table.lists["files"]))]
     for node in owners:
@@ -247,6 +259,7 @@ def _of_file(found: Exploration, path: str) -> list[NodeRecord]:
     return [node for name, nodes in found.result.nodes.items() if name in programs or not programs for node in nodes]
 
 
-def _is_of(found: Exploration, cls: str, owner: str) -> bool:
+def is_of(found: Exploration, cls: str, owner: str) -> bool:
+    """Whether a class is another one, or is made from it."""
     walk = Walk(found.program, found.table)
     return any(each.name == owner for each in lineage(found.program.find_class(cls), walk))

@@ -119,3 +119,31 @@ def main():
     assert {name for name, each in found["publishes"].items() if "unknown" not in each} == names
     if names == {"b"} and "depth" in made:
         assert found["publishes"]["b"]["qos"] == {"depth": 3}
+
+
+@pytest.mark.parametrize("base", ["LifecycleNode", "Base"])
+def test_a_method_of_the_base_class(learned, base):
+    source = f"""import rclpy
+from rclpy.lifecycle import LifecycleNode
+from std_msgs.msg import String
+
+class Base(LifecycleNode):
+    def on_configure(self, state):
+        {"self.create_publisher(String, 'base', 1)" if base == "Base" else "pass"}
+
+class Driver({base}):
+    def __init__(self):
+        super().__init__('driver')
+
+    def on_configure(self, state):
+        self.create_publisher(String, 'own', 1)
+        super().on_configure(state)
+
+def main():
+    rclpy.spin(Driver())
+"""
+    setup = "from setuptools import setup\nsetup(entry_points={'console_scripts': ['it = bot.driver:main']})\n"
+    found = learned({"setup.py": setup, "bot/driver.py": source}).document["nodes"]["it"]
+    assert found["name"] == "driver"
+    assert {*found["publishes"]} == ({"own"} if base == "LifecycleNode" else {"own", "base"})
+    assert "unread" not in found
