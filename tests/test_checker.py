@@ -294,6 +294,12 @@ def test_a_near_miss_names_everybody_on_both_sides():
     assert finding.place == place(6)
 
 
+def test_names_of_different_types_mean_no_common_topic():
+    letters = replace(writer("Box"), type="Letter")
+    assert "CQ403" not in codes(checked(letters, replace(reader("box"), type="Parcel")))
+    assert "CQ403" in codes(checked(letters, reader("box")))
+
+
 def test_where_there_are_two_to_choose_from_none_is_guessed():
     report = checked(writer("Box", "w1"), writer("BOX", "w2"), reader("box"))
     assert "CQ403" not in codes(report)

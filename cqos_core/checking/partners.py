@@ -211,7 +211,7 @@ def near_misses(
                     c
                     for each in near
                     for c in folded.get(each, ())
-                    if c not in silenced and not _of_one_relay(lonely[key], lonely[c])
+                    if c not in silenced and _may_be_meant(lonely[key], lonely[c])
                 ]
                 if not candidates or key in silenced or (len(candidates) > 1 and not matched):
                     continue
@@ -224,15 +224,17 @@ def near_misses(
             candidates = [
                 c
                 for c in (offered[other] for other in misspelt)
-                if c not in silenced
-                and not _of_one_relay(lonely[key], lonely[c])
-                and _of_one_type(lonely[key], lonely[c])
+                if c not in silenced and _may_be_meant(lonely[key], lonely[c])
             ]
             if len(candidates) == 1:
                 silenced |= {key, candidates[0]}
                 words = f"differ by a typing error; did you mean `{lonely[candidates[0]][0].shown}`?"
                 findings[key] = _near_miss(lonely[key], lonely[candidates[0]], words)
     return findings, silenced
+
+
+def _may_be_meant(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
+    return not _of_one_relay(missing, offering) and _of_one_type(missing, offering)
 
 
 def _of_one_relay(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
