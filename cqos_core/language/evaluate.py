@@ -11,7 +11,7 @@ The open form computes with ranges and answers None if the answer depends on an 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -83,6 +83,7 @@ class BoundCondition:
         open: judges any two tuples without `Depends`, answers None for unknown.
         uses: the terms outside aggregates; `aggregate_uses` those within.
         asked: indices of the policies whose spelling it asks for.
+        solved: what `cqos_core.language.solve` found for values that it reads.
         partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function, how a value was written).
     """
 
@@ -95,6 +96,7 @@ class BoundCondition:
     asked: frozenset[int] = frozenset()
     partial: bool = False
     memory: dict[Values, RuleAnswer] = field(init=False, repr=False, compare=False, default_factory=dict)
+    solved: dict[tuple[Any, ...], Sequence[Any]] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     @cached_property
     def options(self) -> tuple[int, ...]:

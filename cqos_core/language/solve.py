@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.binding import bind_operands
@@ -16,7 +15,7 @@ from cqos_core.model.memory import keep
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from cqos_core.language.expression import Node, Term
     from cqos_core.language.values import Value
@@ -95,23 +94,38 @@ def solutions(
             continue
         if not fixes and not policy.stronger and (policy.default is None or policy.level in {BROKER, TOPIC}):
             continue  # a fact, which no rule names as its fix
-        current = (b if use.second else a)[use.index]
-        passing: list[Plain] = []
-        every = [*(b if second else a)]
-        for value in _candidates(bound, use, policy, a, b, second=second):
-            for at, each in restated(b if second else a, vocabulary, use.index, value).items():
-                every[at] = each
-            side = tuple(every)
-            left, right = (side, side) if single else (a, side) if second else (side, b)
-            if value == current or bound.judge(left, right, signal).result is not want:
-                continue
-            if policy.spelling(value) is not None:
-                passing.append(value)
-        best = islice(_preferred(passing, current, policy, second=second), _TRIED)
+        first, other = bound.sides
+        read = (a, first), (b, other), (b if second else a, (*first, *other) if single else ())
+        key = (use, second, want, single, *[values[at] for values, places in read for at in places])
+        best = None if bound.aggregate_uses else bound.solved.get(key)
+        if best is None:
+            best = keep(
+                bound.solved, key, _best(bound, use, a, b, second=second, single=single, want=want, signal=signal)
+            )
         chosen = next((value for value in best if may(use.index, value)), None)
         if chosen is not None:
             found.append(Change(second, use.index, chosen))
     return found
+
+
+def _best(
+    bound: BoundCondition, use: Use, a: Values, b: Values, *, second: bool, single: bool, want: bool, signal: Signal
+) -> Sequence[Plain]:
+    """Return the values of one term that are worth trying, of those with which the condition is ``want``; see `solutions`."""
+    vocabulary, policy = bound.vocabulary, bound.vocabulary.policies[use.index]
+    current = (b if use.second else a)[use.index]
+    passing: list[Plain] = []
+    every = [*(b if second else a)]
+    for value in _candidates(bound, use, policy, a, b, second=second):
+        for at, each in restated(b if second else a, vocabulary, use.index, value).items():
+            every[at] = each
+        side = tuple(every)
+        left, right = (side, side) if single else (a, side) if second else (side, b)
+        if value == current or bound.judge(left, right, signal).result is not want:
+            continue
+        if policy.spelling(value) is not None:
+            passing.append(value)
+    return _preferred(passing, current, policy, second=second)[:_TRIED]
 
 
 def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: bool) -> list[Plain]:

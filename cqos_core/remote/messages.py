@@ -468,8 +468,8 @@ def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     """Return settings, in the order in which they were stated."""
     if not stated:
         return {
-            name: _remembered_setting(text) if len(text) <= LONGEST_REMEMBERED else Setting(text)
-            for name, text in sorted(texts.items())
+            name: _remembered_setting(text) if len(text := texts[name]) <= LONGEST_REMEMBERED else Setting(text)
+            for name in sorted(texts)
         }
     known = {each.name: each for each in stated}
     lists = {each.name: list_text(each.items) for each in stated if each.items and each.name not in texts}
