@@ -17,7 +17,9 @@ _COMMENT: Final = re.compile(r"#\[\[.*?\]\]|#[^\n]*", re.DOTALL)
 _COMMAND: Final = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _WORD: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"()]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
-_MARKS: Final = frozenset(("EXCLUDE_FROM_ALL", "WIN32", "MACOSX_BUNDLE", "NO_TARGET_LINK_LIBRARIES", "DIRECTORY"))
+_MARKS: Final = frozenset(
+    ("EXCLUDE_FROM_ALL", "WIN32", "MACOSX_BUNDLE", "NO_TARGET_LINK_LIBRARIES", "DIRECTORY", "PRIVATE", "PUBLIC")
+)
 _SCRIPT: Final = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+)\s*:\s*(\w+)\s*")
 _PREFIXES: Final = ("${CMAKE_CURRENT_SOURCE_DIR}/", "${PROJECT_SOURCE_DIR}/", "${CMAKE_SOURCE_DIR}/", "./")
 
@@ -128,11 +130,12 @@ class _Cmake:
             variables[words[0]] = [each for each in words[1:] if each not in {"PARENT_SCOPE", "CACHE"}]
         elif name == "list" and len(words) > 1 and words[0] == "APPEND":
             variables.setdefault(words[1], []).extend(words[2:])
-        elif name in {"add_executable", "ament_auto_add_executable"} and words:
-            sources = [
+        elif name in {"add_executable", "ament_auto_add_executable", "target_sources"} and words:
+            if name != "target_sources":
+                self.found.sources[words[0]] = []
+            self.found.sources.get(words[0], []).extend(
                 posixpath.normpath(posixpath.join(self.folder, each)) for each in words[1:] if each not in _MARKS
-            ]
-            self.found.sources[words[0]] = sources
+            )
         elif name == "rclcpp_components_register_node":
             self._registered(words)
         elif name == "install" and words[:1] == ["PROGRAMS"]:

@@ -224,10 +224,16 @@ def test_a_team_adds_a_call(learned, tmp_path, parser):
     assert found["publishes"]["a"]["qos"] == {"depth": 3}
 
 
-def test_programs_of_a_package_may_have_classes_of_one_name(learned, parser):
+@pytest.mark.parametrize(
+    "cmake",
+    [
+        "add_executable(left src/left.cpp)\nadd_executable(right src/right.cpp)",
+        "add_executable(left)\ntarget_sources(left PRIVATE src/left.cpp)\nadd_executable(right)\ntarget_sources(right PUBLIC src/right.cpp)",
+    ],
+)
+def test_programs_of_a_package_may_have_classes_of_one_name(learned, parser, cmake):
     one = f'class Driver : public rclcpp::Node {{ public: Driver() : Node("NAME") {{ make(); }} void make() {{ {PUB}("NAME", 1); }} }}; int main() {{ rclcpp::spin(std::make_shared<Driver>()); }}'
     files = {f"src/{name}.cpp": one.replace("NAME", name) for name in ("left", "right")}
-    cmake = "add_executable(left src/left.cpp)\nadd_executable(right src/right.cpp)"
     nodes = learned({"CMakeLists.txt": cmake, **files}).document["nodes"]
     assert {name: list(each["publishes"]) for name, each in nodes.items()} == {"left": ["left"], "right": ["right"]}
 
