@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep
 from cqos_core.model.rows import FIRST_TEXT
+from cqos_core.packs.meeting import Naming
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolved import Resolved
@@ -19,7 +20,7 @@ from cqos_core.resolving.resolved import Resolved
 if TYPE_CHECKING:
     from cqos_core.model.rows import Pattern, Row, RowKind
     from cqos_core.model.system import Endpoint, System
-    from cqos_core.packs.meeting import NameContext, Naming
+    from cqos_core.packs.meeting import NameContext
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.bases import Base, Bases, Override
     from cqos_core.resolving.resolved import Layer, ResolvedParticipant
@@ -173,8 +174,12 @@ class Kin:
         topic = endpoint.topic
         if topic is None:
             return None
-        naming = named(topic, self.owner.pack, self._number, self._context)
-        external = self._external_on(topic, naming, within)
+        full = self._plain_name(topic, within)
+        if full is None:
+            naming = named(topic, self.owner.pack, self._number, self._context)
+            external = self._external_on(topic, naming, within)
+        else:
+            naming, external = Naming(full, full), self._external
         overrides = None if external is None else self._overrides(endpoint)
         if external is None or overrides is None:
             return None
@@ -196,16 +201,20 @@ class Kin:
         """Return the name on which one with this topic meets others; None where there is more to it."""
         if topic is None:
             return None
-        if self._before is not None and not within.system.topics:
-            full = topic if self._is_plain(topic) else self._before + topic
-            if len(full) <= LONGEST_REMEMBERED and self._is_plain(full) and not self._conventions.may_match(full):
-                return full
-        meeting = self.owner.pack.meeting
-        if meeting.match is not None:
-            return None
+        full, meeting = self._plain_name(topic, within), self.owner.pack.meeting
+        if full is not None or meeting.match is not None:
+            return full
         naming = meeting.resolve(topic, self._context)  # of many topics it is not worth remembering
         key = naming[0]
         return key if key == naming[1] and self._external_on(topic, naming, within) is not None else None
+
+    def _plain_name(self, topic: str, within: Resolving) -> str | None:
+        """Return the name on which one with this topic meets others, where there is nothing to say of it; None where that takes longer."""
+        if self._before is None or within.system.topics:
+            return None
+        full = topic if self._is_plain(topic) else self._before + topic
+        is_short = len(full) <= LONGEST_REMEMBERED
+        return full if is_short and self._is_plain(full) and not self._conventions.may_match(full) else None
 
     def known(self, endpoint: Endpoint | Row) -> list[Any] | None:
         """Return what `QosProfile.known` will be of one, until the next call; None where it has to be resolved as a whole."""
