@@ -165,7 +165,8 @@ def _make_writer(kind: type[Any], text: _Convert, paths: frozenset[str] = EVERYT
             if found or (has_presence and found is not None):  # else the message says the same without it
                 given[name] = found if convert is _as_it_is else convert(found)
         if derived is not None:
-            given.update((name, found) for name, found in derived(value, text).items() if name in wanted)
+            made = derived(value, text)
+            given |= made if not paths else {name: made[name] for name in made if name in wanted}
         return kind(**given)
 
     # Pairs whose values differ mostly have the same guarantees, which are most of an answer.
