@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.compiled import Reporting
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
+    from cqos_core.language.vocabulary import Use
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import RulePack
@@ -253,10 +254,8 @@ def _evidence(
     index = _implementation(pack)
     if index is None:
         return (), ()
-    of_pair = tuple(
-        name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
-    )
-    return _evidence_on(pack, word.name, faults, of_pair)
+    named = _named(pack.policies[index], publisher.values[index], subscriber.values[index])
+    return _evidence_on(pack, word.name, faults, named)
 
 
 def _implementation(pack: RulePack) -> int | None:
@@ -274,6 +273,12 @@ def _evidence_on(
     proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
     proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
     return tuple(proven), tuple(name for name in dict.fromkeys(implementations) if name not in seen)
+
+
+@lru_cache(maxsize=64)
+def _named(policy: Policy, offered: Value, requested: Value) -> tuple[str, ...]:
+    """Return the implementations that a pair may run on, those of the publisher first."""
+    return (*_alternatives(policy, offered), *_alternatives(policy, requested))
 
 
 def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
@@ -305,6 +310,7 @@ class _AskedWord:
             self._nothing[index] = nothing
         self._answers: dict[tuple[int, int, tuple[str, ...]], bool | None] = {}
         self._candidates: dict[tuple[int, tuple[str, ...]], tuple[Value, ...]] = {}
+        self._strongest: dict[tuple[tuple[int, tuple[str, ...]], ...], int] = {}
 
     def counting(self, faults: tuple[str, ...]) -> tuple[tuple[str, ...], list[BoundRule]]:
         """Return which faults befall the pair, and the rules that count then."""
@@ -332,21 +338,33 @@ class _AskedWord:
 
     def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
         """Return the strongest need that all rules grant; ``least`` is granted."""
-        word, found = self.word, least
-        if word.kind == "holds":
+        if self.word.kind == "holds":
             return 1
-        for value in (value for bound in rules for value in self.candidates(bound, least, faults)):
+        # The others grant any need as they grant the least.
+        reading = [bound for bound in rules if self._use(bound) is not None]
+        asked = tuple([(id(bound), self.read_by(bound, faults)) for bound in reading])
+        if asked not in self._strongest:
+            self._strongest[asked] = self._search(reading, least, faults)
+        return self._strongest[asked]
+
+    def _search(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
+        word, found = self.word, least
+        for value in dict.fromkeys([value for bound in rules for value in self.candidates(bound, least, faults)]):
             if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
                 continue
             if all(self.answer(bound, value, faults) is True for bound in rules):
                 found = value
         return found
 
+    def _use(self, bound: BoundRule) -> Use | None:
+        """Return where a rule reads the need, if it does."""
+        return next((use for use in bound.bound.uses if use.index == self.need), None)
+
     def candidates(self, bound: BoundRule, least: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
         """Return needs at which a rule may turn, also those of values that depend on an assumption."""
         key = (id(bound), self.read_by(bound, faults))
         if key not in self._candidates:
-            use = next((use for use in bound.bound.uses if use.index == self.need), None)
+            use = self._use(bound)
             sides = self.offered, self.asking(least, faults)
             self._candidates[key] = () if use is None else tuple(turning_values(bound.bound, use, *sides))
         return self._candidates[key]

@@ -73,3 +73,18 @@ def uncollected(size: int = _WORTH_IT) -> Iterator[None]:
                 gc.freeze()
                 gc.unfreeze()
             gc.enable()
+
+
+_NEW_OBJECTS: Final = 2_000
+_SELDOM: Final = 1_000
+
+
+def collect_new_objects_only() -> None:
+    """Keep the garbage collector away from all that is loaded now, and for long from what is remembered later.
+
+    For a process that answers calls. With the memories of some thousand pairs, a look at all of them stops it for 0.2 s; a
+    look at the new objects takes 0.5 ms. Cycles that outlive one such look stay until 1,000 times as much came.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(_NEW_OBJECTS, _SELDOM)

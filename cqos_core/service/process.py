@@ -18,6 +18,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any, Final
 
+from cqos_core.model.memory import collect_new_objects_only
 from cqos_core.model.problems import CqosError
 from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_logging, tell
 from cqos_core.service.settings import Settings, joined, split_address
@@ -74,6 +75,7 @@ async def serve_here(
             addresses["metrics"] = stack.enter_context(_serving_metrics(settings.metrics))
         # Each loads every rule pack, one here and one in the first worker.
         await asyncio.gather(calls.pool.warm(), asyncio.to_thread(calls.warm))
+        collect_new_objects_only()
         await native.start()
         if web is not None:
             await web.start()

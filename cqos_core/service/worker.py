@@ -6,7 +6,6 @@ made with too little memory goes out. Its caller ends it when a call takes too l
 
 from __future__ import annotations
 
-import gc
 import os
 import signal
 import sys
@@ -15,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from cqos_core.model.memory import collect_new_objects_only
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.remote.refusal import Refused, too_much
 from cqos_core.remote.session_answers import EditSession
@@ -104,9 +104,7 @@ def main(arguments: list[str]) -> None:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         with suppress(BrokenPipeError):  # the service is gone
             answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)  # loads every rule pack
-            # Packs stay: the collector need not look at them in every call.
-            gc.collect()
-            gc.freeze()
+            collect_new_objects_only()
             answers.write(frames.Frame(frames.OK, 0, b"").encoded())
             answers.flush()
             Worker(most_endpoints, memory).serve(sys.stdin.buffer, answers)
