@@ -22,6 +22,7 @@ from cqos_core.matching.judge import (
     judge_endpoint,
     judge_pair,
     of_end,
+    refused_alone,
     undecided_meeting,
     verdict_alone,
 )
@@ -63,9 +64,14 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
     return explained(Pipeline(system, where), publisher, subscriber)
 
 
+def explain_ends(offering: Resolved, requesting: Resolved) -> PairReport:
+    """Explain two endpoints that are a whole system and that resolving reported nothing about; see `explain_pair`."""
+    return _Pair(offering, requesting).report()
+
+
 def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Resolved, Resolved] | None:
     """Return two endpoints where nothing but their own values decides about them, and nothing is reported of these."""
-    pair = _Pair(pipeline, publisher, subscriber)
+    pair = _found(pipeline, publisher, subscriber)
     resolver = pipeline.resolver
     clean = not (pipeline.hops or resolver.result.findings or resolver.completed)
     return (pair.offering, pair.requesting) if clean and pair.alone else None
@@ -89,7 +95,7 @@ def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport
 
 def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     system, where = pipeline.stated, pipeline.where
-    pair = _Pair(pipeline, publisher, subscriber)
+    pair = _found(pipeline, publisher, subscriber)
     if not pipeline.hops:
         return pair.report()
     arrivals = Arrivals(pipeline.hops, pipeline.topics)
@@ -107,7 +113,7 @@ def settled_pair(system: System, publisher: str, subscriber: str, where: Context
         CqosError: there is no such endpoint, or the two never meet on one topic.
     """
     pipeline = Pipeline(system, where)
-    pair = _Pair(pipeline, publisher, subscriber)
+    pair = _found(pipeline, publisher, subscriber)
     if pair.everybody is None:
         raise CqosError(f"`{publisher}` and `{subscriber}` do not meet on one topic")
     return pair.topic, pipeline.resolver
@@ -178,23 +184,40 @@ def _loudest_first(each: Finding) -> tuple[int, str, str]:
     return each.severity.rank, each.code, each.message
 
 
-class _Pair:
-    """A publisher and a subscriber of a system, and what is known of them; each part is found out when it is asked for."""
+def _found(pipeline: Pipeline, publisher: str, subscriber: str) -> _Pair:
+    """Return two endpoints of a system.
 
-    def __init__(self, pipeline: Pipeline, publisher: str, subscriber: str) -> None:
-        self.pipeline = pipeline
-        self.offering = _find(pipeline.endpoints, publisher, PUBLISHER)
-        self.requesting = _find(pipeline.endpoints, subscriber, SUBSCRIBER)
-        self._drafts = [end.draft for end in (self.offering, self.requesting)]
-        short = reporting_rules(self.offering, self.requesting) if self.alone else None
-        self._quiet = short is not None and not short[1] and not pipeline.resolver.completed
+    Raises:
+        CqosError: there is no such endpoint.
+    """
+    endpoints = pipeline.endpoints
+    return _Pair(_find(endpoints, publisher, PUBLISHER), _find(endpoints, subscriber, SUBSCRIBER), pipeline)
+
+
+class _Pair:
+    """A publisher and a subscriber, and what is known of them; each part is found out when it is asked for.
+
+    They are of a system on its way. Without one they are the whole system, and resolving reported nothing.
+    """
+
+    def __init__(self, offering: Resolved, requesting: Resolved, pipeline: Pipeline | None = None) -> None:
+        self.offering, self.requesting = offering, requesting
+        self._pipeline = pipeline
+        self._endpoints = (offering, requesting) if pipeline is None else pipeline.endpoints
+        self._reported = () if pipeline is None else pipeline.resolver.result.findings
+        # Taken first, as values that are read replace drafts.
+        drafts = [end.draft for end in (self.offering, self.requesting)]
+        plain = self.alone and not (pipeline and pipeline.resolver.completed)
+        self._drafts = drafts if plain else []
+        short = reporting_rules(self.offering, self.requesting) if plain else None
+        self._quiet = short is not None and not short[1]
 
     @property
     def alone(self) -> bool:
         """Whether nothing but the values of the two decides."""
         ends = (self.offering, self.requesting)
         return (
-            len(self.pipeline.endpoints) == len(ends)
+            len(self._endpoints) == len(ends)
             and self.offering.key == self.requesting.key is not None
             and self.offering.pack is self.requesting.pack
             and not any(end.like.from_peers or end.endpoint.observed for end in ends)
@@ -203,11 +226,14 @@ class _Pair:
     @cached_property
     def everybody(self) -> list[Resolved] | None:
         """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
+        if self._pipeline is None:
+            return [self.offering, self.requesting]
+        topics = self._pipeline.topics
         own = (self.offering.pack.id, self.offering.key or "")
         if own == (self.requesting.pack.id, self.requesting.key):
-            return self.pipeline.topics.get(own)
+            return topics.get(own)
         wanted = {self.offering.id, self.requesting.id}
-        return next((each for each in self.pipeline.topics.values() if wanted <= {end.id for end in each}), None)
+        return next((each for each in topics.values() if wanted <= {end.id for end in each}), None)
 
     @cached_property
     def whole(self) -> MatchedTopic:
@@ -250,16 +276,17 @@ class _Pair:
     def assumed(self, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
         """What is assumed for options that the system leaves open."""
         ends = [self.offering, self.requesting]
-        packs = {each.pack.id: each.pack for each in self.pipeline.endpoints}
+        packs = {each.pack.id: each.pack for each in self._endpoints}
         return assumptions([each.participant for each in ends], ends, [each.id for each in ends], findings, packs)
 
     def findings(self) -> list[Finding]:
         """Return the findings of both ends, of the pair, and of the topic if that refuses them."""
-        if self._quiet and not self.pipeline.resolver.result.findings:
+        if self._quiet and not self._reported:
             found = [f for f in participant_findings([self.offering, self.requesting]) if f.verdict is not None]
             return sorted(found, key=_loudest_first)
         topic, ends = self.topic, (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (members.profile for members in ends)
+        refused = not self.alone or refused_alone(a, b)
         concerned = {self.offering.id, self.requesting.id}
         found = [
             *(
@@ -267,12 +294,12 @@ class _Pair:
                 for f in participant_findings([each.first for each in ends if not each.wired])
                 if f.verdict is not None
             ),
-            *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
-            *(f for f in self.pipeline.resolver.result.findings if not f.endpoints or set(f.endpoints) & concerned),
+            *(each.finding for each in (refusing(self.whole, self.offering, self.requesting) if refused else ())),
+            *(f for f in self._reported if not f.endpoints or set(f.endpoints) & concerned),
         ]
         reasons = apart(a, b)
         # A guarantee is one of pairs that fit.
-        refused = any(finding.verdict is Verdict.INCOMPATIBLE for finding in found) or any(
+        unfit = any(finding.verdict is Verdict.INCOMPATIBLE for finding in found) or any(
             at_best is Verdict.INCOMPATIBLE
             for members in ends
             for at_best, _ in of_end(members.profile, members.first.role, members.observed, members.wired)
@@ -281,7 +308,7 @@ class _Pair:
         drafts = [
             Outline(spoken, {ends[0]: None}, {ends[1]: None}, 1)
             for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
-            if not already_reported(spoken, a, b) and not (refused and spoken.bound.rule.guarantee)
+            if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
         ]
         for members in ends:
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
@@ -299,7 +326,7 @@ class _Pair:
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
         spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
         doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
-        return compared(sides, self._drafts if self._quiet else [], doubtful)
+        return compared(sides, self._drafts, doubtful)
 
 
 def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:

@@ -12,9 +12,9 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.analysis.explanation import ends_alone, explained
+from cqos_core.analysis.explanation import ends_alone, explain_ends, explained
 from cqos_core.language.domains import SettingValue, as_text
-from cqos_core.matching.pipeline import Pipeline, context, resolve_all, resolver_of
+from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
@@ -144,27 +144,30 @@ class StatedPairs:
         return PairReport.unmade(verdict, partial(self._explained, offer, request))
 
     def _explained(self, offer: _Side, request: _Side) -> PairReport:
-        return explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
+        ends = self._ends(offer, request)
+        if ends is None:
+            return explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
+        return explain_ends(*ends)
 
     def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
         """Return the system of two sides, to be explained."""
         options, topic, needs = map(dict, self.around)
         system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
-        return Pipeline(system, self.where, partial(self._resolve, (offer, request)))
+        return Pipeline(system, self.where)
 
-    def _resolve(self, sides: tuple[_Side, _Side], pipeline: Pipeline) -> Resolver:
-        """Resolve two sides by their drafts, where these are known: then there is nothing to report of them."""
-        drafts = [None if side.end is None else side.end.draft for side in sides]
-        if len(self._drafts) < len(sides) or not all(isinstance(each, Draft) for each in drafts):
-            return resolve_all(pipeline)
-        resolver = resolver_of(pipeline)
-        for endpoint, draft in zip(pipeline.stated.endpoints, drafts, strict=True):
-            like = self._drafts[endpoint.role][1]
-            naming = Naming(like.key, like.shown)
-            made = without_values(endpoint, like.participant, naming, endpoint.id, endpoint.id, like.external)
-            made.draft = draft
-            resolver.result.endpoints.append(made)
-        return resolver
+    def _ends(self, offer: _Side, request: _Side) -> tuple[Resolved, Resolved] | None:
+        """Return the endpoints of two sides whose drafts are known: then there is nothing to report of them."""
+        offering, requesting = self._end(offer, PUBLISHER), self._end(request, SUBSCRIBER)
+        return None if offering is None or requesting is None else (offering, requesting)
+
+    def _end(self, side: _Side, role: Role) -> Resolved | None:
+        if side.end is None or not isinstance(side.end.draft, Draft) or role not in self._drafts:
+            return None
+        like = self._drafts[role][1]
+        endpoint = pair_end(role, dict(side.stated), like.endpoint.topic or "")
+        made = without_values(endpoint, like.participant, Naming(like.key, like.shown), role, role, like.external)
+        made.draft = side.end.draft
+        return made
 
     def _first(self, offer: _Side, request: _Side) -> PairReport:
         """Report on two sides that may be new; where anything is unusual the pair is explained at once."""

@@ -14,7 +14,7 @@ from cqos_core.language.compiled import Common
 from cqos_core.language.policy import BROKER, NEED
 from cqos_core.language.values import INFINITE, Depends, is_plain
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import keep
+from cqos_core.model.memory import keep, number_of
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from cqos_core.language.compiled import Reporting
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
-    from cqos_core.language.vocabulary import Use
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import RulePack
@@ -122,16 +121,14 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
     """Return all guarantees with a rule in the pack, in the order of the words."""
     pack, found = publisher.pack, []
-    offered, requested = publisher.values, subscriber.values
+    offered, requested = publisher.known, subscriber.known
     for name in WORDS:
         if name not in pack.guaranteed or name not in pack.needs:
             continue
         # Pairs have values of their own, and most words read few of them.
         first, second = _read(pack, name)
         key = (
-            pack,
-            subscriber.pack,
-            name,
+            *(pack, subscriber.pack, name, _open_at(publisher.frame, first), _open_at(subscriber.frame, second)),
             *[offered[at] for at in first],
             *[requested[at] for at in second],
         )
@@ -145,6 +142,12 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
 
 
 _GIVEN: Final[dict[tuple[Any, ...], DerivedGuarantees]] = {}
+
+
+@lru_cache(maxsize=_CACHE)
+def _open_at(frame: ProfileFrame, places: tuple[int, ...]) -> int:
+    """Return a number that stands for the values there that are not known: to look these up takes long."""
+    return number_of(tuple([(at, frame.open[at]) for at in places if at in frame.open]))
 
 
 @lru_cache(maxsize=_CACHE)
@@ -310,7 +313,6 @@ class _AskedWord:
             self._nothing[index] = nothing
         self._answers: dict[tuple[int, int, tuple[str, ...]], bool | None] = {}
         self._candidates: dict[tuple[int, tuple[str, ...]], tuple[Value, ...]] = {}
-        self._strongest: dict[tuple[tuple[int, tuple[str, ...]], ...], int] = {}
 
     def counting(self, faults: tuple[str, ...]) -> tuple[tuple[str, ...], list[BoundRule]]:
         """Return which faults befall the pair, and the rules that count then."""
@@ -338,17 +340,9 @@ class _AskedWord:
 
     def strongest(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
         """Return the strongest need that all rules grant; ``least`` is granted."""
-        if self.word.kind == "holds":
-            return 1
-        # The others grant any need as they grant the least.
-        reading = [bound for bound in rules if self._use(bound) is not None]
-        asked = tuple([(id(bound), self.read_by(bound, faults)) for bound in reading])
-        if asked not in self._strongest:
-            self._strongest[asked] = self._search(reading, least, faults)
-        return self._strongest[asked]
-
-    def _search(self, rules: Sequence[BoundRule], least: int, faults: tuple[str, ...]) -> int:
         word, found = self.word, least
+        if word.kind == "holds":
+            return 1
         for value in dict.fromkeys([value for bound in rules for value in self.candidates(bound, least, faults)]):
             if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
                 continue
@@ -356,15 +350,11 @@ class _AskedWord:
                 found = value
         return found
 
-    def _use(self, bound: BoundRule) -> Use | None:
-        """Return where a rule reads the need, if it does."""
-        return next((use for use in bound.bound.uses if use.index == self.need), None)
-
     def candidates(self, bound: BoundRule, least: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
         """Return needs at which a rule may turn, also those of values that depend on an assumption."""
         key = (id(bound), self.read_by(bound, faults))
         if key not in self._candidates:
-            use = self._use(bound)
+            use = next((use for use in bound.bound.uses if use.index == self.need), None)
             sides = self.offered, self.asking(least, faults)
             self._candidates[key] = () if use is None else tuple(turning_values(bound.bound, use, *sides))
         return self._candidates[key]

@@ -222,10 +222,16 @@ def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
     undecided = any(undecided_meeting(bound, publisher, subscriber) for bound in publisher.pack.by_scope["meets"])
     at_best = (*of_end(publisher, PUBLISHER, False, False), *of_end(subscriber, SUBSCRIBER, False, False))
     verdicts = [Verdict.UNKNOWN] * undecided + [verdict for verdict, _ in at_best]
-    for bound in publisher.pack.by_scope.get("signal", ()):
-        if bound.rule.severity == "error" and refuses_topic(bound, publisher, subscriber):
-            verdicts.append(Verdict.INCOMPATIBLE)
+    verdicts += [Verdict.INCOMPATIBLE] * refused_alone(publisher, subscriber)
     return worst([judge_pair(publisher, subscriber).verdict, *verdicts])
+
+
+def refused_alone(publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether a rule over topics refuses two profiles that are alone on theirs."""
+    return any(
+        bound.rule.severity == "error" and refuses_topic(bound, publisher, subscriber)
+        for bound in publisher.pack.by_scope.get("signal", ())
+    )
 
 
 def refuses_topic(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:

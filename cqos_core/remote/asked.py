@@ -9,6 +9,7 @@ from google.protobuf import json_format
 from google.protobuf.message import DecodeError, Message
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
+from cqos_core.model.memory import keep
 from cqos_core.model.report import PairReport, Report, Severity
 from cqos_core.remote.messages import EVERYTHING, report_message, to_message, unknown_paths
 from cqos_core.remote.refusal import Refused, too_much, unfit
@@ -72,31 +73,29 @@ def write_pair(
 
     Its lines and guarantees are mostly those of other pairs, and written once. To copy a report takes longer than to read it.
     """
-    head = to_message(report, report_pb2.PairReport, paths or _OF_ONE_PAIR).SerializeToString()
-    parts = () if paths else [_part(name, each) for name in _OF_MANY for each in getattr(report, name)]
+    parts = [to_message(report, report_pb2.PairReport, paths or _OF_ONE_PAIR).SerializeToString()]
+    for name in () if paths else _OF_MANY:
+        for each in getattr(report, name):
+            known = _PARTS.get(id(each))
+            # It is kept with its bytes, so that no other one gets its identity.
+            parts.append(known[1] if known is not None and known[0] is each else _part(name, each))
     message.SetInParent()
-    message.MergeFromString(b"".join((head, *parts)))
+    message.MergeFromString(b"".join(parts))
     return message
 
 
 _OF_MANY: Final = {"policies": report_pb2.PolicyComparison, "guarantees": report_pb2.Guarantee}
 _OF_ONE_PAIR: Final = frozenset(report_pb2.PairReport.DESCRIPTOR.fields_by_name).difference(_OF_MANY)
 _MOST_BYTES: Final = 4_096
-_PARTS: Final[dict[tuple[int], tuple[object, bytes]]] = {}
+_PARTS: Final[dict[int, tuple[object, bytes]]] = {}
 
 
 def _part(name: str, value: object) -> bytes:
-    """Return the bytes of a message that has one item of one field."""
-    known = _PARTS.get((id(value),))
-    # It is kept with its bytes, so that no other one gets its identity.
-    if known is not None and known[0] is value:
-        return known[1]
+    """Return the bytes of a message that has one item of one field, and remember them."""
     whole: Any = report_pb2.PairReport
     data: bytes = whole(**{name: [to_message(value, _OF_MANY[name])]}).SerializeToString()
     if len(data) <= _MOST_BYTES:
-        if len(_PARTS) >= _MOST_BYTES:
-            _PARTS.clear()
-        _PARTS[id(value),] = value, data
+        keep(_PARTS, id(value), (value, data))
     return data
 
 

@@ -29,18 +29,19 @@ def compared(
 
     Args:
         sides: a publisher and a subscriber, each with its values.
-        drafts: of both, where no rule speaks of the pair: then lines are remembered.
+        drafts: of both, where the two are alone: then lines are remembered that no speaking rule reads.
         spoken: by code of the rules that speak, whether that leaves the pair open.
     """
     alike = [_alike(resolved, draft) for (resolved, _), draft in zip(sides, drafts, strict=False)]
     remembered = len(alike) == len(sides) and None not in alike
     for index, codes in _comparing(sides[0][0].pack):
         key = (index, *[(first, changed.get(index)) for first, changed in filter(None, alike)])
-        if remembered and key in COMPARED:
+        quiet = remembered and (not spoken or spoken.keys().isdisjoint(codes))
+        if quiet and key in COMPARED:
             found = COMPARED[key]
         else:
             found = _comparison(index, codes, sides, spoken)
-            if remembered:
+            if quiet:
                 keep(COMPARED, key, found)
         if found is not None:
             yield found
