@@ -1,6 +1,9 @@
 """Copies of systems share nothing that can change; and no collector runs while much is built."""
 
 import gc
+import json
+import subprocess
+import sys
 from copy import deepcopy
 
 import pytest
@@ -67,3 +70,25 @@ def test_a_check_leaves_nothing_to_collect():
         assert gc.collect() == 0
     finally:
         gc.enable()
+
+
+ANSWERING = """
+import gc, json
+import cqos_core as cqos
+from cqos_core.model.memory import collect_new_objects_only
+cqos.check_pair("ros2", {}, {}).findings
+collect_new_objects_only()
+before = gc.get_stats()
+for number in range(400):
+    offered = {"depth": str(1 + number), "deadline": f"{100 + number}ms"}
+    [*cqos.check_pair("ros2", offered, {"deadline": f"{200 + number}ms"}).guarantees]
+print(json.dumps([after["collections"] - each["collections"] for after, each in zip(gc.get_stats(), before)]))
+"""
+
+
+def test_a_process_that_answers_never_stops_for_what_it_remembers():
+    """With the usual thresholds, the collector looks at older objects ten times in this run."""
+    run = subprocess.run([sys.executable, "-c", ANSWERING], capture_output=True, text=True, check=True)
+    young, older, oldest = json.loads(run.stdout)
+    assert young > 5
+    assert older == oldest == 0
