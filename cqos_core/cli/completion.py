@@ -23,7 +23,8 @@ _Word = tuple[str, str]
 
 @click.command(
     epilog="bash: cqos completion bash > ~/.local/share/bash-completion/completions/cqos; zsh: cqos completion zsh > "
-    '"${fpath[1]}/_cqos"; fish: cqos completion fish > ~/.config/fish/completions/cqos.fish'
+    '"${fpath[1]}/_cqos"; fish: cqos completion fish > ~/.config/fish/completions/cqos.fish. '
+    "Exit codes: 0 printed; 2 wrong usage; 3 internal error."
 )
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @debug_option

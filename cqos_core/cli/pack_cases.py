@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 _FOLDER = "cases"
 
 
-@click.command(name="test-pack")
+@click.command(
+    name="test-pack",
+    epilog="Exit codes: 0 every case gives what it expects; 1 one does not; 2 wrong usage, or a file that cannot be read; "
+    "3 internal error.",
+)
 @click.argument("pack")
 @click.argument("cases", nargs=-1, type=click.Path(exists=True))
 @debug_option
@@ -34,8 +38,6 @@ def test_pack(*, pack: str, cases: tuple[str, ...]) -> None:
 
     PACK is a rule pack in YAML, or the id of an installed one. CASES are case files and folders with them; if none is named,
     the folder `cases` beside PACK. Rules without a case on both sides of their boundary are listed.
-
-    Exit code: 0 if every case gives what it expects, 1 if one does not, 2 if a file cannot be read.
 
     \b
     Examples:

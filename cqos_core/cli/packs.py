@@ -13,7 +13,7 @@ from cqos_core.formatters.json_report import versioned
 from cqos_core.plugins import load_plugins
 
 
-@click.command()
+@click.command(epilog="Exit codes: 0 printed; 2 wrong usage, or no such rule pack; 3 internal error.")
 @click.argument("pack_id", metavar="[ID]", required=False)
 @click.option(
     "--as",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.rule_docs import Reported
 
 
-@click.command()
+@click.command(epilog="Exit codes: 0 printed; 2 wrong usage, or no such rule or code; 3 internal error.")
 @click.argument("code")
 @click.option(
     "--format",

@@ -10,7 +10,7 @@ from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.streams import emit
 
 
-@click.command()
+@click.command(epilog="Exit codes: 0 printed; 2 wrong usage; 3 internal error.")
 @debug_option
 def schema() -> None:
     """Print the JSON schema of the YAML system file.

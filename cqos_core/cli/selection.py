@@ -11,7 +11,7 @@ from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.codes import CodeInfo
@@ -52,22 +52,21 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     return Counted(_rules("--select", select, known), _rules("--ignore", ignore, known))
 
 
-def _rules(option: str, values: Sequence[str], known: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+def _rules(option: str, values: Sequence[str], known: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    codes = grouped((text.lower(), code.lower()) for text, code in known)
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
-        if not any(name.startswith(rule.lower()) for name in known):
-            near = nearest(rule.lower(), known, listed=False)
+        if not any(name.startswith(rule.lower()) for name in codes):
+            near = nearest(rule, {text for text, _ in known}, listed=False)
             raise refused(option, f"no rule has the code or name `{rule}`{near}")
-    return tuple(code for rule in rules for code in known.get(rule.lower(), (rule.lower(),)))
+    return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 
 
-def _known(context: Context) -> Mapping[str, Sequence[str]]:
-    """Map the codes, names, and former codes and names of all rules to the codes that have them now, in lower case."""
+def _known(context: Context) -> list[tuple[str, str]]:
+    """Return the codes, names, and former codes and names of all rules, each with the code that has them now."""
     from cqos_core.model.codes import CODES
 
     found: list[Rule | CodeInfo] = [*CODES.values()]
     for pack in filter(None, map(context.find_pack, load_plugins().packs)):
         found += (*pack.rules, *pack.codes)
-    return grouped(
-        (text.lower(), each.code.lower()) for each in found for text in (each.code, each.name, *each.aliases)
-    )
+    return [(text, each.code) for each in found for text in (each.code, each.name, *each.aliases)]

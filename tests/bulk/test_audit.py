@@ -153,6 +153,25 @@ def test_a_table_that_cannot_be_audited_is_refused(table, arguments, message, tm
     assert message in done.err
 
 
+@pytest.mark.parametrize(
+    ("participants", "code", "message"),
+    [
+        ("{}", 2, "error: robot.yaml: there is no endpoint in it, so nothing was checked\n"),
+        (
+            "{a: {publishes: {t: }}}",
+            1,
+            "error: no pair was compared: no publisher matches a subscriber in what was read\n",
+        ),
+        ("{a: {publishes: {t: }}, b: {subscribes: {t: }}}", 0, ""),
+    ],
+)
+def test_an_audit_that_compares_nothing_says_so(participants, code, message, tmp_path):
+    needed("duckdb")
+    (tmp_path / "robot.yaml").write_text(f"cqos: 1\nprotocol: ros2\nparticipants: {participants}\n", "utf-8")
+    done = run(["audit", "robot.yaml"], tmp_path)
+    assert (done.code, done.err) == (code, message)
+
+
 def test_an_endpoint_with_two_wrong_values_is_one_endpoint(tmp_path):
     needed("duckdb")
     table = "role,topic,depth,deadline\npublisher,/a,99999999999999999999999,1e400s\nsubscriber,/a,-1,-5ms\n"

@@ -325,6 +325,7 @@ def test_an_option_of_the_command_line_wins_over_the_file(cqos, files):
     ("arguments", "said"),
     [
         (["--option", "rmw=zenoh"], "`rmw=zenoh` is not of the form PACK.NAME=VALUE, for instance ros2.rmw=cyclonedds"),
+        (["--select", "ros1O1"], "no rule has the code or name `ros1O1`; did you mean `ROS101`?"),
         (["--option", "rso2.rmw=zenoh"], "there is no rule pack `rso2`; did you mean `ros2`?"),
         (["--option", "ros2.rnw=zenoh"], "has no option `rnw`; did you mean `rmw`?"),
         (

@@ -6,7 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
+
+from cqos_core.plugins import load_plugins
 
 GOOD = """
 import click
@@ -144,6 +147,18 @@ def test_commands_of_plugins_stand_in_the_help(forked, plugins):
     out = forked("--help", **plugins).out
     assert "Commands of plugins:\n  greet" in out
     assert "Say hello." in out
+
+
+def test_every_command_says_its_exit_codes():
+    def commands(name, command):
+        if isinstance(command, click.Group):
+            for each in command.list_commands(click.Context(command)):
+                yield from commands(f"{name} {each}", command.get_command(click.Context(command), each))
+        else:
+            yield name, command
+
+    every = [one for name, info in load_plugins().commands.items() for one in commands(name, info.load())]
+    assert [name for name, command in every if "Exit codes" not in (command.epilog or "")] == []
 
 
 def test_a_broken_plugin_is_reported_and_harms_nothing(forked, plugins):

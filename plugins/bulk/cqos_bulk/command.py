@@ -18,7 +18,10 @@ from cqos_core.model.system import Setting
 _ORDER: Final = ("note", "warning", "error")
 
 
-@click.command()
+@click.command(
+    epilog="Exit codes are those of `cqos check`: 0 clean; 1 findings at or above the fail level, or no pair was compared; "
+    "2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
+)
 @click.argument("source")
 @click.option("--table", default="endpoints", show_default=True, help="The table of a database.")
 @click.option("--protocol", metavar="ID", help="The rule pack of rows that state no protocol.")
@@ -77,7 +80,9 @@ def audit(
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
     from cqos_bulk.fleet import WantedAudit, run_audit
     from cqos_bulk.fleet_report import as_json, as_text
+    from cqos_core.cli import FINDINGS, UNUSABLE
     from cqos_core.cli.progress import Progress
+    from cqos_core.cli.streams import say
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
@@ -96,9 +101,14 @@ def audit(
             raise CqosError(str(error)) from None
     click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
     pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
+    if not result.totals["endpoints"]:
+        say(f"{source}: there is no endpoint in it, so nothing was checked", severity="error")
+        ctx.exit(UNUSABLE)
+    if not pairs:
+        say("no pair was compared: no publisher matches a subscriber in what was read", severity="error")
     bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)
     if bad or not pairs:
-        ctx.exit(1)
+        ctx.exit(FINDINGS)
 
 
 def _options(given: tuple[str, ...]) -> dict[str, dict[str, Setting]]:

@@ -9,7 +9,7 @@ import sys
 import click
 
 
-@click.command()
+@click.command(epilog="Exit codes: 0 ended by the editor; 2 wrong usage.")
 @click.option(
     "--stdio", is_flag=True, help="Accepted for clients that pass it; the server always uses standard input and output."
 )
