@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import pytest
+
 from cqos_core import check
 from cqos_core.checking.session import Session
-from cqos_core.language.expression import as_condition
+from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
@@ -79,6 +81,26 @@ def test_a_requirement_on_an_end_that_cannot_be_decided_leaves_its_pairs_unknown
 def test_what_cannot_be_decided_stays_silent_about_creation_and_what_is_forbidden():
     assert what_a_rule_says(requires, severity="error", creation=True) == ([], set())
     assert what_a_rule_says(forbids, severity="error") == ([], set())
+
+
+@pytest.mark.parametrize(
+    ("severity", "care", "said", "verdict"),
+    [
+        ("error", "signed", "error", "incompatible"),
+        ("error", "unknown", "warning", "unknown"),
+        ("error", "usual", "warning", "unknown"),
+        ("error", "insured", None, "compatible"),
+        ("warning", "signed", "warning", "compatible"),
+        ("warning", "unknown", None, "compatible"),
+    ],
+)
+def test_an_error_that_forbids_pairs_leaves_those_unknown_that_it_cannot_decide(severity, care, said, verdict):
+    condition = (offered(CARE) == "insured") & (requested(CARE) == "signed")
+    rule = forbids(condition, code="POST999", name="of-pairs", because="it is so", severity=severity)
+    where = context([replace(POST, rules=(*POST.rules, rule))])
+    report = checked(writer("box", care="insured"), reader("box", care=care), where=where)
+    assert report.verdict == verdict
+    assert [str(each.severity) for each in report.findings if each.code == "POST999"] == ([said] if said else [])
 
 
 def test_a_requirement_that_holds_under_some_assumptions_is_one_of_them():

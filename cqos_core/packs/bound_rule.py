@@ -70,16 +70,28 @@ class BoundRule:
         return min(found.values(), key=SEVERITIES.index) if usual is None else usual
 
     def by_severity(self) -> Iterator[BoundRule]:
-        """Yield the rule once for each severity, limited to the values of the option that give it."""
+        """Yield the rule once for each severity, limited to the values of the option that give it.
+
+        What is forbidden of pairs as an error comes as required not to be: a pair for which it cannot be decided is unknown.
+        """
         if isinstance(self.rule.severity, str):
-            yield self
+            yield self._opposite() if self.breaks_pairs else self
             return
         found, condition = self.severities, self.rule.condition
         for severity in dict.fromkeys(found.values()):
             here = in_(option(self.option), *(value for value, each in found.items() if each == severity))
             limited = condition & here if self.rule.kind == "forbids" else condition | ~here
             rule = replace(self.rule, condition=limited, severity=severity)
-            yield BoundRule(rule, self.vocabulary, self.scope, self.role)
+            yield from BoundRule(rule, self.vocabulary, self.scope, self.role).by_severity()
+
+    @property
+    def breaks_pairs(self) -> bool:
+        """Whether it forbids something of pairs as an error."""
+        return self.scope == "pair" and self.rule.kind == "forbids" and self.rule.severity == "error"
+
+    def _opposite(self) -> BoundRule:
+        rule = replace(self.rule, kind="requires", condition=~self.rule.condition)
+        return BoundRule(rule, self.vocabulary, self.scope, self.role)
 
 
 def bind_rule(rule: Rule, vocabulary: Vocabulary) -> BoundRule:

@@ -180,6 +180,10 @@ def _meaning(bound: BoundRule) -> list[str]:
         said = [f"{matching}. The rule reports {reported}."]
     elif rule.kind == "forbids":
         said = [f"The rule reports a finding if this certainly holds for {subject}."]
+        if bound.breaks_pairs:
+            said = [
+                f"If this holds for {subject}, the pair is incompatible. If it cannot be decided, the rule reports a warning."
+            ]
     else:
         verdict = "unknown" if rule.doubt else "incompatible"
         broken = f"; if it does not, the pair is {verdict}" if bound.scope == "pair" else ""

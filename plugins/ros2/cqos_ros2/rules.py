@@ -266,15 +266,14 @@ NAMES: Final = (
         because="files of the middleware give the two different ownership, and exclusive is no stronger form of shared",
         clause="DDS 1.4, 2.2.3.9",
     ),
-    forbids(
-        (offered(LATENCY_BUDGET) > requested(LATENCY_BUDGET))
-        & ((publisher(RMW) != "fastdds") | (subscriber(RMW) != "fastdds")),
+    requires(
+        (offered(LATENCY_BUDGET) <= requested(LATENCY_BUDGET))
+        | ((publisher(RMW) == "fastdds") & (subscriber(RMW) == "fastdds")),
         code="ROS413",
         name="latency-budget-split",
         says="{publisher} may put samples off for longer than {subscriber} accepts",
         because="a file of the middleware sets the latency budget, and all but Fast DDS compare it",
         clause="DDS 1.4, 2.2.3.8; Fast DDS, request/offer check",
-        severity="error",
     ),
     forbids(
         (INTERFACE == "topic") & (TYPE != topic(TOPIC_TYPE)),
