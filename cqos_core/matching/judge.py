@@ -228,10 +228,8 @@ def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
 
 def refused_alone(publisher: QosProfile, subscriber: QosProfile) -> bool:
     """Whether a rule over topics refuses two profiles that are alone on theirs."""
-    return any(
-        bound.rule.severity == "error" and refuses_topic(bound, publisher, subscriber)
-        for bound in publisher.pack.by_scope.get("signal", ())
-    )
+    signals = publisher.pack.by_scope.get("signal", ())
+    return any(each.rule.severity == "error" and refuses_topic(each, publisher, subscriber) for each in signals)
 
 
 def refuses_topic(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
@@ -371,8 +369,11 @@ def undecided_of(profile: QosProfile, role: str, observed: bool) -> tuple[Violat
 def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
     """Whether all that keeps a rule from being decided is reported as a finding of its own."""
     values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
-    opened = [value for value in values if isinstance(value, (Anything, Depends))]
-    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.reported for value in opened)
+    causes = [value for value in values if isinstance(value, Anything)]
+    # An assumption that breaks the rule by itself is no part of them.
+    worlds = spoken.outcome.worlds if any(isinstance(value, Depends) for value in values) else (("", None),)
+    harmless = bool(worlds) and all(result is not False for _, result in worlds)
+    return spoken.unknown and harmless and bool(causes) and all(each.reported for each in causes)
 
 
 def needs_misread(spoken: Violation, subscriber: QosProfile) -> bool:

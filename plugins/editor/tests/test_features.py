@@ -329,7 +329,7 @@ def test_outline_and_hints_stay_while_the_text_cannot_be_read(editor, design):
     assert before[7][1].startswith("depth 5 (from profile video), reliability best_effort (from profile video)")
     assert before[8] == (
         len("      /status:"),
-        "durability volatile, deadline infinite, liveliness automatic, liveliness_lease_duration infinite",
+        "durability volatile, deadline infinite, liveliness automatic, liveliness_lease_duration infinite, … 1 more",
     )
     assert [each[0] for each in editor.change(design, TEXT.replace("participants:", "x: [\nparticipants:"))] == [
         "CQ001"
