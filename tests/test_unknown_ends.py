@@ -10,6 +10,7 @@ from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
+from cqos_core.packs.rule_docs import as_text, rule_page
 from tests.worlds import CARE, POST, RETURNED, checked, reader, world, writer
 
 
@@ -101,6 +102,14 @@ def test_an_error_that_forbids_pairs_leaves_those_unknown_that_it_cannot_decide(
     report = checked(writer("box", care="insured"), reader("box", care=care), where=where)
     assert report.verdict == verdict
     assert [str(each.severity) for each in report.findings if each.code == "POST999"] == ([said] if said else [])
+
+
+def test_the_page_of_such_a_rule_says_so():
+    rule = forbids(offered(CARE) > requested(CARE), code="POST999", name="n", because="b", severity="error")
+    pack = replace(POST, rules=(*POST.rules, rule))
+    text = " ".join(as_text(rule_page(next(each for each in pack.bound_rules if each.rule is rule), pack)).split())
+    assert "Error; a warning if it cannot be decided." in text
+    assert "If this holds for a publisher and a subscriber that match, the pair is incompatible." in text
 
 
 def test_a_requirement_that_holds_under_some_assumptions_is_one_of_them():

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 CLEAN, FINDINGS, UNUSABLE, INTERRUPTED = 0, 1, 2, 130
 """Exit codes: nothing to say; findings, or what else a command looks for; input that cannot be read; Ctrl-C, as shells have it."""
+NO_ENDPOINT = "there is no endpoint in it, so nothing was checked"
+NO_PAIR = "no pair was compared: no publisher matches a subscriber in what was read"
+"""What commands say that check, of one input and of all."""
 _NEW_OBJECTS = 50_000
 """How many new objects the collector waits for. Modules alone are more than its usual 700, and hold no garbage."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from cqos_core.checking.checker import check_system
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -350,7 +350,7 @@ class _Check:
         required = self.options.require_pairs or any(each.report.misses_pairs for each in self.reports)
         missed = required and not any(each.report.pair_count for each in self.reports)
         if missed:
-            self._fault("no pair was compared: no publisher matches a subscriber in what was read")
+            self._fault(NO_PAIR)
         return missed
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
@@ -455,5 +455,5 @@ def _parts(parts: Mapping[str, str]) -> str:
 
 def _nothing(path: str, endpoints: int) -> str:
     if not endpoints:
-        return f"{path}: there is no endpoint in it, so nothing was checked"
+        return f"{path}: {NO_ENDPOINT}"
     return f"{path}: none of its {plural(endpoints, 'endpoint')} could be checked, see the findings"

@@ -11,7 +11,7 @@ from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.codes import CodeInfo
@@ -49,15 +49,18 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     if not select and not ignore:
         return Counted()
     known = _known(context)
-    return Counted(_rules("--select", select, known), _rules("--ignore", ignore, known))
-
-
-def _rules(option: str, values: Sequence[str], known: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     codes = grouped((text.lower(), code.lower()) for text, code in known)
+    names = {text for text, _ in known}
+    return Counted(_rules("--select", select, codes, names), _rules("--ignore", ignore, codes, names))
+
+
+def _rules(
+    option: str, values: Sequence[str], codes: Mapping[str, Sequence[str]], names: Iterable[str]
+) -> tuple[str, ...]:
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
         if not any(name.startswith(rule.lower()) for name in codes):
-            near = nearest(rule, {text for text, _ in known}, listed=False)
+            near = nearest(rule, names, listed=False)
             raise refused(option, f"no rule has the code or name `{rule}`{near}")
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 

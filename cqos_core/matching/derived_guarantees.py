@@ -128,7 +128,11 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarante
         # Pairs have values of their own, and most words read few of them.
         first, second = _read(pack, name)
         key = (
-            *(pack, subscriber.pack, name, _open_at(publisher.frame, first), _open_at(subscriber.frame, second)),
+            pack,
+            subscriber.pack,
+            name,
+            _open_at(publisher.frame, first),
+            _open_at(subscriber.frame, second),
             *[offered[at] for at in first],
             *[requested[at] for at in second],
         )
@@ -146,7 +150,7 @@ _GIVEN: Final[dict[tuple[Any, ...], DerivedGuarantees]] = {}
 
 @lru_cache(maxsize=_CACHE)
 def _open_at(frame: ProfileFrame, places: tuple[int, ...]) -> int:
-    """Return a number that stands for the values there that are not known: to look these up takes long."""
+    """Return a number that stands for the unknown values there, which take long to hash."""
     return number_of(tuple([(at, frame.open[at]) for at in places if at in frame.open]))
 
 
@@ -257,8 +261,10 @@ def _evidence(
     index = _implementation(pack)
     if index is None:
         return (), ()
-    named = _named(pack.policies[index], publisher.values[index], subscriber.values[index])
-    return _evidence_on(pack, word.name, faults, named)
+    of_pair = tuple(
+        name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
+    )
+    return _evidence_on(pack, word.name, faults, of_pair)
 
 
 def _implementation(pack: RulePack) -> int | None:
@@ -276,12 +282,6 @@ def _evidence_on(
     proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
     proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
     return tuple(proven), tuple(name for name in dict.fromkeys(implementations) if name not in seen)
-
-
-@lru_cache(maxsize=64)
-def _named(policy: Policy, offered: Value, requested: Value) -> tuple[str, ...]:
-    """Return the implementations that a pair may run on, those of the publisher first."""
-    return (*_alternatives(policy, offered), *_alternatives(policy, requested))
 
 
 def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
@@ -343,7 +343,7 @@ class _AskedWord:
         word, found = self.word, least
         if word.kind == "holds":
             return 1
-        for value in dict.fromkeys([value for bound in rules for value in self.candidates(bound, least, faults)]):
+        for value in (value for bound in rules for value in self.candidates(bound, least, faults)):
             if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
                 continue
             if all(self.answer(bound, value, faults) is True for bound in rules):

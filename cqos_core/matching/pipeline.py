@@ -67,7 +67,7 @@ class Pipeline:
     """
 
     def __init__(self, system: System, where: Context, resolve: Callable[[Pipeline], Resolver] | None = None) -> None:
-        """Put ``system`` at the start; ``resolve`` may know some of its endpoints from before."""
+        """Put ``system`` at the start; ``resolve`` takes the place of `resolve_all`."""
         self.stated = system
         self.where = where
         self.asked: Mapping[int, frozenset[int]] = {}

@@ -28,7 +28,8 @@ class Rule:
     Attributes:
         condition: what is required or forbidden; the rule's scope follows from its terms.
         kind: ``requires`` speaks when the condition is false, and is unknown when the condition is; ``forbids`` speaks only when it
-            is definitely true, but as an error over pairs it is unknown too; ``meets`` is a condition for two endpoints to form a pair at all.
+            is definitely true, but as an error over pairs it is unknown too; ``meets`` is a condition for two endpoints to form a
+            pair at all.
         code: permanent, pack prefix and three digits.
         name: the bad pattern in kebab case, so that "allow *name*" reads well.
         because: why it matters, a clause that can follow a colon; without a final stop.

@@ -154,7 +154,7 @@ def _severity(bound: BoundRule) -> str:
         listed = ", ".join(f"{severity} for `{text}`" for text, severity in cases.items())
         return f"{bound.severity.capitalize()} by default. Option `{bound.option.name}` sets the severity: {listed}."
     name = rule.severity.capitalize()
-    if rule.kind == "requires" and rule.severity == "error":
+    if bound.breaks_pairs or (rule.kind == "requires" and rule.severity == "error"):
         return "Warning." if rule.doubt else f"{name}; a warning if it cannot be decided."
     return f"{name}."
 
@@ -178,12 +178,11 @@ def _meaning(bound: BoundRule) -> list[str]:
         reported = "every pair that it keeps apart" if rule.always else "endpoints that it leaves without a partner"
         matching = "Two endpoints on one topic match only if this holds; otherwise no other rule checks them"
         said = [f"{matching}. The rule reports {reported}."]
+    elif bound.breaks_pairs:
+        holds = f"If this holds for {subject}, the pair is incompatible"
+        said = [f"{holds}. If it cannot be decided, the rule reports a warning."]
     elif rule.kind == "forbids":
         said = [f"The rule reports a finding if this certainly holds for {subject}."]
-        if bound.breaks_pairs:
-            said = [
-                f"If this holds for {subject}, the pair is incompatible. If it cannot be decided, the rule reports a warning."
-            ]
     else:
         verdict = "unknown" if rule.doubt else "incompatible"
         broken = f"; if it does not, the pair is {verdict}" if bound.scope == "pair" else ""

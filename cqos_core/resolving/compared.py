@@ -36,7 +36,7 @@ def compared(
     remembered = len(alike) == len(sides) and None not in alike
     for index, codes in _comparing(sides[0][0].pack):
         key = (index, *[(first, changed.get(index)) for first, changed in filter(None, alike)])
-        quiet = remembered and (not spoken or spoken.keys().isdisjoint(codes))
+        quiet = remembered and spoken.keys().isdisjoint(codes)
         if quiet and key in COMPARED:
             found = COMPARED[key]
         else:

@@ -172,9 +172,6 @@ class Calls:
         # What is accepted depends on the day.
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
         known = self._answers.get(key)
-        if known is None and len(asked) > self.limits.inline_bytes:
-            known = await self.pool.call(caller.name, frames.ANSWER, method, asked, seconds)
-            self._answers.put(key, known)
         if known is None:
             request = decode(found.request, asked)
             if request.revision:  # it stands where no writer puts it
@@ -182,7 +179,7 @@ class Calls:
                 request.revision = 0
                 asked = request.SerializeToString()
                 key = (method, key[1], asked)
-            small = not found.apart(request)
+            small = len(asked) <= self.limits.inline_bytes and not found.apart(request)
             if small and not browser and self.callers.may_answer_here(caller):
                 known = await self._here(caller, partial(answer_to, method, request, self.limits.endpoints))
             else:

@@ -80,7 +80,7 @@ def audit(
         raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
     from cqos_bulk.fleet import WantedAudit, run_audit
     from cqos_bulk.fleet_report import as_json, as_text
-    from cqos_core.cli import FINDINGS, UNUSABLE
+    from cqos_core.cli import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
     from cqos_core.cli.progress import Progress
     from cqos_core.cli.streams import say
     from cqos_core.matching.pipeline import context
@@ -102,10 +102,10 @@ def audit(
     click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
     pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
     if not result.totals["endpoints"]:
-        say(f"{source}: there is no endpoint in it, so nothing was checked", severity="error")
+        say(f"{source}: {NO_ENDPOINT}", severity="error")
         ctx.exit(UNUSABLE)
     if not pairs:
-        say("no pair was compared: no publisher matches a subscriber in what was read", severity="error")
+        say(NO_PAIR, severity="error")
     bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)
     if bad or not pairs:
         ctx.exit(FINDINGS)
