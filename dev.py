@@ -8,7 +8,6 @@ python3 dev.py docs             build the documentation as a site into build/doc
 python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
 python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
 python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
-python3 dev.py house [--record]  print how large rooms, modules and functions are; record it
 python3 dev.py bench [ARGS]     measure what C-QoS costs beside the bare work (--scale 0.1: shorter; --only pairs files ...)
 python3 dev.py explore [ARGS]   what `test` tries in short: all of it, and many new random examples (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
@@ -98,7 +97,6 @@ def main(arguments: list[str]) -> int:
         "build": build,
         "bench": bench,
         "goldens": goldens,
-        "house": house,
         "run": run,
         "setup": setup_everything,
     }
@@ -199,12 +197,6 @@ def build(arguments: list[str]) -> int:
         newest = re.findall(r"Python :: (3\.\d+)", str(read_project(ROOT)["project"]["classifiers"]))[-1]
         steps += [("mypy for the newest Python", [tool("mypy"), f"--python-version={newest}", *packages()])]
     return run_steps(steps)
-
-
-def house(arguments: list[str]) -> int:
-    """Print the figures of the house, or record them."""
-    setup(everything=True)
-    return run_steps([("house", [tool("python"), "-m", "tests.house.figures", *arguments])])
 
 
 def run(arguments: list[str]) -> int:
