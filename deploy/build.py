@@ -58,7 +58,7 @@ def main(arguments: list[str]) -> int:
             check_contents(project, wishes.output)
         if wishes.check:
             if not (tree / PAGE / "index.html").is_file():
-                raise TroubleError("a release has the page of the modeler, which needs npm: python deploy/page.py")
+                raise TroubleError("a release has the page of the modeler, which was not built: python deploy/page.py")
             check_sources(wishes.output, Path(folder, "again"))
             check_installation(wishes.output, Path(folder))
     for file in sorted(wishes.output.iterdir()):

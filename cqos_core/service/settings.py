@@ -171,9 +171,8 @@ class Settings:
             raise CqosError("--modeler serves the page at the browsers' door: add --web HOST:PORT")
         if self.modeler and not (PAGE / "index.html").is_file():
             raise CqosError(
-                "the page of the modeler is not in this installation: it was built without npm. Install a released wheel "
-                "(`pip install cqos[web]`), or install Node.js 20.19 or newer with npm and run `python3 dev.py setup` in the "
-                "clone. All other commands work without it."
+                "the page of the modeler is not in this installation, so `cqos modeler` cannot run; all other commands work. "
+                "In a clone of C-QoS, write: python3 dev.py setup (it gets Node.js from PyPI and builds the page)"
             )
 
     def _check_origins(self) -> None:
