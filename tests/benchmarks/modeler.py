@@ -13,7 +13,8 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
-from tests.modeler.conftest import FLAGS, Running
+from tests.browser import FLAGS
+from tests.modeler.conftest import Running
 from tests.modeler.drawings import many, written
 
 if TYPE_CHECKING:

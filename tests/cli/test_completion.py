@@ -7,8 +7,8 @@ import subprocess
 
 import pytest
 
+from tests.browser import missing
 from tests.cli.conftest import COMMAND, environment
-from tests.modeler.conftest import missing
 
 
 @pytest.fixture

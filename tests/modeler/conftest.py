@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import os
 import re
@@ -11,24 +10,18 @@ import signal
 import subprocess
 import sys
 import threading
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import pytest
 
 from cqos_core.service.settings import PAGE
+from tests.browser import WAIT, missing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parents[2]
-FLAGS = (
-    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
-WAIT = 90_000
-"""Milliseconds: other tests take most of the machine meanwhile."""
 LISTEN = """() => {
     const said = window.said = [];
     const listen = changes => changes.forEach(change => change.addedNodes.forEach(node => said.push(node.textContent)));
@@ -37,13 +30,6 @@ LISTEN = """() => {
 """Keeps what the status line says from now on."""
 SOON = 1_500
 """Milliseconds after which a person clicks again."""
-
-
-def missing(what) -> NoReturn:
-    """A missing component is a skip on a laptop, and a failure where CI runs."""
-    if os.environ.get("CI") == "true":
-        pytest.fail(f"{what} is missing")
-    pytest.skip(f"{what} is missing")
 
 
 class Running:
@@ -157,27 +143,6 @@ def run_modeler(built, tmp_path):
         yield start
 
 
-@pytest.fixture(scope="session")
-def browser(built):
-    """One Chromium for the tests of a process."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        missing("Chromium")
-    return launched(program)
-
-
-@cache
-def launched(program):
-    """Start Chromium, once for a process: playwright takes no second one beside it."""
-    from playwright.sync_api import sync_playwright
-
-    playwright = sync_playwright().start()
-    found = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
-    atexit.register(playwright.stop)
-    atexit.register(found.close)
-    return found
-
-
 class Shown:
     """A page in the browser, with what must not happen there.
 
@@ -284,7 +249,7 @@ class Shown:
 
 
 @pytest.fixture
-def show(browser) -> Iterator[object]:
+def show(built, browser) -> Iterator[object]:
     """Show an address; at the end nothing may have gone wrong, and nothing may have left this machine."""
     pages: list[Shown] = []
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.modeler.conftest import FLAGS, NAME, ROOT, Running, Shown
+from tests.browser import FLAGS
+from tests.modeler.conftest import NAME, ROOT, Running, Shown
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
 from tests.service.running import serving
 

@@ -11,7 +11,8 @@ from urllib.parse import urlsplit
 import pytest
 
 from cqos_core.service.settings import PAGE
-from tests.modeler.conftest import NAME, ROOT, Running, Shown, missing
+from tests.browser import missing
+from tests.modeler.conftest import NAME, ROOT, Running, Shown
 from tests.service.running import serving
 
 KEY = "x-cqos-key"

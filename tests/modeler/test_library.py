@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.modeler.conftest import Shown, missing
+from tests.browser import missing
+from tests.modeler.conftest import Shown
 from tests.modeler.drawings import CATCH, Event, Pool, drawing, written
 from tests.service.running import serving
 

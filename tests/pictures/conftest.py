@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
+from pathlib import Path
 
 import pytest
 
-from tests.modeler.conftest import ROOT, WAIT, launched, missing
+from tests.browser import WAIT
 
-AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
-
-
-@pytest.fixture(scope="session")
-def chromium():
-    """One Chromium for the tests of a process."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        missing("Chromium")
-    return launched(program)
+AXE = Path(__file__).resolve().parents[2] / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
 
 
 @pytest.fixture
-def shown(chromium, tmp_path):
+def shown(browser, tmp_path):
     """Show a text as a page; at the end its console must be empty, and it must have asked for nothing."""
     complaints: list[str] = []
     contexts = []
@@ -29,7 +20,7 @@ def shown(chromium, tmp_path):
     def show(text, **options):
         file = tmp_path / "report.html"
         file.write_text(text, encoding="utf-8", newline="")
-        contexts.append(chromium.new_context(**{"viewport": {"width": 1280, "height": 900}, **options}))
+        contexts.append(browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options}))
         contexts[-1].set_default_timeout(WAIT)
         page = contexts[-1].new_page()
         page.on("console", lambda said: complaints.append(said.text))

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_pictures.layout import layered
+from tests.browser import missing
 from tests.command import run
-from tests.modeler.conftest import ROOT, missing
+from tests.modeler.conftest import ROOT
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 
 nodes = st.integers(1, 12)

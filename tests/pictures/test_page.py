@@ -7,8 +7,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from tests.browser import missing
 from tests.command import run
-from tests.modeler.conftest import ROOT, missing
+from tests.modeler.conftest import ROOT
 from tests.pictures.conftest import AXE
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 
