@@ -28,7 +28,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     """Run the tests that need the browser in its thread, with their fixtures."""
     if is_in_thread() or "browser" not in getattr(item, "fixturenames", ()):
         return None
-    return THREAD.submit(item.config.hook.pytest_runtest_protocol, item=item, nextitem=nextitem).result()
+    done: object = THREAD.submit(item.config.hook.pytest_runtest_protocol, item=item, nextitem=nextitem).result()
+    return done
 
 
 @pytest.fixture(scope="session")
