@@ -22,7 +22,7 @@ certificates=${SSL_CERT_FILE:-/etc/ssl/certs/ca-certificates.crt}
 cp "$certificates" "$folder/etc/ssl/certs/ca-certificates.crt"
 [ ! -f /etc/hosts ] || cp /etc/hosts "$folder/etc/hosts"
 known=/etc/ssl/certs/ca-certificates.crt
-passed=(CI=true HOME=/root TERM=dumb LANG=C.UTF-8 PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+passed=(CI=true HOME=/home TERM=dumb LANG=C.UTF-8 PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
   "SSL_CERT_FILE=$known" "PIP_CERT=$known" "NODE_EXTRA_CA_CERTS=$known" "NPM_CONFIG_CAFILE=$known")
 for name in http_proxy https_proxy no_proxy HTTP_PROXY HTTPS_PROXY NO_PROXY PIP_INDEX_URL NPM_CONFIG_REGISTRY; do
   [ -z "${!name:-}" ] || passed+=("$name=${!name}")
@@ -41,10 +41,10 @@ for each in proc dev dev/pts; do
   mounted+=("$each")
 done
 
-rm -rf "$folder/root/cqos"
-git clone -q "$source" "$folder/root/cqos"
+rm -rf "$folder/home/cqos"
+git clone -q "$source" "$folder/home/cqos"
 
-inside() { chroot "$folder" /usr/bin/env -i "${passed[@]}" bash -c "cd /root/cqos && $1"; }
+inside() { chroot "$folder" /usr/bin/env -i "${passed[@]}" bash -c "cd /home/cqos && $1"; }
 
 if [ $# -gt 0 ]; then
   inside "$*"

@@ -158,6 +158,9 @@ def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
         assert exact.version in requirement.specifier, f"{requirement} does not allow {pin}"
 
 
+owners_of_modules = cache(packages_distributions)  # it reads the records of all that is installed
+
+
 @each_project_with_code
 def test_every_dependency_is_imported(project):
     """What no module imports is a download for nothing; tests and lint have extras of their own."""
@@ -170,7 +173,7 @@ def test_every_dependency_is_imported(project):
     names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     names |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
     imported = {name.partition(".")[0] for name in names}
-    modules = packages_distributions()
+    modules = owners_of_modules()
     ours = {metadata(each)["name"] for each in PROJECTS}
     for name in {Requirement(text).name for text in stated} - ours:
         provided = {

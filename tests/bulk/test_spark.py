@@ -1,7 +1,8 @@
-"""Spark as an engine: a cluster of a master and two workers in processes of their own, on the loopback interface."""
+"""Spark as an engine: in one process, and by `dev.py explore` on a cluster of a master and two workers, on the loopback interface."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -17,6 +18,7 @@ from tests.bulk.needed import needed
 from tests.bulk.random_fleet import said_by_check, write_fleet
 from tests.bulk.test_audit import audited
 from tests.bulk.tried_rules import answers_in, both_ends, both_kinds
+from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,36 +47,44 @@ def _free_port() -> int:
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[tuple[str, Any]]:
-    """Start a cluster; return its URL and a session on it."""
+def spark(tmp_path: Path) -> Iterator[tuple[str, Any]]:
+    """The URL of a master and a session on it: of this process, or of a cluster where `dev.py explore` runs."""
     needed("java", program=True)
     sql = needed("pyspark.sql") if needed("pyspark") else None
-    place, port = tmp_path, _free_port()
-    home = Path(needed("pyspark").__file__).parent
+    with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
+        patch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
+        url = stack.enter_context(_cluster(tmp_path, patch)) if EXPLORE else "local[1]"
+        builder = sql.SparkSession.builder.master(url).config("spark.sql.warehouse.dir", str(tmp_path / "warehouse"))
+        for name, value in _QUICK.items():
+            builder = builder.config(name, value)
+        session = builder.getOrCreate()
+        stack.callback(session.stop)
+        yield url, session
+
+
+@contextlib.contextmanager
+def _cluster(place: Path, patch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Start a master and two workers; return their URL."""
+    port, home = _free_port(), Path(needed("pyspark").__file__).parent
     url, deploy = f"spark://127.0.0.1:{port}", "org.apache.spark.deploy"
     worker = [f"{deploy}.worker.Worker", "--host", "127.0.0.1", "--webui-port", "0", "-c", "1", "-m", "1g", url]
     master = [f"{deploy}.master.Master", "--host", "127.0.0.1", "--port", str(port), "--webui-port", "0"]
+    patch.setenv("SPARK_DAEMON_JAVA_OPTS", _SMALL)
+    patch.setenv("SPARK_WORKER_DIR", str(place / "work"))
+    patch.setenv("SPARK_HOME", str(home))
     started: list[subprocess.Popen[bytes]] = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
-        patch.setenv("SPARK_DAEMON_JAVA_OPTS", _SMALL)
-        patch.setenv("SPARK_WORKER_DIR", str(place / "work"))
-        patch.setenv("SPARK_HOME", str(home))
-        try:
-            for command in (master, worker, worker):
-                run = [str(home / "bin" / "spark-class"), *command]
-                with (place / f"spark{len(started)}.log").open("wb") as log:
-                    started.append(subprocess.Popen(run, stdout=log, stderr=log, start_new_session=True))
-                if len(started) == 1:
-                    _wait_for(port)
-            builder = sql.SparkSession.builder.master(url).config("spark.sql.warehouse.dir", str(place / "warehouse"))
-            for name, value in _QUICK.items():
-                builder = builder.config(name, value)
-            yield url, builder.getOrCreate()
-        finally:
-            for each in reversed(started):
-                os.killpg(each.pid, signal.SIGKILL)
-                each.wait()
+    try:
+        for command in (master, worker, worker):
+            run = [str(home / "bin" / "spark-class"), *command]
+            with (place / f"spark{len(started)}.log").open("wb") as log:
+                started.append(subprocess.Popen(run, stdout=log, stderr=log, start_new_session=True))
+            if len(started) == 1:
+                _wait_for(port)
+        yield url
+    finally:
+        for each in reversed(started):
+            os.killpg(each.pid, signal.SIGKILL)
+            each.wait()
 
 
 def _wait_for(port: int) -> None:
@@ -87,9 +97,10 @@ def _wait_for(port: int) -> None:
     pytest.fail("the master of the cluster did not start")
 
 
-def test_a_cluster_says_what_python_says(cluster, tmp_path):
-    """One test, so that one cluster is started: each rule over random pairs, then an audit of a table by its name."""
-    url, session = cluster
+@pytest.mark.explored
+def test_spark_says_what_python_says(spark, tmp_path):
+    """One test, so that Spark is started once: each rule over random pairs, then an audit of a table by its name."""
+    url, session = spark
     nw, parquet = needed("narwhals"), needed("pyarrow.parquet")
     for protocol in ("dds", "mqtt", "ros2"):
         pack = load_plugins().pack(protocol)

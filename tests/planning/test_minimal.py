@@ -7,6 +7,7 @@ import pytest
 from cqos_core.analysis.planning.search import find_repair
 from cqos_core.language.solver import Task, conflict, solve
 from cqos_core.model.report import Verdict
+from tests.effort import EXPLORE
 from tests.planning.systems import (
     NAME,
     WHERE,
@@ -26,7 +27,8 @@ MOST_CHOICES = 60
 WITHOUT_REPAIR = 1_300
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(16 if EXPLORE else 8))
 @pytest.mark.parametrize("protocol", ["post", "ros2", "dds", "mqtt"])
 def test_no_change_of_less_weight_repairs_a_small_system(protocol, seed, solver):
     text = system_text(protocol, seed, 1 + seed % 2, 1 + seed // 2 % 2)
@@ -48,7 +50,8 @@ def after_of(plan):
     return report_of(again({**plan.edited.before, **plan.edited.texts}))
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(10 if EXPLORE else 3))
 @pytest.mark.parametrize("protocol", ["post", "ros2", "dds", "mqtt"])
 def test_of_a_system_without_repair_as_much_is_repaired_as_possible(protocol, seed, solver):
     text, keep = system_text(protocol, 100 + seed, 2, 2), ("publishes_0", "subscribes_0")
