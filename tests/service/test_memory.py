@@ -41,7 +41,7 @@ def document(endpoints, length=0):
 
 @pytest.fixture(scope="module")
 def tight():
-    with serving("--max-worker-memory", str(LITTLE), "--heavy-workers", "1") as running:
+    with serving("--max-worker-memory", str(LITTLE), "--heavy-workers", "1", "--max-seconds", "120") as running:
         yield running
 
 
@@ -57,7 +57,7 @@ def checks(tight):
 def test_a_worker_that_took_all_its_memory_is_replaced(heavy, tight, checks):
     checks.CheckDocument(document(1), timeout=60)
     before, written = set(tight.children()), len(tight.lines)
-    error = refused(checks.CheckDocument, heavy, timeout=60)
+    error = refused(checks.CheckDocument, heavy, timeout=120)
     assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
     assert violations(error) == {"request": f"answering it takes more memory than the {LITTLE} bytes that are allowed"}
     ended = tight.wait_for(lambda line: line["event"] == "worker ended" and line in tight.lines[written:])

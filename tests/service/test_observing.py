@@ -70,7 +70,7 @@ class Collector(trace_service_pb2_grpc.TraceServiceServicer):
         return trace_service_pb2.ExportTraceServiceResponse()
 
     def wait_for(self, *names):
-        until = time.monotonic() + 20
+        until = time.monotonic() + 60
         while not self.spans.keys() >= set(names):
             assert time.monotonic() < until, f"only {self.spans.keys()} came"
             time.sleep(0.02)

@@ -416,11 +416,10 @@ def test_workers_end_with_a_service_that_is_killed(start):
     assert children
     service.process.kill()
     service.stop()
-    for _ in range(200):
-        if not any(map(alive, children)):
-            break
+    until = time.monotonic() + 60
+    while any(map(alive, children)):
+        assert time.monotonic() < until
         time.sleep(0.05)
-    assert not any(map(alive, children))
 
 
 # --- several processes ---
@@ -439,7 +438,7 @@ def test_several_processes_share_a_port_and_one_that_dies_is_replaced(start):
             with service.client() as client:
                 assert client.check_pair("ros2").verdict == "compatible"
         os.kill(int(str(first)), signal.SIGKILL)
-        service.wait_for(lambda line: line["event"] == "process died", 10)
+        service.wait_for(lambda line: line["event"] == "process died")
         while len(serving()) < 3 and time.monotonic() < deadline:
             time.sleep(0.05)
         assert len({line["pid"] for line in serving()}) == 3
@@ -468,7 +467,7 @@ def test_processes_end_with_the_one_that_started_them():
     finally:
         service.process.kill()
         service.stop()
-    until = time.monotonic() + 20
+    until = time.monotonic() + 60
     while any(map(alive, children)):
         assert time.monotonic() < until
         time.sleep(0.05)

@@ -254,7 +254,7 @@ def test_new_certificates_are_taken_without_a_restart(start, tmp_path):
         return shutil.copy(certificate, tmp_path / f"{time.monotonic_ns()}.pem")
 
     def asked(own, authority):
-        with Client(f"https://localhost:{own.grpc.rpartition(':')[2]}", authority=str(authority), timeout=5) as client:
+        with Client(f"https://localhost:{own.grpc.rpartition(':')[2]}", authority=str(authority), timeout=30) as client:
             return client.check_pair("ros2").verdict
 
     before = renew()
@@ -262,7 +262,7 @@ def test_new_certificates_are_taken_without_a_restart(start, tmp_path):
         assert asked(own, before) == "compatible"
         after = renew()
         time.sleep(1.2)
-        until = time.monotonic() + 10
+        until = time.monotonic() + 60
         while True:
             with contextlib.suppress(ServiceError):
                 assert asked(own, after) == "compatible"
@@ -274,4 +274,4 @@ def test_new_certificates_are_taken_without_a_restart(start, tmp_path):
         certificate.write_text("nothing", encoding="utf-8")
         time.sleep(1.2)
         assert asked(own, after) == "compatible"
-        own.wait_for(lambda line: line["event"] == "certificates not reloaded", 10)
+        own.wait_for(lambda line: line["event"] == "certificates not reloaded")
