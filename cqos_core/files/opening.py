@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import posixpath
-import stat
 from dataclasses import field
 from typing import TYPE_CHECKING, BinaryIO, Final
 
@@ -197,34 +195,3 @@ def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: 
                 yield path
             else:
                 found.skipped += 1
-
-
-def write_whole(path: str, data: bytes) -> None:
-    """Write a file so that it holds all of ``data``, or what it held before.
-
-    Raises:
-        OSError: it cannot be written; nothing is left behind.
-    """
-    from pathlib import Path
-
-    # A link stays a link, and the file it leads to is the one replaced.
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        # A pipe or a device cannot be replaced by a file.
-        target.write_bytes(data)
-        return
-    if target.exists() and not os.access(target, os.W_OK):
-        # The folder allows replacing the file, but the file itself is write-protected.
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    draft = target.with_name(f".{target.name[:100]}.{os.urandom(8).hex()}.tmp")
-    try:
-        with draft.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if target.exists():
-            draft.chmod(stat.S_IMODE(target.stat().st_mode))
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
