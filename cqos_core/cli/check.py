@@ -203,6 +203,10 @@ def _once(
 
         work.proofs = runs_from_json(options.proofs, read_path(options.proofs).data)
     work.run(paths)
+    # Folders have many inputs, and files include others.
+    read = [*work.files(), *filter(None, [options.proofs])]
+    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
+    check_targets("--write-baseline", filter(None, [options.write_baseline]), read)
     if options.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]

@@ -10,6 +10,7 @@ import click
 
 from cqos_core.cli.parameters import refused
 from cqos_core.cli.streams import emit, write_file
+from cqos_core.files.writing import is_same_file
 from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
@@ -99,11 +100,11 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
     Raises:
         click.BadParameter: naming the file and what is wrong with it.
     """
-    read = {os.path.realpath(path) for path in inputs}
+    read = [*inputs]
     for target in targets:
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
         for is_wrong, message in (
-            (os.path.realpath(target) in read, f"`{target}` is an input and would be overwritten."),
+            (any(is_same_file(target, each) for each in read), f"`{target}` is an input and would be overwritten."),
             (os.path.isdir(target), f"`{target}` is a folder; name a file in it."),  # noqa: PTH112
             (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into."),  # noqa: PTH112
         ):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from itertools import combinations
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
@@ -191,27 +192,52 @@ def _stated(known: Sequence[Mapping[str, str]], number: int) -> dict[str, str]:
     return {setting_name(name): text for name, text in stated.items() if name == "profile" or name not in NO_SETTINGS}
 
 
+OUTPUTS: Final = (".parquet", ".csv", ".ndjson", ".jsonl")
+"""Endings of files for findings; each is a format."""
+
+
 def write_findings(found: Audited, store: TableStore, output: Path) -> None:
-    """Write the findings as one Parquet file, with what their profiles state as JSON."""
+    """Write the findings as one file, whole or not at all, with what their profiles state as JSON; the ending decides the format."""
     import pyarrow as pa
-    from pyarrow import parquet
 
     store.keep("written", found.findings)
     texts = [json.dumps(_stated(found.texts, at), sort_keys=True) for at in range(len(found.texts))]
-    part = output.with_name(f"{output.name}.part")
+    target = output.resolve()  # a link stays a link
+    part = target.with_name(f".{target.name[:100]}.{token_hex(8)}.part")
     writer = None
     try:
         for table in store.tables("written"):
             for end in _ROLES:
                 said = [texts[at] if at >= 0 else "" for at in table[end].to_pylist()]
                 table = table.append_column(f"{end}_settings", pa.array(said, pa.string()))  # noqa: PLW2901 - with more columns
-            writer = writer or parquet.ParquetWriter(part, table.schema)
+            writer = writer or _writer(output.suffix.lower(), part, table.schema)
             writer.write_table(table)
-    finally:
         if writer is not None:
             writer.close()
-    if writer is not None:
-        part.rename(output)
+            part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _writer(suffix: str, path: Path, schema: Any) -> Any:
+    from pyarrow import csv, parquet
+
+    if suffix == ".parquet":
+        return parquet.ParquetWriter(path, schema)
+    return csv.CSVWriter(path, schema) if suffix == ".csv" else _Lines(path)
+
+
+class _Lines:
+    """Writes a JSON object for each row."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("x", encoding="utf-8", newline="\n")
+
+    def write_table(self, table: Any) -> None:
+        self._file.writelines(f"{json.dumps(row)}\n" for row in table.to_pylist())
+
+    def close(self) -> None:
+        self._file.close()
 
 
 def as_text(result: FleetResult, where: Context) -> str:
