@@ -8,6 +8,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.files.ignoring import Ignored
+from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
@@ -140,7 +141,7 @@ class Found:
     Attributes:
         files: in order, each once.
         skipped: how many foreign files were passed over in folders.
-        not_searched: folders that were passed over: generated, or excluded.
+        not_searched: folders that were passed over: generated, excluded, behind a link that leads elsewhere, or too deep.
         problems: folders that cannot be searched.
     """
 
@@ -177,11 +178,8 @@ def find_files(
 
 
 def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
-    def unreadable(error: OSError) -> None:
-        message = f"the folder cannot be searched: {error.strerror}"
-        found.problems.append(Problem("CQ001", message, Place(str(error.filename))))
-
-    for inner, folders, names in os.walk(folder, onerror=unreadable):
+    skipped: list[Skipped] = []
+    for inner, folders, names in walk(folder, skipped):
         ignored.enter(inner)
         kept = [name for name in sorted(folders) if not ignored(inner, name, is_folder=True)]
         found.not_searched += [os.path.join(inner, n) for n in sorted(folders) if n not in kept and n[0] != "."]  # noqa: PTH118
@@ -195,3 +193,9 @@ def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: 
                 yield path
             else:
                 found.skipped += 1
+    found.not_searched += [each.shown for each in skipped if not each.refused]
+    found.problems += [
+        Problem("CQ001", f"the folder cannot be searched: {each.cause}", Place(each.path))
+        for each in skipped
+        if each.refused
+    ]

@@ -25,6 +25,7 @@ from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
+from cqos_core.files.walking import walk
 from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.installed import headers
@@ -292,7 +293,12 @@ def _is_read(output: Path, path: str) -> bool:
 def _files(path: str) -> list[Path]:
     """Return the files of this machine that a path names."""
     named = [Path(path)] if Path(path).exists() else map(Path, glob(path))  # noqa: PTH207 - it may be absolute
-    return sorted(each for one in named for each in ([one] if one.is_file() else one.rglob("*")) if each.is_file())
+    return sorted(each for one in named for each in ([one] if one.is_file() else _files_below(one)) if each.is_file())
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    for inner, _, names in walk(str(folder), []):
+        yield from (Path(inner, name) for name in names)
 
 
 def _stamps(path: str) -> list[str]:
@@ -303,7 +309,9 @@ def _stamps(path: str) -> list[str]:
 def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSystem]:
     """Yield the systems of files: those of a folder together, then each folder in it when its turn comes."""
     path, some = Path(wanted.path), False
-    inner = sorted(each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else []
+    folders = (each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else ()
+    # As in a check, links to folders are not followed: one may lead anywhere.
+    inner = sorted(each for each in folders if not each.is_symlink())
     for each in (path, *inner):
         excluded = [patterns(["*/"], str(path))] if each == path and inner else []
         loaded = load_paths([str(each)], protocol=wanted.protocol, excluded=excluded)
