@@ -10,7 +10,6 @@ import click
 
 from cqos_core.cli.parameters import refused
 from cqos_core.cli.streams import emit, write_file
-from cqos_core.files.writing import is_same_file
 from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
@@ -102,6 +101,8 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
     """
     read = [*inputs]
     for target in targets:
+        from cqos_core.files.writing import is_same_file  # few runs write files
+
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
         for is_wrong, message in (
             (any(is_same_file(target, each) for each in read), f"`{target}` is an input and would be overwritten."),

@@ -10,7 +10,6 @@ from typing import TextIO
 
 import click
 
-from cqos_core.files.writing import ChangedFileError, replace_all, write_new, write_whole
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.problems import CqosError, Problem
 
@@ -148,6 +147,8 @@ def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> No
     Raises:
         CqosError: a file changed, or it cannot be written; it holds what it held before.
     """
+    from cqos_core.files.writing import ChangedFileError, replace_all  # few runs write files
+
     try:
         replace_all(texts, before)
     except ChangedFileError as error:
@@ -162,6 +163,8 @@ def write_new_file(path: str, text: str) -> None:
     Raises:
         CqosError: it is there, or it cannot be written; nothing is left behind.
     """
+    from cqos_core.files.writing import ChangedFileError, write_new
+
     try:
         write_new(path, text.encode("utf-8", "backslashreplace"))
     except ChangedFileError as error:
@@ -176,6 +179,8 @@ def write_file(path: str, text: str) -> None:
     Raises:
         CqosError: it cannot be written; nothing is left behind.
     """
+    from cqos_core.files.writing import write_whole
+
     try:
         write_whole(path, text.encode("utf-8", "backslashreplace"))
     except OSError as error:

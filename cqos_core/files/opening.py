@@ -8,7 +8,6 @@ from dataclasses import field
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.files.ignoring import Ignored
-from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
@@ -178,6 +177,8 @@ def find_files(
 
 
 def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
+    from cqos_core.files.walking import Skipped, walk  # single files need none
+
     skipped: list[Skipped] = []
     for inner, folders, names in walk(folder, skipped):
         ignored.enter(inner)
