@@ -203,6 +203,10 @@ def _once(
 
         work.proofs = runs_from_json(options.proofs, read_path(options.proofs).data)
     work.run(paths)
+    # Folders have many inputs, and files include others.
+    read = [*work.files(), *filter(None, [options.proofs])]
+    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
+    check_targets("--write-baseline", filter(None, [options.write_baseline]), read)
     if options.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
@@ -255,6 +259,7 @@ class _Check:
         reports: one per system.
         how: how files were put together as systems.
         empty: what to say of paths in which something was expected, and nothing could be checked.
+        refused: why fixes were not written.
     """
 
     reader: InputReader
@@ -268,6 +273,7 @@ class _Check:
     empty: list[str] = field(default_factory=list)
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
     def run(self, paths: Sequence[str]) -> None:
@@ -295,10 +301,13 @@ class _Check:
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            system, report, diff, notes = fixed(unit, system, reader, self.counted, write=not options.show_diff)
-            self.diffs.append(diff)
-            for note in notes:
+            done = fixed(unit, system, reader, self.counted, write=not options.show_diff)
+            system, report = done.system, done.report
+            self.diffs.append(done.diff)
+            for note in done.notes:
                 self._note(note)
+            if done.refused:
+                self.refused.append(done.refused)
         if not report.endpoints and not report.partial:
             only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
             if unit.named and (alone or not only_profiles):
@@ -337,7 +346,7 @@ class _Check:
         say_problems(self.loaded.problems, self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        if self.loaded.problems or self.empty or not written:
+        if self.loaded.problems or self.empty or self.refused or not written:
             return UNUSABLE
         if self.options.write_baseline is not None:
             return CLEAN
@@ -416,7 +425,7 @@ class _Check:
 
     def _say_rest(self) -> None:
         """Say on standard error what was left out, and why nothing may have been checked."""
-        for message in self.empty:
+        for message in (*self.empty, *self.refused):
             self._fault(message)
         loaded = self.loaded
         for applies, text in (

@@ -79,6 +79,8 @@ def convert(
     reader = prepare(reading, paths)
     check_targets("--output", [] if output is None else [output], paths)
     system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
+    read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
+    check_targets("--output", [] if output is None else [output], read)
     fixed = None
     if remedies is not None:
         from cqos_core.analysis.system_fixes import fix_system

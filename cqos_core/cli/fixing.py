@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.checking.checker import check_system
-from cqos_core.cli.streams import write_bytes
+from cqos_core.cli.streams import replace_files
+from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -17,22 +18,23 @@ if TYPE_CHECKING:
 
 
 class FixOutcome(NamedTuple):
-    """The system and the report after fixes, what changed as a diff, and what to say of it."""
+    """The system and the report after fixes, what changed as a diff, and what to say of it.
+
+    Attributes:
+        refused: why nothing was written; empty where it was, or where nothing was to be written.
+    """
 
     system: System
     report: Report
     diff: str
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    refused: str = ""
 
 
 def fixed(
     unit: Unit, system: System, reader: InputReader, counted: Callable[[Report], Report], *, write: bool
 ) -> FixOutcome:
-    """Apply fixes to the files of a system, in memory or, with ``write``, in place.
-
-    Raises:
-        CqosError: a file cannot be written.
-    """
+    """Apply fixes to the files of a system, in memory or, with ``write``, in place: to none where one of them changed meanwhile."""
     from cqos_core.files.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
@@ -42,8 +44,10 @@ def fixed(
         system.sources, lambda texts: counted(check_system(read(texts), reader.context)), reader.options.importer
     )
     if write:
-        for name, data in done.edited.texts.items():
-            write_bytes(name, data)
+        try:
+            replace_files(done.edited.texts, done.edited.before)
+        except CqosError as error:
+            return FixOutcome(system, counted(check_system(system, reader.context)), "", refused=str(error))
     verb = "fixed" if write else "would fix"
     notes = [f"{verb} {finding.code}: {remedy.text}" for finding, remedy in done.applied]
     notes += [f"not fixed, {finding.code} on `{finding.topic or '-'}`: {reason}" for finding, reason in done.left]

@@ -10,7 +10,7 @@ import click
 from cqos_core import config
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import emit, say
+from cqos_core.cli.streams import emit, say, write_new_file
 from cqos_core.files.loading import Loaded, load_paths, protocols_of
 from cqos_core.formatters.configuration import configuration
 from cqos_core.model.problems import CqosError
@@ -42,11 +42,7 @@ def init(folder: str) -> None:
     with Progress("reading") as progress:
         loaded = load_paths([folder], step=progress.step)
     seen = sorted(protocols_of(system for _, system in loaded.systems))
-    try:
-        with target.open("x", encoding="utf-8") as file:
-            file.write(configuration(_found(loaded, seen), seen, {*load_plugins().packs}))
-    except OSError as error:
-        raise CqosError(f"cannot write {target}: {error.strerror}") from None
+    write_new_file(str(target), configuration(_found(loaded, seen), seen, {*load_plugins().packs}))
     emit(f"{target} is written: {_found(loaded, seen)}\n")
     if loaded.problems:
         say(

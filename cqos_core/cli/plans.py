@@ -12,7 +12,7 @@ from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.streams import colored, emit, say, width, write_bytes
+from cqos_core.cli.streams import colored, emit, replace_files, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
 from cqos_core.model.dataclass import dataclass
@@ -90,8 +90,7 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
         say(text if system.endpoints else "there is no endpoint in it", severity="error", choice=run.color)
         return UNUSABLE
     if run.fix and plan.confirmed:
-        for name, data in plan.edited.texts.items():
-            write_bytes(name, data)
+        replace_files(plan.edited.texts, plan.edited.before)
     if run.show_diff:
         emit(plan.edited.diff())
     elif run.form == "json":

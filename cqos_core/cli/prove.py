@@ -19,6 +19,7 @@ from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
@@ -113,7 +114,11 @@ def prove(
 
     paths, asked = _split(arguments)
     reader = prepare(reading, paths)
+    recorded_in = [] if record in {None, STDIN} else [record]
+    check_targets("--record", recorded_in, paths)
     system, loaded = reader.one(paths, color, partly=True)
+    read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
+    check_targets("--record", recorded_in, read)
     system = named(tried_out(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)

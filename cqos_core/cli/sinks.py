@@ -99,11 +99,13 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
     Raises:
         click.BadParameter: naming the file and what is wrong with it.
     """
-    read = {os.path.realpath(path) for path in inputs}
+    read = [*inputs]
     for target in targets:
+        from cqos_core.files.writing import is_same_file  # few runs write files
+
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
         for is_wrong, message in (
-            (os.path.realpath(target) in read, f"`{target}` is an input and would be overwritten."),
+            (any(is_same_file(target, each) for each in read), f"`{target}` is an input and would be overwritten."),
             (os.path.isdir(target), f"`{target}` is a folder; name a file in it."),  # noqa: PTH112
             (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into."),  # noqa: PTH112
         ):

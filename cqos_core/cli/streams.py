@@ -5,12 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TextIO
 
 import click
 
-from cqos_core.files.opening import write_whole
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.problems import CqosError, Problem
 
@@ -138,14 +137,38 @@ def _discard_output() -> None:
         os.close(nowhere)
 
 
-def write_bytes(path: str, data: bytes) -> None:
-    """Write a file so that it holds all of ``data``, or what it held before.
+def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> None:
+    """Write new contents of files that were read: of none where one of them changed since.
+
+    Args:
+        texts: the new contents by path.
+        before: what was read.
 
     Raises:
-        CqosError: it cannot be written; nothing is left behind.
+        CqosError: a file changed, or it cannot be written; it holds what it held before.
     """
+    from cqos_core.files.writing import ChangedFileError, replace_all  # few runs write files
+
     try:
-        write_whole(path, data)
+        replace_all(texts, before)
+    except ChangedFileError as error:
+        raise CqosError(f"{error.filename} is not written: {error.strerror}") from None
+    except OSError as error:
+        raise CqosError(f"cannot write {error.filename}: {error.strerror}") from None
+
+
+def write_new_file(path: str, text: str) -> None:
+    """Write a file that is not there yet, so that it holds all of ``text``.
+
+    Raises:
+        CqosError: it is there, or it cannot be written; nothing is left behind.
+    """
+    from cqos_core.files.writing import ChangedFileError, write_new
+
+    try:
+        write_new(path, text.encode("utf-8", "backslashreplace"))
+    except ChangedFileError as error:
+        raise CqosError(f"{path} is not written: {error.strerror}") from None
     except OSError as error:
         raise CqosError(f"cannot write {path}: {error.strerror}") from None
 
@@ -156,4 +179,9 @@ def write_file(path: str, text: str) -> None:
     Raises:
         CqosError: it cannot be written; nothing is left behind.
     """
-    write_bytes(path, text.encode("utf-8", "backslashreplace"))
+    from cqos_core.files.writing import write_whole
+
+    try:
+        write_whole(path, text.encode("utf-8", "backslashreplace"))
+    except OSError as error:
+        raise CqosError(f"cannot write {path}: {error.strerror}") from None

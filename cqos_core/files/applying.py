@@ -11,7 +11,8 @@ from typing import Final
 
 from cqos_core.files.edits import edited, replacements
 from cqos_core.files.loading import GivenSource, read_together, recognise
-from cqos_core.files.opening import open_file, read_path, write_whole
+from cqos_core.files.opening import open_file, read_path
+from cqos_core.files.writing import replace_all
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.grouping import grouped
@@ -49,10 +50,10 @@ class Edited:
         """Write every changed text to the file of its name, each whole or not at all.
 
         Raises:
+            ChangedFileError: a file no longer holds what was read of it; none is written.
             OSError: a file cannot be written; it holds what it held before.
         """
-        for name, data in self.texts.items():
-            write_whole(name, data)
+        replace_all(self.texts, self.before)
 
 
 def _diff(name: str, before: str, after: str) -> Iterable[str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import posixpath
-import stat
 from dataclasses import field
 from typing import TYPE_CHECKING, BinaryIO, Final
 
@@ -142,7 +140,7 @@ class Found:
     Attributes:
         files: in order, each once.
         skipped: how many foreign files were passed over in folders.
-        not_searched: folders that were passed over: generated, or excluded.
+        not_searched: folders that were passed over: generated, excluded, behind a link that leads elsewhere, or too deep.
         problems: folders that cannot be searched.
     """
 
@@ -179,11 +177,10 @@ def find_files(
 
 
 def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
-    def unreadable(error: OSError) -> None:
-        message = f"the folder cannot be searched: {error.strerror}"
-        found.problems.append(Problem("CQ001", message, Place(str(error.filename))))
+    from cqos_core.files.walking import Skipped, walk  # single files need none
 
-    for inner, folders, names in os.walk(folder, onerror=unreadable):
+    skipped: list[Skipped] = []
+    for inner, folders, names in walk(folder, skipped):
         ignored.enter(inner)
         kept = [name for name in sorted(folders) if not ignored(inner, name, is_folder=True)]
         found.not_searched += [os.path.join(inner, n) for n in sorted(folders) if n not in kept and n[0] != "."]  # noqa: PTH118
@@ -197,34 +194,9 @@ def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: 
                 yield path
             else:
                 found.skipped += 1
-
-
-def write_whole(path: str, data: bytes) -> None:
-    """Write a file so that it holds all of ``data``, or what it held before.
-
-    Raises:
-        OSError: it cannot be written; nothing is left behind.
-    """
-    from pathlib import Path
-
-    # A link stays a link, and the file it leads to is the one replaced.
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        # A pipe or a device cannot be replaced by a file.
-        target.write_bytes(data)
-        return
-    if target.exists() and not os.access(target, os.W_OK):
-        # The folder allows replacing the file, but the file itself is write-protected.
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    draft = target.with_name(f".{target.name[:100]}.{os.urandom(8).hex()}.tmp")
-    try:
-        with draft.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if target.exists():
-            draft.chmod(stat.S_IMODE(target.stat().st_mode))
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
+    found.not_searched += [each.shown for each in skipped if not each.refused]
+    found.problems += [
+        Problem("CQ001", f"the folder cannot be searched: {each.cause}", Place(each.path))
+        for each in skipped
+        if each.refused
+    ]

@@ -92,6 +92,7 @@ class Meeting:
             comes over one of them (exclusive ownership) or another one gets the rest (a shared subscription).
         plain: a regular expression for names that are the form endpoints meet on for any participant, and about which no rule over
             topics reports; empty: no name is.
+        longest: how many characters such a name may have; None: any number.
         before: what a name becomes plain with that `resolve` puts this and nothing else before, unless the name is plain itself and
             stays as it is; None where `resolve` does more.
         described: one sentence for docs and packs listings.
@@ -109,6 +110,7 @@ class Meeting:
     overlapping: str = ""
     one_way: Mapping[str, str] = field(default_factory=dict)
     plain: str = ""
+    longest: int | None = None
     before: Callable[[NameContext], str | None] = more_than_a_text_before
     described: str = "endpoints on the same topic name"
 

@@ -143,6 +143,7 @@ class Kin:
         "_conventions",
         "_external",
         "_is_plain",
+        "_longest",
         "_number",
         "_patterns",
         "base",
@@ -167,6 +168,7 @@ class Kin:
         meeting = owner.pack.meeting
         self._before = meeting.before(self._context) if meeting.match is None else None
         self._is_plain = re.compile(meeting.plain).fullmatch
+        self._longest = min(LONGEST_REMEMBERED, meeting.longest or LONGEST_REMEMBERED)
         self._patterns = patterns
 
     def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
@@ -213,7 +215,7 @@ class Kin:
         if self._before is None or within.system.topics:
             return None
         full = topic if self._is_plain(topic) else self._before + topic
-        is_short = len(full) <= LONGEST_REMEMBERED
+        is_short = len(full) <= self._longest
         return full if is_short and self._is_plain(full) and not self._conventions.may_match(full) else None
 
     def known(self, endpoint: Endpoint | Row) -> list[Any] | None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from cqos_core.files.opening import write_whole
+from cqos_core.files.writing import ChangedFileError, replace_whole, write_new
 from cqos_core.service.settings import split_address
 
 if TYPE_CHECKING:
@@ -120,7 +120,12 @@ class _Files:
             what = "changed on disk" if present is not None else "was removed"
             return _refused(412, f"{path} {what} since it was opened")
         try:
-            write_whole(str(path), content)
+            if isinstance(present, bytes):
+                replace_whole(str(path), content, present)
+            else:
+                write_new(str(path), content)
+        except ChangedFileError as error:
+            return _refused(412, f"{path} is not written: {error.strerror}")
         except OSError as error:
             return _refused(422, f"cannot write {path}: {error.strerror}")
         return Response(status_code=204, headers={**_NOT_STORED, "etag": _tag(content)})

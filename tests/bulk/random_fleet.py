@@ -17,7 +17,7 @@ from cqos_core.plugins import load_plugins
 from tests.bulk.random_ends import known_values
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from cqos_core.packs.pack import RulePack
@@ -169,13 +169,11 @@ def write_fleet(
         writer.writerows(rows)
 
 
-def said_by_check(
-    path: Path, options: Mapping[str, Mapping[str, Setting]] = MappingProxyType({})
-) -> tuple[Counter[str], Counter[tuple[str, str]]]:
-    """Return what the checks of the systems say: pairs by verdict, and pairs of findings by code and severity."""
-    verdicts, findings = Counter[str](), Counter[tuple[str, str]]()
+def systems_in(path: Path, options: Mapping[str, Mapping[str, Setting]] = MappingProxyType({})) -> Iterator[System]:
+    """Yield the systems of a table."""
     where = context()
-    rows = sorted(csv.DictReader(path.read_text("utf-8").splitlines()), key=lambda row: row["system"])
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = sorted(csv.DictReader(file), key=lambda row: row["system"])
     for _, of_system in groupby(rows, lambda row: row["system"]):
         system = System(options={pack: dict(given) for pack, given in options.items()})
         for row in of_system:
@@ -195,7 +193,16 @@ def said_by_check(
                     type=row["type"] or None,
                 )
             )
-        report = check_system(system, where)
+        yield system
+
+
+def said_by_check(
+    path: Path, options: Mapping[str, Mapping[str, Setting]] = MappingProxyType({})
+) -> tuple[Counter[str], Counter[tuple[str, str]]]:
+    """Return what the checks of the systems say: pairs by verdict, and pairs of findings by code and severity."""
+    verdicts, findings = Counter[str](), Counter[tuple[str, str]]()
+    for system in systems_in(path, options):
+        report = check_system(system, context())
         for each in report.groups:
             verdicts[each.verdict.value] += len(each.publishers) * len(each.subscribers)
         for finding in report.findings:

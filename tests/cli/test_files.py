@@ -68,3 +68,28 @@ def test_an_output_that_cannot_be_written_is_an_error_and_the_rest_is_written(cq
     assert done.code == 2
     assert "error: cannot write a.json: Read-only file system\n" in done.err
     assert "compatible" in done.out
+
+
+SYSTEM = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/t: }}, b: {subscribes: {/t: }}}\n"
+
+
+@pytest.mark.parametrize("spelling", ["designs/a.yaml", "./designs/a.yaml", "link", "hard"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("check", "designs", "--output"),
+        ("check", "designs", "--write-baseline"),
+        ("convert", "designs/a.yaml", "--to", "yaml", "--output"),
+        ("prove", "designs/a.yaml", "--record"),
+    ],
+)
+def test_no_output_replaces_an_input(command, spelling, cqos, files):
+    file = files / "designs" / "a.yaml"
+    file.parent.mkdir()
+    file.write_text(SYSTEM)
+    (files / "link").symlink_to(file)
+    (files / "hard").hardlink_to(file)
+    done = cqos(*command, spelling)
+    assert done.code == 2
+    assert f"`{spelling}` is an input and would be overwritten" in done.err
+    assert file.read_text() == SYSTEM

@@ -2,6 +2,8 @@
 
 import pytest
 
+from cqos_core.cli import fixing, plans
+
 SYSTEM = """cqos: 1
 protocol: ros2
 # my robot
@@ -49,3 +51,27 @@ def test_what_weakens_or_needs_code_is_left_with_its_reason(cqos, files):
 def test_what_cannot_be_fixed_in_place_is_refused(cqos, files, arguments):
     (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
     assert cqos("check", *arguments).code == 2
+
+
+def append_before(monkeypatch, where, name, file):
+    """Let another program append a line when the command has read the file and calls a function."""
+    real = getattr(where, name)
+
+    def call(*arguments, **named):
+        with file.open("a") as other:
+            other.write("# a line of another program\n")
+        return real(*arguments, **named)
+
+    monkeypatch.setattr(where, name, call)
+
+
+@pytest.mark.parametrize("arguments", [("check", "--fix"), ("repair", "--fix")])
+def test_a_fix_of_a_file_that_another_program_changed_is_refused(arguments, monkeypatch, cqos, files):
+    file = files / "a.yaml"
+    file.write_text(SYSTEM)
+    append_before(monkeypatch, fixing if arguments[0] == "check" else plans, "replace_files", file)
+    done = cqos(*arguments, "a.yaml")
+    assert done.code == 2
+    assert "is not written: another program changed the file after it was read" in done.err
+    assert "fixed ROS101" not in done.err
+    assert file.read_text() == SYSTEM + "# a line of another program\n"

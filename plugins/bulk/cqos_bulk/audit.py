@@ -239,6 +239,8 @@ def _is_special(profiles: FleetProfiles) -> nw.Expr | None:
     known = "|".join(pattern_of(each.pattern) for each in profiles.pack.conventions)
     name = nw.col("topic")
     unclear = ~name.str.contains(rf"(?s)\A(?:{plain})\z")
+    if profiles.pack.meeting.longest is not None:
+        unclear = unclear | (name.str.len_chars() > profiles.pack.meeting.longest)
     return unclear | name.str.contains(rf"(?s)\A(?:{known})\z") if known else unclear
 
 
@@ -291,7 +293,10 @@ def _grouped(found: _Topics, wanted: Frame) -> Frame:
 
 
 def _of_one_side(topics: Frame, profiles: FleetProfiles) -> Iterator[Frame]:
-    """Yield the findings about topics that have one side, and a name like no other."""
+    """Yield the findings about topics that have one side, and a name like no other; by convention some have their partners elsewhere."""
+    external = [at for at, each in enumerate(profiles.known) if each.resolved.external]
+    if external:
+        topics = topics.filter(~nw.col("example").is_in(external))
     for code, end, count in (("CQ401", "subscriber", "subscribers"), ("CQ402", "publisher", "publishers")):
         severity = str(CODES[code].severity)
         if severity in profiles.severities:

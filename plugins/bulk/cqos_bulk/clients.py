@@ -229,10 +229,12 @@ class Clients:
         folded = [*stated[: len(columns.topics)], *("same" if text else "" for text in stated[len(columns.topics) :])]
         folded[len(columns.topics) + len(columns.shared) :] = texts
         own = {setting_name(name): Setting(text) for name, text in zip(columns.names, folded, strict=True) if text}
+        owned: dict[str, str] = {}
         for number in dict.fromkeys(number for listed in topics.values() for number in listed):
             for key, text in settings_of(pack, self.texts[number], owned=True).items():
                 if (other := own.setdefault(key, Setting(text)).text) != text:
                     raise stated_twice(*named, key, other, text)
+                owned[key] = text
         system.participants[NAME] = Participant(NAME, pack.id, own)
         for at, (shared, beside) in enumerate(alike):
             settings = {shared: own[shared], **{key: Setting(text) for key, text in beside}}
@@ -245,9 +247,16 @@ class Clients:
             for each in listed:
                 placed[str(len(placed))] = number, each
                 system.endpoints.append(endpoint_of(pack, self.texts[each], str(len(placed) - 1), topic, NAME))
-        return self._resolved(system, placed, stated)
+        return self._resolved(system, placed, stated, {f"{DOT}{key}": text for key, text in owned.items()})
 
-    def _resolved(self, system: System, placed: Mapping[str, tuple[int, int]], stated: Sequence[str]) -> _Answer:
+    def _resolved(
+        self,
+        system: System,
+        placed: Mapping[str, tuple[int, int]],
+        stated: Sequence[str],
+        owned: Mapping[str, str],
+    ) -> _Answer:
+        """Resolve a participant; ``owned`` are its settings by column, which any of its rows may have."""
         where = self.where
         resolver = Resolver(system, where.find_pack, self.pack.id, {}, where.known_packs)
         ends: dict[int, list[int]] = {number: [] for number, _ in placed.values()}
@@ -257,7 +266,7 @@ class Clients:
             if each.endpoint.participant != NAME:
                 continue
             text = self.texts[placed[each.id][1]] if each.id in placed else {"version": ""}
-            p = self._number(each, text, [(one.code, one.severity) for one in said])
+            p = self._number(each, {**text, **owned}, [(one.code, one.severity) for one in said])
             hears_others |= each.role == SUBSCRIBER and each.key is not None and self.folding.reaches(each.key)
             if each.id in placed:
                 ends[placed[each.id][0]].append(p)

@@ -44,7 +44,11 @@ _ORDER: Final = ("note", "warning", "error")
     help="Exit with 1 on findings of this severity or worse.",
 )
 @click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", help="For people or programs.")
-@click.option("--output", type=click.Path(path_type=Path), help="Also write all findings to this Parquet file.")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Also write all findings to this file, as its ending says: .parquet, .csv, .ndjson or .jsonl.",
+)
 @click.option(
     "--work", type=click.Path(path_type=Path), help="Keep stages in this folder; the next run goes on from there."
 )

@@ -17,7 +17,7 @@ import narwhals as nw
 from cqos_bulk.audit import STAGES, Audited, audit
 from cqos_bulk.crossing import crossing_topics
 from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark
-from cqos_bulk.fleet_report import FleetResult, summed_up, write_findings
+from cqos_bulk.fleet_report import OUTPUTS, FleetResult, summed_up, write_findings
 from cqos_bulk.folded_audit import FOLDED_STAGES, audit_folded
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_name
 from cqos_bulk.table_store import TableStore
@@ -25,6 +25,8 @@ from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
+from cqos_core.files.walking import walk
+from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
@@ -54,7 +56,7 @@ class WantedAudit(NamedTuple):
         engine: ``duckdb`` or ``polars``.
         memory: the most that DuckDB may use; empty: its own default.
         work: where stages are kept; None: in a folder that is removed.
-        output: where findings are written as Parquet; None: nowhere.
+        output: where findings are written, as its ending says; None: nowhere.
         protocol: of rows that state none.
         severity: the least that is reported.
         options: of packs, by id.
@@ -122,6 +124,11 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
         raise CqosError(f"`--output {output}`: there is no folder `{output.parent}`")
     if output is not None and output.is_dir():
         raise CqosError(f"`--output {output}` is a folder; expected a file")
+    if output is not None and output.suffix.lower() not in OUTPUTS:
+        kind = f"`{output.suffix}`" if output.suffix else "a name without an ending"
+        raise CqosError(f"`--output {output}`: no format of findings has {kind}; expected one of {', '.join(OUTPUTS)}")
+    if output is not None and _is_read(output, wanted.path):
+        raise CqosError(f"`--output {output}` is a part of `{path}` and would be overwritten; name another file")
     if work is not None and work.exists() and not work.is_dir():
         raise CqosError(f"`--work {work}` is a file; expected a folder")
     for name in wanted.options:
@@ -272,17 +279,39 @@ def _refuse_without_topic(source: Frame, wanted: WantedAudit, store: TableStore)
             )
 
 
+def _is_read(output: Path, path: str) -> bool:
+    """Whether an output would replace a file that a path names, or become one of the files of a table."""
+    source = Path(path)
+    table = not source.is_dir() or source.suffix.lower() in FORMATS
+    if table and source.is_dir() and source.resolve() in output.resolve().parents:
+        return True
+    # Findings of an earlier run may stand in a folder of systems: nothing reads them there.
+    read = [str(each) for each in _files(path) if table or each.suffix.lower() not in OUTPUTS]
+    return any(is_same_file(str(output), each) for each in read)
+
+
+def _files(path: str) -> list[Path]:
+    """Return the files of this machine that a path names."""
+    named = [Path(path)] if Path(path).exists() else map(Path, glob(path))  # noqa: PTH207 - it may be absolute
+    return sorted(each for one in named for each in ([one] if one.is_file() else _files_below(one)) if each.is_file())
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    for inner, _, names in walk(str(folder), []):
+        yield from (Path(inner, name) for name in names)
+
+
 def _stamps(path: str) -> list[str]:
     """Return which files of this machine a path names, and when they were written."""
-    named = [Path(path)] if Path(path).exists() else map(Path, glob(path))  # noqa: PTH207 - it may be absolute
-    every = sorted(each for one in named for each in ([one] if one.is_file() else one.rglob("*")) if each.is_file())
-    return [f"{each} {each.stat().st_mtime_ns} {each.stat().st_size}" for each in every]
+    return [f"{each} {each.stat().st_mtime_ns} {each.stat().st_size}" for each in _files(path)]
 
 
 def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSystem]:
     """Yield the systems of files: those of a folder together, then each folder in it when its turn comes."""
     path, some = Path(wanted.path), False
-    inner = sorted(each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else []
+    folders = (each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else ()
+    # As in a check, links to folders are not followed: one may lead anywhere.
+    inner = sorted(each for each in folders if not each.is_symlink())
     for each in (path, *inner):
         excluded = [patterns(["*/"], str(path))] if each == path and inner else []
         loaded = load_paths([str(each)], protocol=wanted.protocol, excluded=excluded)

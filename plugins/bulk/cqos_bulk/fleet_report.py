@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from itertools import combinations
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
@@ -101,27 +102,49 @@ def _causes(found: Audited, both: Frame, store: TableStore) -> Iterator[Cause]:
     by_topic = counted.group_by("code", "severity", "system", "topic").agg(
         *summed("pairs", "mixed"),
         nw.when(nw.col("pairs") == 0).then(ends).otherwise(0).sum().cast(nw.Int64).alias("endpoints"),
-        nw.col("publisher").max(),
-        nw.col("subscriber").max(),
         nw.col("help").max(),
     )
     by_topic = store.keep("by_topic", by_topic)
     sums = by_topic.group_by("code", "severity").agg(nw.len().alias("topics"), *summed("pairs", "mixed", "endpoints"))
+    shown = {}
     for row in rows_of(sums):
         here = by_topic.filter((nw.col("code") == row["code"]) & (nw.col("severity") == row["severity"]))
         by = ("help", "pairs", "endpoints", "topic", "system")
         rows = here.sort(*by, descending=[True, True, True, False, False]).head(_MOST_EXAMPLES)
+        shown[row["code"], row["severity"]] = row, [tuple([each[name] for name in _SHOWN]) for each in rows_of(rows)]
+    profiles = _examples(found, [each for _, listed in shown.values() for each in listed], store)
+    for (code, severity), (row, listed) in shown.items():
         examples = tuple(
             (
-                f"{each['system']}: {each['topic']}" if each["system"] else each["topic"],
-                _stated(found.texts, each["publisher"]),
-                _stated(found.texts, each["subscriber"]),
-                each["help"],
+                f"{each[2]}: {each[3]}" if each[2] else each[3],
+                *(_stated(found.texts, number) for number in profiles[each]),
+                each[4],
             )
-            for each in rows_of(rows)
+            for each in listed
         )
         topics, pairs, endpoints, mixed_pairs = (int(row[each]) for each in ("topics", "pairs", "endpoints", "mixed"))
-        yield Cause(row["code"], row["severity"], topics, pairs, endpoints, mixed_pairs, examples)
+        yield Cause(code, severity, topics, pairs, endpoints, mixed_pairs, examples)
+
+
+_SHOWN: Final = ("code", "severity", "system", "topic", "help")
+
+
+def _examples(
+    found: Audited, shown: Sequence[tuple[str, ...]], store: TableStore
+) -> dict[tuple[str, ...], tuple[int, int]]:
+    """Return the profiles of one finding for each of some topics: both of one row, for those of two rows may well fit."""
+    if not shown:
+        return {}
+    # One number for the two, as the largest of a number is what any engine has.
+    many = len(found.texts) + 1
+    both = ((nw.col("publisher") + 1) * many + nw.col("subscriber") + 1).max().alias("both")
+    columns = dict(zip(_SHOWN, zip(*shown, strict=True), strict=True))
+    wanted = store.put("shown", {name: ("text", [*texts]) for name, texts in columns.items()})
+    rows = found.findings.join(wanted, on=[*_SHOWN], how="semi").group_by(*_SHOWN).agg(both)
+    return {
+        tuple([row[name] for name in _SHOWN]): (row["both"] // many - 1, row["both"] % many - 1)
+        for row in rows_of(rows)
+    }
 
 
 def _updates(both: Frame, store: TableStore) -> Iterator[Update]:
@@ -169,27 +192,52 @@ def _stated(known: Sequence[Mapping[str, str]], number: int) -> dict[str, str]:
     return {setting_name(name): text for name, text in stated.items() if name == "profile" or name not in NO_SETTINGS}
 
 
+OUTPUTS: Final = (".parquet", ".csv", ".ndjson", ".jsonl")
+"""Endings of files for findings; each is a format."""
+
+
 def write_findings(found: Audited, store: TableStore, output: Path) -> None:
-    """Write the findings as one Parquet file, with what their profiles state as JSON."""
+    """Write the findings as one file, whole or not at all, with what their profiles state as JSON; the ending decides the format."""
     import pyarrow as pa
-    from pyarrow import parquet
 
     store.keep("written", found.findings)
     texts = [json.dumps(_stated(found.texts, at), sort_keys=True) for at in range(len(found.texts))]
-    part = output.with_name(f"{output.name}.part")
+    target = output.resolve()  # a link stays a link
+    part = target.with_name(f".{target.name[:100]}.{token_hex(8)}.part")
     writer = None
     try:
         for table in store.tables("written"):
             for end in _ROLES:
                 said = [texts[at] if at >= 0 else "" for at in table[end].to_pylist()]
                 table = table.append_column(f"{end}_settings", pa.array(said, pa.string()))  # noqa: PLW2901 - with more columns
-            writer = writer or parquet.ParquetWriter(part, table.schema)
+            writer = writer or _writer(output.suffix.lower(), part, table.schema)
             writer.write_table(table)
-    finally:
         if writer is not None:
             writer.close()
-    if writer is not None:
-        part.rename(output)
+            part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _writer(suffix: str, path: Path, schema: Any) -> Any:
+    from pyarrow import csv, parquet
+
+    if suffix == ".parquet":
+        return parquet.ParquetWriter(path, schema)
+    return csv.CSVWriter(path, schema) if suffix == ".csv" else _Lines(path)
+
+
+class _Lines:
+    """Writes a JSON object for each row."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("x", encoding="utf-8", newline="\n")
+
+    def write_table(self, table: Any) -> None:
+        self._file.writelines(f"{json.dumps(row)}\n" for row in table.to_pylist())
+
+    def close(self) -> None:
+        self._file.close()
 
 
 def as_text(result: FleetResult, where: Context) -> str:

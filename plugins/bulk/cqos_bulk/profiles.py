@@ -133,7 +133,7 @@ class FleetProfiles:
 
     def _number(self, each: Resolved, row: Mapping[str, str], said: Sequence[Remark]) -> int:
         remarks = tuple(dict.fromkeys((*said, *self._of_one(each))))
-        key = (each.role, id(each.profile), row["version"], remarks)
+        key = (each.role, id(each.profile), row["version"], remarks, each.external)
         return self.known.number(key, KnownProfile(each, row["version"], remarks, row))
 
     def _of_one(self, each: Resolved) -> tuple[Remark, ...]:

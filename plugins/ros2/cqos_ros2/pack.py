@@ -80,6 +80,7 @@ _RAW: Final = RulePack(
         names.covers,
         before=names.before,
         plain="(?:/[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)+",
+        longest=names.LONGEST,
         folds=(
             ("differ only in upper and lower case", str.casefold),
             ("differ only in their namespace", names.without_namespace),

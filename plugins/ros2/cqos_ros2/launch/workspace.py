@@ -11,6 +11,7 @@ from typing import Final
 
 from cqos_core.files.ignoring import GENERATED
 from cqos_core.files.opening import read_path
+from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import Place
@@ -50,6 +51,7 @@ class Workspace:
         designs: packages with designs of the Autoware System Designer.
         repeated: packages that stand there several times, each with the folder that is passed over.
         unreadable: package files that cannot be read.
+        skipped: folders that cannot be read, and links that lead out of the workspace.
         cut: the search stopped at the largest number of folders.
     """
 
@@ -59,6 +61,7 @@ class Workspace:
     designs: list[str] = field(default_factory=list)
     repeated: list[tuple[str, str]] = field(default_factory=list)
     unreadable: list[Unknown] = field(default_factory=list)
+    skipped: list[Skipped] = field(default_factory=list)
     cut: bool = False
     _files: dict[str, dict[str, list[str]]] = field(default_factory=dict)
 
@@ -73,6 +76,10 @@ class Workspace:
                 for name, folder in self.repeated
             ),
             *((each, "correct the file, because the package is passed over") for each in self.unreadable),
+            *(
+                (Unknown(f"the folder is not searched: {each.shown}", None), "packages and files in it may be missing")
+                for each in dict.fromkeys(self.skipped)
+            ),
             *(
                 [(Unknown("too many folders, so packages may be missing", None), "name one of them")]
                 if self.cut
@@ -135,7 +142,7 @@ class Workspace:
         """Return the files of a package by their names."""
         if package not in self._files:
             found: dict[str, list[str]] = {}
-            for folder, inner, names in os.walk(self.packages[package]):
+            for folder, inner, names in walk(self.packages[package], self.skipped):
                 inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED)
                 for name in names:
                     path = os.path.join(folder, name)  # noqa: PTH118
@@ -194,7 +201,7 @@ def find_packages(folder: str) -> Workspace:
     """Find the packages of a workspace: folders with a ``package.xml``, as colcon finds them."""
     workspace = Workspace(os.path.realpath(folder))
     count = 0
-    for inner, folders, names in os.walk(workspace.root):
+    for inner, folders, names in walk(workspace.root, workspace.skipped):
         count += 1
         if count > MOST_FOLDERS:
             workspace.cut = True

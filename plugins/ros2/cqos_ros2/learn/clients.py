@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.files.ignoring import GENERATED
+from cqos_core.files.walking import Skipped, shortened, walk
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
@@ -65,7 +66,12 @@ def learn_clients(folder: str, tables: dict[str, Table], protocol: str) -> Learn
     found = LearnedClients(System(name=Path(workspace.root).name, protocol=protocol, partial=True))
     names: dict[str, int] = {}
     for language, table in tables.items():
-        paths = [path for path in _sources(workspace.root) if path.endswith(table.lists["files"])][:MOST_FILES]
+        skipped: list[Skipped] = []
+        paths = [path for path in _sources(workspace.root, skipped) if path.endswith(table.lists["files"])][:MOST_FILES]
+        for each in skipped:
+            gap = ("what a folder holds", each.cause, shortened(os.path.relpath(each.path, workspace.root)))
+            if gap not in found.gaps:
+                found.gaps.append(gap)
         for key, program, own, starts in _programs(language, paths, workspace, table, found):
             package = Package(key, workspace.root, {language: program}, own=own)
             exploration = Exploration(package, program, table, Explored())
@@ -79,8 +85,8 @@ def learn_clients(folder: str, tables: dict[str, Table], protocol: str) -> Learn
     return found
 
 
-def _sources(root: str) -> Iterator[str]:
-    for folder, inner, names in os.walk(root):
+def _sources(root: str, skipped: list[Skipped]) -> Iterator[str]:
+    for folder, inner, names in walk(root, skipped):
         inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED)
         for name in sorted(names):
             path = os.path.join(folder, name)  # noqa: PTH118

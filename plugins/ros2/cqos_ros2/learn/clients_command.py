@@ -6,8 +6,9 @@ import os
 from pathlib import Path
 
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import emit, write_file
+from cqos_core.cli.streams import emit, replace_files, write_new_file
 from cqos_core.files.exporting import ExportContext
+from cqos_core.files.opening import read_path
 from cqos_core.files.yaml_writer import write
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import plural
@@ -18,6 +19,7 @@ from cqos_ros2.learn.packages import NoParserError
 from cqos_ros2.learn.table import protocols, tables
 
 _ENDING = ".clients.yaml"
+_HEAD = "# `cqos learn` wrote this file from the sources"
 
 
 def learn_folder(path: str, output: str | None, calls: tuple[str, ...], *, check: bool) -> bool:
@@ -48,7 +50,7 @@ def _text(learned: LearnedClients) -> str:
     learned.system.sources = {}
     exported = write(learned.system, ExportContext(load_plugins().pack))
     unread = "".join(f"# Not known: {what}: {cause} ({at})\n" for what, cause, at in learned.gaps)
-    return f"# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n{unread}{exported.text}"
+    return f"{_HEAD}, and `cqos learn --check` compares it with them.\n{unread}{exported.text}"
 
 
 def _target(path: str, learned: LearnedClients) -> str:
@@ -59,7 +61,15 @@ def _written(path: str, output: str | None, learned: LearnedClients) -> bool:
     if output is not None:
         os.makedirs(output, exist_ok=True)  # noqa: PTH103
     target = _target(path if output is None else output, learned)
-    write_file(target, _text(learned))
+    text = _text(learned)
+    if os.path.exists(target):  # noqa: PTH110
+        before = read_path(target).data
+        if not before.startswith(_HEAD.encode()):
+            message = f"`{target}` was not written by `cqos learn`, so it is left as it is"
+            raise InputError([Problem("CQ001", message, None, "name another folder with --output")])
+        replace_files({target: text.encode()}, {target: before})
+    else:
+        write_new_file(target, text)
     clients, endpoints = len(learned.system.participants), len(learned.system.endpoints)
     emit(f"{target}: {plural(clients, 'client')}, {plural(endpoints, 'endpoint')}\n")
     say_gaps(path, learned.gaps)

@@ -9,7 +9,7 @@ import click
 
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import emit, say, write_file
+from cqos_core.cli.streams import emit, replace_files, say, write_new_file
 from cqos_core.importers.reading import did_you_mean
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import plural
@@ -26,11 +26,13 @@ class Kept(NamedTuple):
     Attributes:
         document: what it states; None where it is missing.
         corrections: the lines that state its corrections.
+        data: all of it.
     """
 
     path: str
     document: dict[str, Any] | None = None
     corrections: str = ""
+    data: bytes = b""
 
 
 _MOST_GAPS: Final = 20
@@ -201,7 +203,7 @@ def _there(name: str, workspace: Workspace, output: str | None) -> Kept:
         raise InputError([Problem("CQ001", f"{path}: {data.cause}", None, "name another folder with --output")])
     read_node_file(Source(path, data))
     document = yaml.safe_load(data)
-    return Kept(path, document, _corrections(data))
+    return Kept(path, document, _corrections(data), data)
 
 
 def _corrections(data: bytes) -> str:
@@ -232,7 +234,7 @@ def _check(learned: Learned, kept: Kept) -> int:
     """Print what differs between a node file and the sources; return whether anything does."""
     from cqos_ros2.learn.comparing import differences, left_over
 
-    path, document, _ = kept
+    path, document, *_ = kept
     if document is None:
         if learned.empty:
             return 0
@@ -252,7 +254,7 @@ def _write(learned: Learned, output: str | None, kept: Kept) -> None:
     Raises:
         InputError: its corrections do not fit the sources; the file is left as it is.
     """
-    path, before, corrections = kept
+    path, before, corrections, data = kept
     if learned.empty:
         emit(f"{learned.package}: no nodes\n")
     elif before is not None and (before.get("from") or {}).get("by") != "learn":
@@ -266,7 +268,10 @@ def _write(learned: Learned, output: str | None, kept: Kept) -> None:
             _refuse_misfits(path, text, before["corrections"], learned)
         if output is not None:
             os.makedirs(output, exist_ok=True)  # noqa: PTH103
-        write_file(path, text)
+        if before is None:
+            write_new_file(path, text)
+        else:
+            replace_files({path: text.encode()}, {path: data})
         emit(f"{path}: {_counted(learned)}\n")
     say_gaps(learned.package, learned.gaps)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import cqos_core as cqos
-from cqos_core.cli.streams import emit, write_file
+from cqos_core.cli.streams import emit, write_new_file
 from cqos_core.files.opening import read_path
 from cqos_core.importers.reading import did_you_mean, listed
 from cqos_core.model.problems import InputError, Problem
@@ -79,7 +79,7 @@ def convert(form: str, path: str, package: str | None, nodes: Sequence[str], out
         raise InputError([Problem("CQ001", f"`{each}` is there already", None, advice) for each in there])
     folder.mkdir(parents=True, exist_ok=True)
     for target, (text, document) in texts.items():
-        write_file(str(target), text)
+        write_new_file(str(target), text)
         endpoints = plural(counts(document).endpoints, "endpoint")
         emit(f"{target}: {endpoints}{', to be confirmed' if form == 'snapshot' else ''}\n")
 

@@ -6,14 +6,17 @@ Signatures are not checked. Which program uses which enclave shows only on the r
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.files.opening import read_path
+from cqos_core.files.walking import Skipped, walk
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-    from pathlib import Path
 
     from cqos_core.importers.xml_source import Element
 
@@ -61,11 +64,19 @@ def access(keystore: Path, topic: str) -> Access:
 
 
 def _files(keystore: Path) -> Iterator[Path]:
-    found = (path for path in keystore.rglob("*.xml") if path.name in NAMES and not path.is_symlink())
+    skipped: list[Skipped] = []
+    found = (
+        path
+        for folder, _, names in walk(str(keystore), skipped)
+        for path in (Path(folder, name) for name in names if name in NAMES)
+        if not path.is_symlink()
+    )
     for number, path in enumerate(found):
         if number >= _MOST_FILES:
             return
         yield path
+    for each in skipped:
+        raise InputError([Problem("CQ001", f"the folder cannot be searched: {each.cause}", Place(each.path))])
 
 
 def _found(root: Element, name: str) -> list[Element]:
