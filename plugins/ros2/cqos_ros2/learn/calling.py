@@ -7,18 +7,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
+from cqos_ros2.learn.copying import copied
 from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
-from cqos_ros2.learn.evaluating import assign, evaluate, is_missing, local, member, whole
+from cqos_ros2.learn.evaluating import evaluate, is_missing, local, member, shared_preset, whole
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2.learn.handing import hand_over
-from cqos_ros2.learn.names import fits, last_part, without_arguments
+from cqos_ros2.learn.names import fits, last_part, refers, without_arguments
 from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, inherited, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
+from cqos_ros2.learn.profiles import change, content, is_profile, profile, undecided
 from cqos_ros2.learn.program import SUPER, Attribute, Call, Name, Return, call_name
-from cqos_ros2.learn.qualities import maker, preset, setter
+from cqos_ros2.learn.qualities import FIELDS, maker, policy_of, setter
 from cqos_ros2.learn.setters import forget_all, kept_for_later
 from cqos_ros2.learn.spinning import note_call
 from cqos_ros2.learn.values import (
@@ -30,6 +32,7 @@ from cqos_ros2.learn.values import (
     Qos,
     Resolved,
     Template,
+    Undecided,
     Word,
     each_case,
     flat,
@@ -85,11 +88,12 @@ def call(expression: Call, walk: Walk) -> Any:
         )
     if found is not MISSING:
         kept_for_later((*arguments, *keywords.values()), expression, walk)
-        return on if found is receiver else found
+        return on if found is receiver else undecided(found, receiver, arguments)
     hand_over(expression, arguments, keywords, walk)
     walk.lost[id(expression)] = expression, walk.frame.function
     called = last_part(call_name(expression))
-    return Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
+    unknown = Unknown(f"`{called[:60]}` is not followed" if called else "a call that is not followed", expression.place)
+    return undecided(unknown, receiver, arguments, keywords)
 
 
 def _named(name: str, given: Given, walk: Walk) -> Any:
@@ -112,12 +116,31 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
             return found
     made = maker(name, given.arguments, given.keywords, walk)
     if made is not None:
-        return made
+        return made if walk.table.lookup(walk.table.makers, name) is None else profile(made, walk)
+    copy = _copy(name, given, walk) if walk.program.language == "python" else MISSING
+    if copy is not MISSING:
+        return copy
     cls = walk.program.find_class(name, walk.frame.function.place.source, walk.frame.function.name)
     if cls is not None and not {name, cls.name} & walk.table.nodes.keys() and not _has_row(cls.name, walk):
         return construct(cls, given, walk)
     found = _function(name, given, walk)
     return _of_library(name, given, walk) if found is MISSING else found
+
+
+def _copy(name: str, given: Given, walk: Walk) -> Any:
+    """Return a copy of a quality of service, or the one that a name means, in Python; the mark for none where the call is another one."""
+    first = given.arguments[0] if given.arguments else None
+    if is_profile(first) and any(fits(each, name) for each in walk.table.copies):
+        return profile(content(first), walk)
+    named = given.arguments[1:2]
+    if last_part(name) == "get_from_short_key" and isinstance(first, str):
+        return shared_preset(f"{name.rpartition('.')[0]}.{first.upper()}", walk) or MISSING
+    if name == "type" and isinstance(first, Instance) and first.cls is not None and not named:
+        return Word(first.cls.name)
+    if name == "getattr" and named and isinstance(named[0], str):
+        found = evaluate(Attribute(given.call.arguments[0], named[0]), walk)
+        return found if is_profile(found) else MISSING
+    return MISSING
 
 
 def _comprehended(kind: str, made: Code, over: Any, walk: Walk) -> Any:
@@ -311,13 +334,11 @@ def _method(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
     """Return the result of a method."""
     name = function.name
     if isinstance(receiver, Word):
-        value = preset(receiver.name, walk)
+        value = shared_preset(receiver.name, walk)
         if value is None and walk.program.language == "python":
             return _named(f"{receiver.name}.{name}", given, walk)
         receiver = value or receiver
-    if isinstance(receiver, Qos) or (
-        isinstance(receiver, Either) and any(isinstance(each, Qos) for _, each in receiver.cases)
-    ):
+    if is_profile(receiver) or (isinstance(receiver, Undecided) and name in walk.table.setters):
         return _on_qos(receiver, function, given, walk)
     if is_options(receiver):
         return changed(receiver, name, given, walk.frame.function)
@@ -380,23 +401,27 @@ def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     return MISSING
 
 
-def _on_qos(receiver: Qos | Either, function: Attribute, given: Given, walk: Walk) -> Any:
-    """Return a quality of service after a method; what holds it is changed too, as in C++."""
-    if function.name in walk.table.passes or walk.table.is_same(function.name):
+def _on_qos(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
+    """Return what a method of a quality of service returns; one that sets a policy returns the object, as in C++."""
+    name = function.name
+    if name in walk.table.passes or walk.table.is_same(name):
         return receiver
-    refused = Unknown(f"`{function.name[:60]}` of a quality of service is not followed", given.call.place)
+    if name in walk.table.copies:
+        return profile(content(receiver), walk)
+    if name in FIELDS and not given.arguments:
+        return each_case(content(receiver), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else qos)
+    refused = Unknown(f"`{name[:60]}` of a quality of service is not followed", given.call.place)
+    if name in walk.table.reads:
+        return refused
 
     def after(value: Any) -> Any:
-        found = setter(value, function.name, given.arguments, walk) if isinstance(value, Qos) else None
+        if not isinstance(value, Qos):
+            return value if isinstance(value, Unknown) else refused
+        found = setter(value, name, given.arguments, walk)
         return refused if found is None else found
 
-    found = each_case(receiver, after)
-    root: Expression = function.of
-    while isinstance(root, Call) and isinstance(root.function, Attribute):
-        root = root.function.of
-    if isinstance(root, (Name, Attribute)):
-        assign(root, found, walk)
-    return found
+    change(receiver, after, f"`{name[:60]}` is called on one of several qualities of service", given.call.place)
+    return receiver if name in walk.table.setters else refused
 
 
 # Functions and objects of the program
@@ -459,7 +484,8 @@ def invoke(
         return None
     if finished and (len(frame.returned) == 1 or walk.program.language == "python"):
         frame.returned.append(((), None))
-    return _returned(frame.returned, function)
+    found = _returned(frame.returned, function)
+    return found if refers(function.returns) else copied(found, "auto", walk)
 
 
 def _handed(value: Any, written: Expression, walk: Walk) -> Any:
@@ -481,6 +507,7 @@ def _returned(found: list[tuple[Tests | None, Any]], function: Function) -> Any:
     first = found[0][1]
     if all(same(value, first) for _, value in found):
         return first
+    values = tuple(value for _, value in found)
     plain = [value for _, value in found if value is not None]
     if len(plain) == 1 and isinstance(used(plain[0]), Instance):
         joint = found[-1][1]
@@ -493,4 +520,5 @@ def _returned(found: list[tuple[Tests | None, Any]], function: Function) -> Any:
         and all(tests for tests, _ in found[:-1])
     ):
         return flat((*((tests or (), value) for tests, value in found[:-1]), ((), found[-1][1])))
-    return Unknown(f"`{function.last}` returns one of several values", function.place)
+    unknown = Undecided(f"`{function.last}` returns one of several values", function.place, "", values, exhaustive=True)
+    return unknown if any(map(is_profile, values)) else undecided(Unknown(unknown.cause, unknown.place), values)

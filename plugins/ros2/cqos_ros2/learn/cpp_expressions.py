@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.system import Place
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
+    ADDRESS,
+    POINTED,
     Assign,
     Attribute,
     Call,
@@ -335,8 +337,27 @@ def _lambda(node: Node, file: CppFile) -> Expression:
     body = node.child_by_field_name("body")
     statements = file.body(body, file) if body is not None else ()
     place = file.place(node)
-    made = Function("lambda", parameters_of(listed, file), statements, place)
+    made = Function("lambda", parameters_of(listed, file), statements, place, returns=_trailing(declarator))
     return _captured(made, node.child_by_field_name("captures"), file)
+
+
+def _trailing(declarator: Node | None) -> str:
+    """Return the type of what a function returns that is written behind it; empty where it is not."""
+    found = (
+        []
+        if declarator is None
+        else [each for each in declarator.named_children if each.type == "trailing_return_type"]
+    )
+    return text_of(found[0]).removeprefix("->").strip() if found else ""
+
+
+def returned_type(node: Node) -> str:
+    """Return the type of what the definition of a function returns, with ``&`` or ``*`` at its end."""
+    declarator = node.child_by_field_name("declarator")
+    marks = {"reference_declarator": "&", "pointer_declarator": "*"}
+    if declarator is not None and declarator.type in marks:
+        return text_of(node.child_by_field_name("type")) + marks[declarator.type]
+    return _trailing(declarator) or text_of(node.child_by_field_name("type"))
 
 
 def _captured(made: Function, captures: Node | None, file: CppFile) -> Closure:
@@ -354,7 +375,7 @@ def _captured(made: Function, captures: Node | None, file: CppFile) -> Closure:
         elif each.type == "lambda_capture_initializer" and each.named_children:
             value = expression(each.named_children[-1], file)
             by_reference = each.children[0].type == "&"
-            values.append((text_of(each.named_children[0]), NotFollowed("&", (value,)) if by_reference else value))
+            values.append((text_of(each.named_children[0]), Operation(ADDRESS, (value,)) if by_reference else value))
         refers = each.type == "&"
     return Closure(made, tuple(values), all_values, tuple(references))
 
@@ -379,8 +400,8 @@ def parameters_of(node: Node | None, file: CppFile) -> tuple[Variable, ...]:
         default = each.child_by_field_name("default_value")
         by_reference = declarator is not None and "reference" in declarator.type and not constant and "&&" not in whole
         kind = "*" if each.type == "variadic_parameter_declaration" else ""
-        if declarator is not None and "pointer" in declarator.type:
-            type_text += "*"
+        if declarator is not None:
+            type_text += "*" if "pointer" in declarator.type else "&" if "reference" in declarator.type else ""
         found.append(
             Variable(name, type_text, None if default is None else expression(default, file), by_reference, kind)
         )
@@ -407,12 +428,28 @@ def _flag(node: Node, file: CppFile) -> Expression:
 def _items(node: Node, file: CppFile) -> Expression:
     pairs = [each for each in node.named_children if each.type == "initializer_pair"]
     if not pairs:
-        return Items(arguments_of(node, file))
+        return Items(tuple(_item(each, file) for each in node.named_children if each.type != "comment"))
     found = []
     for each in pairs:
         names = [text_of(part).lstrip(".") for part in each.children_by_field_name("designator")]
         found.append((Literal(".".join(names)), expression(each.child_by_field_name("value"), file)))
     return Pairs(tuple(found))
+
+
+def _item(node: Node, file: CppFile) -> Expression:
+    """Return an element of a list; a pointer says so, because others are copies."""
+    made = expression(node, file)
+    return Operation(ADDRESS, (made,)) if is_pointer(node) else made
+
+
+def is_pointer(node: Node | None) -> bool:
+    """Whether an expression makes a pointer or reference, as written: ``&qos``, ``std::ref(qos)``, ``std::make_shared<…>(…)``, ``new …``."""
+    if node is None or node.type == "new_expression":
+        return node is not None
+    if node.type == "pointer_expression":
+        return node.children[0].type == "&"
+    function = node.child_by_field_name("function") if node.type == "call_expression" else None
+    return function is not None and last_part(plain_name(function)) in {"ref", *_MAKERS}
 
 
 def _null(node: Node, file: CppFile) -> Expression:
@@ -433,6 +470,9 @@ def assigned(node: Node, file: CppFile) -> Assign:
         changed = (target.function.of,) if isinstance(target.function, Attribute) else target.arguments
         file.pending += [Assign(each, NotFollowed(""), file.place(node)) for each in changed]
     sign = text_of(node.child_by_field_name("operator"))
+    left = node.child_by_field_name("left")
+    if left is not None and left.type == "pointer_expression" and not isinstance(target, Call):
+        target = Element(target, POINTED)
     return Assign(target, value if sign == "=" else Operation(sign[:-1], (target, value)), file.place(node))
 
 

@@ -14,6 +14,7 @@ from cqos_ros2.learn.cpp_expressions import (
     declared_name,
     parameters_of,
     plain_name,
+    returned_type,
     text_of,
 )
 from cqos_ros2.learn.cpp_statements import block, declared_in, initial_value
@@ -224,6 +225,7 @@ def _function(node: Node, scope: str, templates: tuple[str, ...], file: CppFile,
             _initializer(each, file) for each in initializers.named_children if each.type == "field_initializer"
         ),
         static=static,
+        returns=returned_type(node),
         source=node.text or b"",
     )
     program.functions.setdefault(made.last, []).append(made)

@@ -11,10 +11,13 @@ from cqos_ros2.learn.cpp_expressions import (
     assigned,
     declared_name,
     expression,
+    is_pointer,
     text_of,
 )
 from cqos_ros2.learn.program import (
     CASE,
+    POINTS,
+    STATIC,
     Assign,
     Attribute,
     Call,
@@ -117,24 +120,31 @@ def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, st
         if child.type == "init_declarator":
             value = child.child_by_field_name("value")
             if value is not None:
-                yield declared_name(child), initial_value(type_text, value, file), type_text + _mark(node, child)
+                written, made = _marked(type_text, node, child), initial_value(type_text, value, file)
+                pointed = value.type == "pointer_expression" and value.children[0].type == "*"
+                copy = pointed and not written.endswith(("&", "*"))
+                yield declared_name(child), Operation(POINTS, (made,)) if copy else made, written
         elif child.type == "function_declarator":
             given = _given(child, file)
             if given:
-                yield declared_name(child), Call(Name(type_text), given, (), (), file.place(child)), type_text
+                made = Call(Name(type_text), given, (), (), file.place(child))
+                yield declared_name(child), made, _marked(type_text, node, child)
         elif child.type in {"identifier", "qualified_identifier"}:
             made = Call(Name(type_text), (), (), (), file.place(child))
-            yield declared_name(child), made, type_text
+            yield declared_name(child), made, _marked(type_text, node, child)
         else:
             yield declared_name(child), NotFollowed(text_of(child)[:60]), type_text
 
 
-def _mark(node: Node, child: Node) -> str:
-    """Return the sign of a reference or pointer that may change what it is made from; empty for any other variable."""
+def _marked(type_text: str, node: Node, child: Node) -> str:
+    """Return the type of a variable with the sign of a reference or pointer; `const` stands before one that changes nothing, `static` before one that is made once."""
     declarator = child.child_by_field_name("declarator")
-    if declarator is None or any(each.type == "type_qualifier" and text_of(each) == "const" for each in node.children):
-        return ""
-    return {"reference_declarator": "&", "pointer_declarator": "*"}.get(declarator.type, "")
+    mark = {"reference_declarator": "&", "pointer_declarator": "*"}.get(declarator.type if declarator else "", "")
+    if not mark and type_text == "auto" and is_pointer(child.child_by_field_name("value")):
+        mark = "*"
+    words = {text_of(each) for each in node.children if each.type in {"type_qualifier", "storage_class_specifier"}}
+    kept = STATIC if "static" in words else "const " if mark and "const" in words else ""
+    return kept + type_text + mark
 
 
 def _given(node: Node, file: CppFile) -> tuple[Expression, ...]:
@@ -183,6 +193,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
     if node.type == "for_range_loop":
         declarator = node.child_by_field_name("declarator")
         refers = declarator is not None and declarator.type == "reference_declarator"
+        copies = declarator is not None and declarator.type not in {"reference_declarator", "pointer_declarator"}
         if declarator is not None and refers:
             declarator = declarator.named_children[0]
         names = (
@@ -191,7 +202,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
             else (declared_name(declarator),)
         )
         over = expression(node.child_by_field_name("right"), file)
-        yield Loop(names, over, statements, place)
+        yield Loop(names, over, statements, place, copies=copies)
         if refers and any(_changes(each, names) for each in inside(statements)):
             yield Assign(over, NotFollowed(""), place)
         return

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.copying import copied, is_quality, type_of_name
 from cqos_ros2.learn.frames import Frame, lineage
-from cqos_ros2.learn.names import fits, inner_type, last_part, without_arguments
+from cqos_ros2.learn.names import fits, inner_type, last_part, points, refers, without_arguments
 from cqos_ros2.learn.operators import element, operation, truth
+from cqos_ros2.learn.profiles import change, content, forget, held, is_profile, once, profile, replace, undecided
 from cqos_ros2.learn.program import (
+    ADDRESS,
+    POINTED,
+    POINTS,
     THIS,
     Attribute,
     Call,
@@ -36,8 +42,10 @@ from cqos_ros2.learn.values import (
     Condition,
     Either,
     Instance,
+    Profile,
     Qos,
     Template,
+    Undecided,
     Word,
     each_case,
     joined,
@@ -47,11 +55,15 @@ from cqos_ros2.learn.values import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Class, Expression
 
 _MISSING: Final = object()
 _PAIR: Final = ("first", "second")
+_PARTS: Final = re.compile("[<>,]")
+"""What stands between the parts of a type."""
 
 
 def evaluate(expression: Expression, walk: Walk) -> Any:
@@ -82,7 +94,7 @@ def whole(expression: Expression, walk: Walk) -> Any:
 
 def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Items):
-        return [evaluate(each, walk) for each in expression.items]
+        return [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
     if isinstance(expression, Pairs):
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
         return dict(pairs) if all(isinstance(key, (str, int)) for key, _ in pairs) else Unknown("a dictionary")
@@ -91,7 +103,11 @@ def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Reference):
         return _reference(expression.name, walk)
     if isinstance(expression, Element):
-        return element(evaluate(expression.of, walk), evaluate(expression.key, walk))
+        of = evaluate(expression.of, walk)
+        key = evaluate(expression.key, walk)
+        if isinstance(of, Word) and isinstance(key, str):  # an enumeration of Python
+            return shared_preset(f"{of.name}.{key}", walk) or of
+        return undecided(element(of, key), of)
     if isinstance(expression, NotFollowed):
         for each in expression.parts:
             evaluate(each, walk)
@@ -102,8 +118,8 @@ def _composed(expression: Expression, walk: Walk) -> Any:
 def _closure(expression: Closure, walk: Walk) -> Code:
     frame = walk.frame
     own = {**(frame.outer or {}), **frame.names} if expression.all_values else {}
-    own = {name: value for name, value in own.items() if name not in expression.references}
-    own.update({name: whole(value, walk) for name, value in expression.values})
+    own = {name: copied(value, "auto", walk) for name, value in own.items() if name not in expression.references}
+    own.update({name: copied(whole(value, walk), "auto", walk, written=value) for name, value in expression.values})
     return Code(expression.function, frame.this, frame.names, own)
 
 
@@ -165,7 +181,7 @@ def member(instance: Instance, name: str, walk: Walk) -> Any:
         if name in cls.initial:
             if other:
                 return Unknown(other)
-            instance.members[name] = value = _initial(cls, name, instance, walk)
+            instance.members[name] = value = _initial_once(cls, name, instance, walk)
             return value
         if name in cls.fields:
             made = None if other else _declared_once(instance, cls, name, walk)
@@ -178,11 +194,7 @@ def member(instance: Instance, name: str, walk: Walk) -> Any:
 
 def _declared_once(instance: Instance, cls: Class, name: str, walk: Walk) -> Any:
     """Return what a member is without a value: one object in all branches, as long as the walk keeps it."""
-    made = instance.declared.get(name)
-    gone = isinstance(made, Instance) and made.begins is not None and all(made is not each for each in walk.instances)
-    if name not in instance.declared or gone:
-        instance.declared[name] = made = _declared_member(cls, name, walk)
-    return made
+    return once(instance.declared, name, lambda: _declared_member(cls, name, walk), walk)
 
 
 def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
@@ -199,17 +211,24 @@ def _declared_member(cls: Class, name: str, walk: Walk) -> Any:
     own = walk.program.language == "cpp" and walk.program.find_class(written, cls.place.source, cls.name) is not None
     if not own and not known:
         return None
-    count = len(walk.instances)
-    made = evaluate(Call(Name(written), (), (), (), cls.place), walk)
-    for each in walk.instances[count:]:
-        each.begins = dict(each.members)
-    return made
+    return evaluate(Call(Name(written), (), (), (), cls.place), walk)
 
 
 def initial_value(instance: Instance, name: str, walk: Walk) -> Any:
     """Return the value that its class gives a member; the mark for none where it gives none."""
     cls = next((each for each in lineage(instance.cls, walk) if name in each.initial), None)
-    return MISSING if cls is None else _initial(cls, name, instance, walk)
+    return MISSING if cls is None else _initial_once(cls, name, instance, walk)
+
+
+def _initial_once(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
+    """Return the value that a class gives a member: a quality of service is one object of the object, in Python of the class."""
+    of_class = walk.program.language == "python"
+    kept: dict[Any, Any] = walk.constants if of_class else instance.declared
+    key = id(cls.initial[name]) if of_class else name
+    made = once(kept, key, lambda: _initial(cls, name, instance, walk), walk)
+    if not isinstance(made, Profile):
+        del kept[key]
+    return made
 
 
 def _initial(cls: Class, name: str, instance: Instance, walk: Walk) -> Any:
@@ -228,7 +247,7 @@ def _constant(text: str, walk: Walk) -> Any:
     of = walk.frame.types.get(of, of)
     cls = program.find_class(of, around.place.source, around.name) if last != text else None
     if cls is not None and last in cls.initial:
-        return _initial(cls, last, Instance(cls), walk)
+        return _initial_once(cls, last, Instance(cls), walk)
     module = walk.frame.function.name
     stated = []
     for name, value, file in program.constants.get(last, []):
@@ -242,7 +261,7 @@ def _constant(text: str, walk: Walk) -> Any:
     if not stated:
         if last == "npos":
             return NO_POSITION
-        found = preset(text, walk) or _function(text, walk) or Word(text)
+        found = shared_preset(text, walk) or _function(text, walk) or Word(text)
         note_value(text, found, walk)
         return found
     here = walk.frame.function.place.source
@@ -250,13 +269,32 @@ def _constant(text: str, walk: Walk) -> Any:
     if walk.program.assigned(last):
         return Unknown(f"`{text[:60]}` is set several times")
     walk.step()
-    first = id(own[0][1])
-    if first in walk.constants:
-        return walk.constants[first]
+    if len(own) == 1:
+        (file, value), first = own[0], id(own[0][1])
+        made = once(walk.constants, first, lambda: _stated(value, file, last, walk), walk)
+        if not isinstance(made, Instance):
+            del walk.constants[first]
+        return made
     values = [_stated(value, file, last, walk) for file, value in own]
-    if len(values) == 1 and isinstance(values[0], Instance):
-        walk.constants[first] = values[0]
-    return values[0] if all(same(each, values[0]) for each in values) else Unknown(f"`{text[:60]}` has several values")
+    if all(same(content(each), content(values[0])) for each in values):
+        return values[0]
+    return undecided(Unknown(f"`{text[:60]}` has several values"), values)
+
+
+def made_once(written: Expression, make: Callable[[], Any], walk: Walk) -> Any:
+    """Return what is made of an expression: a quality of service is one object, however often the walk comes there."""
+    made = once(walk.constants, id(written), make, walk)
+    if not isinstance(made, Profile):
+        del walk.constants[id(written)]
+    return made
+
+
+def shared_preset(name: str, walk: Walk) -> Any:
+    """Return the preset that a name of a library means: in Python, one object for all that use it; None where it means none."""
+    found = preset(name, walk)
+    if found is None or walk.program.language == "cpp":
+        return None if found is None else profile(found, walk)
+    return once(walk.constants, found.preset, lambda: profile(found, walk), walk)
 
 
 def _stated(value: Expression, file: str, name: str, walk: Walk) -> Any:
@@ -301,6 +339,10 @@ def elsewhere(of: Expression | None, name: str, walk: Walk) -> str:
 
 
 def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
+    if is_profile(of):
+        return _of_profile(of, expression.name, walk)
+    if isinstance(of, Instance) and of.cls is not None and expression.name == "__class__":
+        return Word(of.cls.name)
     if isinstance(of, Instance):
         found = member(of, expression.name, walk) if of.cls is not None else of.members.get(expression.name, _MISSING)
         if found is not _MISSING:
@@ -317,38 +359,126 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
         )
     if isinstance(of, list) and len(of) == len(_PAIR) and expression.name in _PAIR:
         return of[_PAIR.index(expression.name)]
-    if isinstance(of, Qos):
-        return policy_of(of, expression.name)
     if walk.table.is_same(expression.name):
         return of
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")
 
 
+def _of_profile(of: Any, name: str, walk: Walk) -> Any:
+    """Return a policy of a quality of service."""
+    if walk.table.is_same(name):
+        return of
+    if name == "__dict__":
+        forget(of, "`__dict__` may change it")
+    return each_case(content(of), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else _unknown(qos, name))
+
+
+def _unknown(value: Any, name: str) -> Unknown:
+    return value if isinstance(value, Unknown) else Unknown(f"`{name[:60]}` is not known")
+
+
 def assign(target: Expression, value: Any, walk: Walk) -> None:
     """Give a name or member a value; what cannot be followed is left alone."""
+    if walk.program.language == "cpp" and _set_in_place(target, value, walk):
+        return
     if isinstance(target, Name):
-        frame = walk.frame
-        if target.text in frame.names:
-            frame.names[target.text] = value
-            if target.text in frame.aliases:
-                other, pointer = frame.aliases[target.text]
-                assign(other, Unknown("it is set over a pointer") if pointer else value, walk)
-        elif frame.outer is not None and target.text in frame.outer and walk.program.language == "cpp":
-            frame.outer[target.text] = value
-        elif walk.program.language == "cpp" and frame.this is not None and _declares(frame.this, target.text, walk):
-            frame.this.members[target.text] = value
-        else:
-            frame.names[target.text] = value
+        _assign_name(target, value, walk)
     elif isinstance(target, Attribute):
-        of = _carrier(target.of, walk) or evaluate(target.of, walk)
-        if isinstance(used(value), Code) and (not isinstance(of, Instance) or of.cls is None):
-            walk.callbacks.append(used(value))  # a library calls what its structure holds
-        if isinstance(of, (Qos, Either)):
-            replace_value(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
-        elif isinstance(of, Instance):
-            of.members[target.name] = value
+        _assign_attribute(target, value, walk)
     elif isinstance(target, Element):
-        assign(target.of, Unknown("its elements are set one by one"), walk)
+        _assign_element(target, value, walk)
+
+
+def _assign_name(target: Name, value: Any, walk: Walk) -> None:
+    frame = walk.frame
+    if target.text in frame.names:
+        frame.names[target.text] = value
+        if target.text in frame.aliases:
+            other, pointer = frame.aliases[target.text]
+            if pointer and is_profile(value):  # it points to another one
+                del frame.aliases[target.text]
+            else:
+                assign(other, Unknown("it is set over a pointer") if pointer else value, walk)
+    elif frame.outer is not None and target.text in frame.outer and walk.program.language == "cpp":
+        frame.outer[target.text] = value
+    elif walk.program.language == "cpp" and frame.this is not None and _declares(frame.this, target.text, walk):
+        frame.this.members[target.text] = value
+    else:
+        frame.names[target.text] = value
+
+
+def _assign_attribute(target: Attribute, value: Any, walk: Walk) -> None:
+    of = _carrier(target.of, walk) or evaluate(target.of, walk)
+    if isinstance(used(value), Code) and (not isinstance(of, Instance) or of.cls is None):
+        walk.callbacks.append(used(value))  # a library calls what its structure holds
+    if is_profile(of) or isinstance(of, Undecided):
+        cause = f"`{target.name[:60]}` of one of several qualities of service is set"
+        change(of, lambda qos: changed(qos, target.name, value), cause)
+    elif isinstance(of, Either):
+        replace_value(target.of, of, each_case(of, lambda qos: changed(qos, target.name, value)), walk)
+    elif isinstance(of, Instance):
+        _assign_member(of, target, value, walk)
+    elif isinstance(of, Word):
+        walk.frame.names[f"{of.name}.{target.name}"] = value
+    elif isinstance(target.of, Attribute):  # `profile.deadline.sec = 1`
+        whole_of, policy = evaluate(target.of.of, walk), target.of.name
+        if is_profile(whole_of):
+            parts = Unknown("its parts are set one by one")
+            change(whole_of, lambda qos: changed(qos, policy, parts), parts.cause)
+
+
+def _assign_member(of: Instance, target: Attribute, value: Any, walk: Walk) -> None:
+    now = of.members.get(target.name)
+    if walk.program.language == "cpp" and is_profile(now) and not points(type_of_name(target, walk)):
+        replace(now, value)
+    else:
+        of.members[target.name] = value
+
+
+def _assign_element(target: Element, value: Any, walk: Walk) -> None:
+    if target.key == POINTED:
+        alias = walk.frame.aliases.get(target.of.text) if isinstance(target.of, Name) else None
+        assign(target.of, value, walk) if alias is None else assign(alias[0], Unknown("it is set over a pointer"), walk)
+        return
+    unknown = Unknown("its elements are set one by one")
+    if walk.program.language == "cpp":
+        assign(target.of, unknown, walk)
+    else:
+        replace_value(target.of, evaluate(target.of, walk), unknown, walk)
+
+
+def _set_in_place(target: Expression, value: Any, walk: Walk) -> bool:
+    """Give a quality of service of C++ other policies where a name, member or element has one: what refers to it sees that."""
+    if isinstance(target, Attribute) or not _may_hold(target, walk):
+        return False
+    found = evaluate(target.of if isinstance(target, Element) and target.key == POINTED else target, walk)
+    if isinstance(found, Undecided) and not is_profile(found):
+        forget(found, "an element of a list is set")
+    if not is_profile(found) or (isinstance(target, Name) and points(type_of_name(target, walk))):
+        return False
+    replace(found, value)
+    return True
+
+
+def _may_hold(target: Expression, walk: Walk) -> bool:
+    """Whether what is written may mean a quality of service, as far as the name at its beginning tells; nothing is walked for it."""
+    inside = False
+    while not isinstance(target, Name):
+        if isinstance(target, Call) and isinstance(target.function, Name):
+            found = walk.program.functions.get(last_part(target.function.text), ())
+            return any(refers(each.returns) and is_quality(each.returns, walk) for each in found)
+        inside = inside or isinstance(target, Attribute)
+        target = target.function if isinstance(target, Call) else getattr(target, "of", Name(""))
+    frame = walk.frame
+    value = local(target.text, walk)
+    if is_missing(value) and frame.this is not None:
+        value = frame.this if target.text == THIS else frame.this.members.get(target.text)
+        classes = lineage(frame.this.cls, walk) if value is None else ()
+        written = next((each.fields[target.text] for each in classes if target.text in each.fields), "")
+        if any(is_quality(part, walk) for part in _PARTS.split(written)) or (inside and written):
+            return True
+    value = used(value)
+    return any(True for _ in held(value)) or (inside and isinstance(value, Instance))
 
 
 def _carrier(target: Expression, walk: Walk) -> Instance | None:
@@ -382,11 +512,18 @@ def replace_value(target: Expression, old: Any, new: Any, walk: Walk) -> None:
 
 def _operation(expression: Operation, walk: Walk) -> Any:
     values = [whole(each, walk) for each in expression.operands]
+    if expression.operator in {ADDRESS, POINTS} and len(values) == 1:
+        return values[0]
     root = expression.operands[0]
     if expression.operator == ">>" and not isinstance(values[0], int):  # from a stream
         assign(expression.operands[1], Unknown("a stream sets it"), walk)
     if expression.operator != "<<" or not isinstance(values[0], (str, Template)):
-        return operation(expression.operator, values)
+        found = operation(expression.operator, values)
+        either = expression.operator == "or" and any(map(is_profile, values))  # `qos or QoSProfile(depth=1)`
+        decided = truth(values[0]) if either else None
+        if isinstance(decided, bool):
+            return values[0] if decided else values[1]
+        return undecided(Unknown("one of several values") if either else found, values)
     written = joined(values)  # to a stream of text
     while isinstance(root, Operation) and root.operator == "<<":
         root = root.operands[0]

@@ -12,6 +12,7 @@ from cqos_ros2.learn.calling import invoke
 from cqos_ros2.learn.creating import PLUGIN, Given
 from cqos_ros2.learn.frames import Frame, TooMuchError, Walk
 from cqos_ros2.learn.functions import method_of
+from cqos_ros2.learn.importing import run_imports
 from cqos_ros2.learn.later import run_later
 from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.objects import construct
@@ -256,6 +257,11 @@ def _plugins(found: Exploration) -> None:
 # Python
 
 
+def _imported_main(main: Function, walk: Walk) -> None:
+    run_imports(main.place.source, walk, itself=True)
+    _main(main, walk)
+
+
 def _scripts(found: Exploration) -> None:
     """Walk the functions that console scripts name, and the files that are installed as programs."""
     executables = found.package.executables
@@ -270,7 +276,7 @@ def _scripts(found: Exploration) -> None:
                 (f"the program {name}", f"`{module}:{function}` is not one function", Place(found.package.folder))
             )
             continue
-        _keep(found, name, found.walk(name, lambda walk, main=own[0]: _main(main, walk)))  # type: ignore[misc]
+        _keep(found, name, found.walk(name, lambda walk, main=own[0]: _imported_main(main, walk)))  # type: ignore[misc]
     for name, path in executables.files.items():
         script = found.program.scripts.get(posixpath.normpath(posixpath.join(found.package.folder, path)))
         if script is None:
@@ -280,6 +286,7 @@ def _scripts(found: Exploration) -> None:
             walk.frame.names["__name__"] = "__main__"
             from cqos_ros2.learn.walking import run
 
+            run_imports(script.place.source, walk, itself=False)
             walk.frames.append(Frame(script, None, names={"__name__": "__main__"}))
             run(script.body, walk)
             walk.frames.pop()

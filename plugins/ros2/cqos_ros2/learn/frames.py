@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.names import without_arguments
 from cqos_ros2.learn.program import Call, Literal
-from cqos_ros2.learn.values import MISSING, Code, Instance, NodeRecord, merged, used
+from cqos_ros2.learn.values import MISSING, Code, Instance, NodeRecord, Profile, merged, used
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,7 +109,7 @@ class Walk:
         cut: functions that were called too deep.
         callbacks: functions that are handed to something that calls them later.
         modules: names that the files of Python have which are run.
-        constants: objects that stand at the top of files.
+        constants: objects that stand at the top of files, presets and default arguments of Python.
         strays: what functions make for a node that is not known, by class or function.
         aliases: names that are followed right now.
         lineages: classes with those that they are made from, by the identity of the class.
@@ -144,7 +144,7 @@ class Walk:
     at_run_time: set[str] = field(default_factory=set)
     steps: int = 0
     modules: dict[str, dict[str, Any]] = field(default_factory=dict)
-    constants: dict[int, Any] = field(default_factory=dict)
+    constants: dict[Any, Any] = field(default_factory=dict)
     strays: dict[str, NodeRecord] = field(default_factory=dict)
     lineages: dict[int, list[Class]] = field(default_factory=dict)
 
@@ -220,9 +220,12 @@ class Walk:
         count = len(self.frames)
         spaces: list[tuple[dict[str, Any], Instance | None]] = [
             *((each.names, None) for each in self.frames),
-            *((each.members, each) for each in self.instances[: len(other) - count]),
+            *((each.members, each) for each in self.instances),
         ]
-        for (space, owner), then in zip(spaces, other, strict=False):
+        begin = (each.begins for each in self.instances[len(other) - count :])
+        for (space, owner), then in zip(spaces, (*other, *begin), strict=False):
+            if then is None:
+                continue
             for name in {**then, **space}:
                 one, two = then.get(name, ABSENT), space.get(name, ABSENT)
                 if one is two:
@@ -232,7 +235,8 @@ class Walk:
                     one, two = (self._begin(owner, name, known) if each is ABSENT else each for each in (one, two))
                 if ABSENT in (one, two):
                     known = two if one is ABSENT else one
-                    kept = isinstance(used(known), Instance) or self._needs_value(name, owner)
+                    made = isinstance(used(known), Instance) and not isinstance(known, Profile)
+                    kept = made or self._needs_value(name, owner)
                     space[name] = known if kept else Unknown(cause, place)
                 else:
                     space[name] = merged(tests, one, two, cause, place)
@@ -243,10 +247,11 @@ class Walk:
 
         if owner.declared.get(name) is not None:
             return owner.declared[name]
-        if isinstance(known, (Instance, Code)) and self._begins_empty(owner, name):
-            return None
-        if isinstance(known, Instance):
-            return ABSENT
+        if isinstance(known, (Instance, Code)) and not isinstance(known, Profile):
+            if self._begins_empty(owner, name):
+                return None
+            if isinstance(known, Instance):
+                return ABSENT
         value = initial_value(owner, name, self)
         return ABSENT if value is MISSING else value
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied
-from cqos_ros2.learn.evaluating import assign, evaluate
+from cqos_ros2.learn.evaluating import assign, evaluate, made_once
 from cqos_ros2.learn.frames import lineage
+from cqos_ros2.learn.profiles import is_profile
 from cqos_ros2.learn.program import Attribute, Name
-from cqos_ros2.learn.values import Code, Qos, Template
+from cqos_ros2.learn.values import Code, Template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,7 +81,7 @@ def _may_take(variable: Variable, value: Any) -> bool:
         return not any(word in variable.type for word in ("QoS", "string", "qos_profile", "int", "bool"))
     if isinstance(value, (str, Template)) and "QoS" in variable.type:
         return False
-    return not (isinstance(value, Qos) and "string" in variable.type)
+    return not (is_profile(value) and "string" in variable.type)
 
 
 def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, Any], frame: Frame, walk: Walk) -> None:
@@ -97,11 +98,18 @@ def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, An
         elif "**" in keywords:
             given = Unknown("it may be among the rest of the arguments")
         elif variable.default is not None:
-            given = evaluate(variable.default, walk)
+            given = _default(variable.default, walk)
         else:
             given = Unknown(f"the argument `{variable.name}` of `{function.last}`", function.place)
         frame.names[variable.name] = given if variable.by_reference else copied(given, variable.type, walk)
         frame.declared[variable.name] = variable.type
+
+
+def _default(written: Expression, walk: Walk) -> Any:
+    """Return the value of a default argument: in Python, a quality of service is one object for all calls."""
+    if walk.program.language == "cpp":
+        return evaluate(written, walk)
+    return made_once(written, lambda: evaluate(written, walk), walk)
 
 
 def _rest(variable: Variable, positional: bool, function: Function, keywords: Mapping[str, Any], walk: Walk) -> Any:  # noqa: FBT001

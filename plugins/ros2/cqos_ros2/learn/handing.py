@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
 from cqos_ros2.learn.names import last_part, without_arguments
-from cqos_ros2.learn.program import Attribute, Call, Name, Reference, call_name
+from cqos_ros2.learn.profiles import forget, is_profile
+from cqos_ros2.learn.program import Attribute, Call, Element, Name, Reference, call_name
 from cqos_ros2.learn.setters import forget_members, kept_for_later
-from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Qos, Template
+from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, Template, Undecided
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression
+    from cqos_ros2.learn.program import Expression, Variable
 
-_CHANGING: Final = (str, int, float, Template, Qos, list, Either)
+_CHANGING: Final = (str, int, float, Template, Profile, list, Either)
 _HANDED: Final = "it is handed the node, and its definition was not read"
 _PARTS_WITHOUT_ENDPOINTS: Final = frozenset(
     f"get_node_{part}_interface"
@@ -67,19 +68,26 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
                 walk.callbacks.append(each)
     if name == "setattr":
         _set_by_name(expression, arguments, walk)
+        return
     if last_part(name) in walk.table.lists["changing"]:
         for written in expression.arguments:
             _change(written, expression, walk)
     if not walk.table.is_listed("harmless", name):
-        (_open if walk.program.language == "cpp" else _open_lists)(expression, name, arguments, walk)
+        if walk.program.language == "cpp":
+            _open(expression, name, arguments, walk)
+        else:
+            _open_lists(expression, name, arguments, walk)
+            forget([*arguments, *keywords.values()], f"`{name[:60]}` may change it", expression.place)
 
 
 def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
     """Take what a function of C++ may change as not known."""
     known = [*walk.program.find_functions(name), *walk.program.functions.get(name, [])]
     for index, (written, value) in enumerate(zip(expression.arguments, arguments, strict=True)):
-        if known and not any(each.by_reference for one in known for each in one.parameters[index : index + 1]):
+        if known and not any(_changes(each) for one in known for each in one.parameters[index : index + 1]):
             continue
+        if not (isinstance(written, Name) and written.text.isupper()):
+            forget(value, f"`{name[:60]}` may change it", expression.place)
         if not isinstance(written, (Name, Attribute)) or (isinstance(written, Name) and written.text.isupper()):
             continue
         cause = f"`{name[:60]}` may change it"
@@ -92,6 +100,11 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
             value.members["*"] = Unknown(cause, expression.place)
 
 
+def _changes(variable: Variable) -> bool:
+    """Whether a function may change what it is given for a parameter."""
+    return variable.by_reference or variable.type.endswith("*")
+
+
 def _open_lists(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
     """Take lists and dictionaries as not known that a function of Python may change."""
     for written, value in zip(expression.arguments, arguments, strict=False):
@@ -101,9 +114,11 @@ def _open_lists(expression: Call, name: str, arguments: Sequence[Any], walk: Wal
 
 def _set_by_name(expression: Call, arguments: Sequence[Any], walk: Walk) -> None:
     """Follow `setattr` of Python."""
-    if len(arguments) > 2 and isinstance(arguments[0], Instance):  # noqa: PLR2004 - object, name, value
+    if len(arguments) > 2 and (isinstance(arguments[0], (Instance, Either, Undecided))):  # noqa: PLR2004 - object, name, value
         if isinstance(arguments[1], str):
             assign(Attribute(expression.arguments[0], arguments[1]), arguments[2], walk)
+        elif is_profile(arguments[0]) or not isinstance(arguments[0], Instance):
+            forget(arguments[0], "`setattr` may set it", expression.place)
         else:
             forget_members(arguments[0], "`setattr` may set it", walk)
 
@@ -112,5 +127,8 @@ def _change(written: Expression, by: Call, walk: Walk) -> None:
     """Take what a call is handed, or an iterator of it, as not known."""
     if isinstance(written, Call) and isinstance(written.function, Attribute):
         written = written.function.of
-    if isinstance(written, (Name, Attribute)) and isinstance(evaluate(written, walk), _CHANGING):
-        assign(written, Unknown(f"`{call_name(by)[:60]}` may change it", by.place), walk)
+    value = evaluate(written, walk) if isinstance(written, (Name, Attribute, Element)) else None
+    cause = f"`{call_name(by)[:60]}` may change it"
+    forget(value, cause, by.place)
+    if isinstance(written, (Name, Attribute)) and isinstance(value, _CHANGING):
+        assign(written, Unknown(cause, by.place), walk)

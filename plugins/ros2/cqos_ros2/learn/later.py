@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
-from cqos_ros2.learn.evaluating import initial_value
-from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, TooMuchError
-from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, same, used
+from cqos_ros2.learn.evaluating import evaluate, initial_value, shared_preset
+from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, Frame, TooMuchError, lineage
+from cqos_ros2.learn.profiles import content, is_profile
+from cqos_ros2.learn.program import Function, Name, call_name
+from cqos_ros2.learn.searching import calls_in
+from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, Undecided, same, used
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Expression
 
 _MOST_CALLBACKS: Final = 300
 _MOST_ROUNDS: Final = 20
@@ -24,12 +29,39 @@ def run_later(walk: Walk) -> None:
         TooMuchError: it takes too many rounds.
     """
     walk.in_callback = True
+    _prepare(walk)
     start = _Start(walk)
     for _ in range(_MOST_ROUNDS):
         if not _changing(walk, start):
             return
         start.restore(walk)
     raise TooMuchError
+
+
+def _prepare(walk: Walk) -> None:
+    """Make the qualities of service that any callback may be the first to use: what one sets, the others see."""
+    table, program = walk.table, walk.program
+    if program.language == "python":
+        for name in table.presets:
+            shared_preset(name, walk)
+    for instance in [*walk.instances]:
+        for cls in lineage(instance.cls, walk):
+            for name, written in cls.initial.items():
+                if name not in instance.members and _makes_quality(written, walk):
+                    instance.members[name] = initial_value(instance, name, walk)
+    for found in program.constants.values():
+        for full, written, path in found:
+            if _makes_quality(written, walk):
+                walk.frames.append(Frame(Function(full, (), (), Place(path)), None))
+                evaluate(Name(full), walk)
+                walk.frames.pop()
+
+
+def _makes_quality(written: Expression, walk: Walk) -> bool:
+    """Whether an expression makes a quality of service."""
+    table = walk.table
+    calls = calls_in((), ((written, (written,), None),))
+    return any(table.lookup(table.makers, call_name(each)) is not None for each in calls)
 
 
 class _Start:
@@ -91,7 +123,7 @@ def _changing(walk: Walk, start: _Start) -> bool:
 
 def _alike(one: dict[str, Any], other: dict[str, Any]) -> bool:
     return one.keys() == other.keys() and all(
-        same(value, other[name]) for name, value in one.items() if isinstance(value, PLAIN)
+        same(content(value), content(other[name])) for name, value in one.items() if isinstance(value, PLAIN)
     )
 
 
@@ -121,7 +153,7 @@ def _held(walk: Walk, count: int) -> set[int]:
     seen: set[int] = set()
     while waiting:
         each = used(waiting.pop())
-        if not isinstance(each, (Instance, Code, list, dict, Either)) or id(each) in seen:
+        if not isinstance(each, (Instance, Code, list, dict, Either, Undecided)) or id(each) in seen:
             continue
         seen.add(id(each))
         if isinstance(each, Instance):
@@ -130,6 +162,8 @@ def _held(walk: Walk, count: int) -> set[int]:
             waiting += [each.this, *each.names.values(), *each.own.values()]
         elif isinstance(each, Either):
             waiting += [value for _, value in each.cases]
+        elif isinstance(each, Undecided):
+            waiting += each.among
         else:
             waiting += each.values() if isinstance(each, dict) else each
     return seen
@@ -144,6 +178,8 @@ def _settle(
             space[name] = start.changing[key, name]
             continue
         old = MISSING if before is None else before.get(name, MISSING)
+        if old is MISSING and before is None and owner is not None and owner.begins is not None:
+            old = owner.begins.get(name, MISSING)
         if old is MISSING and before is not None and owner is not None:
             old = initial_value(owner, name, walk)
         if old is MISSING or old is None or same(old, value) or _is_as_before(old, value):
@@ -159,6 +195,8 @@ def _settle(
 def _is_as_before(old: Any, value: Any) -> bool:
     """Whether an object is still there, or one is there that was made alike."""
     old, value = used(old), used(value)
+    if is_profile(old) and is_profile(value):
+        return same(content(old), content(value))
     if isinstance(old, (*PLAIN, Unknown)):
         return False
     if not isinstance(old, Instance) or not isinstance(value, Instance):

@@ -33,6 +33,18 @@ _QUALIFIERS: Final = frozenset(
 )
 
 
+def points(type_text: str) -> bool:
+    """Whether a type is a pointer: copies of a value of it mean the same object."""
+    inner = inner_type(type_text)
+    pointer = inner != type_text.strip() and not last_part(type_text.partition("<")[0]).endswith("optional")
+    return type_text.endswith("*") or pointer or "reference_wrapper" in type_text
+
+
+def refers(type_text: str) -> bool:
+    """Whether a type is a reference or a pointer."""
+    return type_text.endswith("&") or points(type_text)
+
+
 def inner_type(name: str) -> str:
     """Return what a smart pointer or optional points to; the type itself where it is none."""
     plain = name.strip()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import state
+from cqos_ros2.learn.copying import copied
 from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
@@ -99,7 +100,9 @@ def _fill(instance: Instance, given: Given, walk: Walk) -> None:
     elif values and (len(values) > len(names) or any(isinstance(each, Unknown) and not each.cause for each in values)):
         instance.members.update({name: Unknown("what it is made with is not followed") for name in names})
     else:
-        instance.members.update(zip(names, values, strict=False))
+        types = {name: text for each in classes for name, text in each.fields.items()}
+        given_values = ((name, copied(value, types[name], walk)) for name, value in zip(names, values, strict=False))
+        instance.members.update(given_values)
         instance.members.update(given.keywords)
 
 

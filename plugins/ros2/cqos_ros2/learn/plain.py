@@ -9,7 +9,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import replace_value
 from cqos_ros2.learn.handing import note_nodes
-from cqos_ros2.learn.names import inner_type, last_part
+from cqos_ros2.learn.names import inner_type, last_part, refers
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.overriding import overriding_of
 from cqos_ros2.learn.program import Attribute, Name
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from cqos_ros2.learn.creating import Given
     from cqos_ros2.learn.frames import Walk
+    from cqos_ros2.learn.program import Expression
 
 _NUMBERS: Final = frozenset(
     (
@@ -94,9 +95,11 @@ _MOST_ARGUMENTS: Final = 3
 def library_value(name: str, given: Given, walk: Walk) -> Any:
     """Return a value of a plain type, or an object of a library; the mark for none where it is a function that is not known."""
     last, arguments = last_part(name), given.arguments
-    found = _of_cpp(name, given) if walk.program.language == "cpp" else builtin(name, given)
+    cpp = walk.program.language == "cpp"
+    found = _of_cpp(name, given) if cpp else builtin(name, given)
     if found is not MISSING:
-        return found
+        listed = cpp and last in (_LISTS | _MAPS) and isinstance(given.call.function, Name)
+        return copied(found, given.call.function.text, walk) if listed else found  # type: ignore[union-attr]
     overriding = overriding_of(name, given)
     if overriding is not None:
         return overriding
@@ -158,7 +161,11 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
     """Return the result of a method of a text, list or dictionary; the mark for none where it is not followed."""
     name = function.name
     written = given.call.arguments
-    held = [copied(each, type_of_name(one, walk), walk) for each, one in zip(given.arguments, written, strict=False)]
+    kind = type_of_name(function.of, walk)
+    held = [
+        copied(each, _type_of_element(kind, one, walk), walk, written=one)
+        for each, one in zip(given.arguments, written, strict=False)
+    ]
     changes = _changed(receiver, name, held if name in _KEEPS else given.arguments)
     if changes is not MISSING:
         replace_value(function.of, receiver, changes, walk)
@@ -182,6 +189,13 @@ def on_plain(receiver: Any, function: Attribute, given: Given, walk: Walk) -> An
     elif isinstance(receiver, str):
         return _of_cpp_text(receiver, name, given.arguments)
     return MISSING
+
+
+def _type_of_element(kind: str, written: Expression, walk: Walk) -> str:
+    """Return the type of what a list of a type is given: a pointer, a quality of service, or what is written for it."""
+    inner = kind.partition("<")[2].rpartition(">")[0].strip()
+    stated = refers(inner) or walk.table.lookup(walk.table.makers, inner) is not None
+    return inner if stated else type_of_name(written, walk)
 
 
 def _changed(receiver: Any, name: str, arguments: Sequence[Any]) -> Any:

@@ -19,6 +19,12 @@ SUPER: Final = "super()"
 """What a method calls its object, in both languages."""
 JOIN: Final = "join"
 """The operator of a text of parts one after the other."""
+ADDRESS: Final = "&"
+"""The operator of C++ that makes a pointer, where it has one operand."""
+STATIC: Final = "static "
+"""How the type of a local name of C++ begins that is made once for all calls."""
+POINTS: Final = "*"
+"""The operator of C++ that copies what a pointer points to, where it has one operand."""
 CASE: Final = "case"
 """The operator of a value, one case of a switch, and the words of all of its cases, which differ from each other."""
 
@@ -31,6 +37,10 @@ class Literal:
     """A text, number or flag."""
 
     value: Any
+
+
+POINTED: Final = Literal(("*",))
+"""What stands as the key of an element that is what a pointer points to: ``*p = value``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,12 +208,14 @@ class Loop:
     Attributes:
         targets: the names that are given the elements of ``over``.
         over: None where it is no loop over elements.
+        copies: the names are given copies.
     """
 
     targets: tuple[str, ...]
     over: Expression | None
     body: tuple[Statement, ...]
     place: Place
+    copies: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,6 +276,7 @@ class Function:
         initializers: of a constructor: for members and base classes, in their order.
         source: its text; empty where it is not kept.
         macro: it stands for a macro; what it makes stands where the macro is used.
+        returns: the type of what it returns, in C++, with ``&`` or ``*`` at its end; empty where it is not written.
     """
 
     name: str
@@ -276,6 +289,7 @@ class Function:
     static: bool = False
     source: bytes = b""
     macro: bool = False
+    returns: str = ""
 
     @property
     def body(self) -> tuple[Statement, ...]:
@@ -329,6 +343,8 @@ class Program:
         registered: classes that are components.
         plugins: classes that pluginlib loads.
         scripts: what a Python file does when it is run, by path.
+        imports: the names that each file of Python imports, in their order.
+        tops: what stands at the top of each file of Python, as in ``scripts``, with those of other packages.
         gaps: files that could not be read, and why.
         parameter_sets: what generate_parameter_library makes, by namespace.
         includes: what each file of C++ includes, as written.
@@ -346,6 +362,8 @@ class Program:
     registered: dict[str, Place] = field(default_factory=dict)
     plugins: dict[str, Place] = field(default_factory=dict)
     scripts: dict[str, Function] = field(default_factory=dict)
+    imports: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    tops: dict[str, Function] = field(default_factory=dict)
     gaps: list[tuple[str, Place]] = field(default_factory=list)
     parameter_sets: dict[str, Any] = field(default_factory=dict)
     includes: dict[str, list[str]] = field(default_factory=dict)
@@ -365,6 +383,8 @@ class Program:
         _extend(self.constants, other.constants)
         _extend(self.includes, other.includes)
         _extend(self.scoped, other.scoped)
+        self.imports.update(other.imports)
+        self.tops.update(other.scripts)
         self.aliases.update({name: found for name, found in other.aliases.items() if name not in self.aliases})
 
     def find_class(self, name: str, near: str = "", scope: str = "") -> Class | None:

@@ -92,6 +92,7 @@ def read_module(text: bytes, path: str, module: str, program: Program) -> None:
             )
     if first_version and not _uses("rclpy", file):
         return
+    program.imports[path] = tuple(dict.fromkeys(file.imported.values()))
     run: list[Statement] = []
     _definitions(tree.body, module, "", file, program, run)
     program.scripts[path] = Function(f"{module}.__main__", (), tuple(run), Place(path, 1))
@@ -145,6 +146,8 @@ def _class(node: ast.ClassDef, scope: str, file: PythonFile, program: Program) -
     for each in run:
         if isinstance(each, Assign) and isinstance(each.target, Name):
             made.initial[each.target.text] = each.value
+        elif isinstance(each, Assign) and isinstance(each.target, Attribute) and isinstance(each.target.of, Name):
+            made.initial[each.target.of.text] = NotFollowed("what the body of the class changes")
 
 
 def _dotted(node: ast.expr, file: PythonFile) -> str:
@@ -213,11 +216,13 @@ def _read(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
         value = _expression(node.value, file)
         for target in node.targets:
             yield from _assign(target, value, place, file)
+            if not isinstance(target, (ast.Tuple, ast.List)):
+                value = _target(target, file)  # one object for all targets
     elif isinstance(node, ast.AnnAssign):
         if node.value is not None:
             yield Assign(_expression(node.target, file), _expression(node.value, file), place)
     elif isinstance(node, ast.AugAssign):
-        changed = _expression(node.target, file)
+        changed = _target(node.target, file)
         yield Assign(
             changed, Operation(_OPERATORS.get(type(node.op), "?"), (changed, _expression(node.value, file))), place
         )
@@ -298,10 +303,17 @@ def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile)
         return
     items = value.items if isinstance(value, Items) and len(value.items) == len(target.elts) else None
     for index, each in enumerate(target.elts):
-        yield Assign(_target(each, file), items[index] if items else NotFollowed("an unpacked value"), place)
+        named = (
+            Element(value, Literal(index)) if isinstance(value, (Name, Attribute)) else NotFollowed("an unpacked value")
+        )
+        plain = isinstance(each, ast.Starred) or any(isinstance(one, ast.Starred) for one in target.elts)
+        given = items[index] if items else NotFollowed("an unpacked value") if plain else named
+        yield Assign(_target(each, file), given, place)
 
 
 def _target(node: ast.expr, file: PythonFile) -> Expression:
+    if isinstance(node, ast.Attribute):
+        return Attribute(_expression(node.value, file), node.attr)
     return Name(node.id) if isinstance(node, ast.Name) and node.id != file.this else _expression(node, file)
 
 
@@ -426,9 +438,11 @@ def _lambda(node: ast.Lambda, file: PythonFile) -> Expression:
 
 
 def _named(node: ast.NamedExpr, file: PythonFile) -> Expression:
-    changed = NotFollowed(" ".join(ast.unparse(node).split())[:60])
-    file.pending.append(Assign(Name(node.target.id), changed, file.place(node)))
-    return _expression(node.value, file)
+    value = _expression(node.value, file)
+    same = isinstance(value, (Name, Attribute))  # another name of one object
+    given = value if same else NotFollowed(" ".join(ast.unparse(node).split())[:60])
+    file.pending.append(Assign(Name(node.target.id), given, file.place(node)))
+    return value
 
 
 def _comprehension(node: Any, file: PythonFile) -> Expression:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.names import last_part
+from cqos_ros2.learn.profiles import content
 from cqos_ros2.learn.values import Duration, Either, Qos, Template, Test, Word, each_case
 from cqos_ros2.presets import PRESETS
 
@@ -24,7 +25,7 @@ WORDS: Final = {
 }
 DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
 _IGNORED: Final = ("avoid_ros_namespace_conventions",)
-_FIELDS: Final = (*WORDS, "depth", *DURATIONS)
+FIELDS: Final = (*WORDS, "depth", *DURATIONS)
 
 
 def policy_value(policy: str, value: Any) -> Any:
@@ -66,12 +67,12 @@ def policy_of(qos: Qos, policy: str) -> Any:
 def changed(qos: Any, policy: str, value: Any) -> Any:
     """Return a quality of service after one of its policies is set by its name."""
     if not isinstance(qos, Qos):
-        return Unknown("its quality of service is not known")
+        return qos if isinstance(qos, Unknown) else Unknown("its quality of service is not known")
     if isinstance(value, Either):
         return each_case(value, partial(changed, qos, policy))
     if policy in _IGNORED:
         return qos
-    if policy not in _FIELDS:
+    if policy not in FIELDS:
         return Unknown(f"`{policy[:60]}` of a quality of service is not followed")
     return qos.having({policy: policy_value(policy, value)})
 
@@ -126,7 +127,8 @@ def maker(name: str, arguments: Sequence[Any], keywords: Mapping[str, Any], walk
     stated = walk.table.lookup(walk.table.makers, name)
     if stated is None:
         return None
-    return _for_each([*arguments, *keywords.values()], partial(_made, stated, len(arguments), tuple(keywords), walk))
+    given = [content(each) for each in (*arguments, *keywords.values())]
+    return _for_each(given, partial(_made, stated, len(arguments), tuple(keywords), walk))
 
 
 def _for_each(values: list[Any], function: Callable[[list[Any]], Any]) -> Any:
@@ -169,7 +171,7 @@ def _by_keyword(
     for name, value in keywords.items():
         if name in _IGNORED and value is False:
             continue
-        if name not in _FIELDS:
+        if name not in FIELDS:
             return Unknown(f"`{name[:60]}` is no policy that is known")
         if name in numbers and isinstance(value, (int, Template)) and not isinstance(value, bool):
             chosen[name] = value
@@ -254,6 +256,7 @@ def preset(name: str, walk: Walk) -> Qos | None:
 
 def as_qos(value: Any, walk: Walk) -> Any:
     """Return the quality of service that an argument means: one, or a depth."""
+    value = content(value)
     if isinstance(value, Word):
         number = number_of(value, walk)
         if isinstance(number, int):  # an enumeration converts to a depth

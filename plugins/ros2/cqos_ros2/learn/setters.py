@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.frames import Walk, lineage
 from cqos_ros2.learn.names import fits, last_part
+from cqos_ros2.learn.profiles import forget, is_profile
 from cqos_ros2.learn.program import (
     THIS,
     Attribute,
     Call,
     Class,
     Closure,
+    Element,
     Function,
     Name,
     NotFollowed,
     Operation,
     call_name,
 )
+from cqos_ros2.learn.qualities import FIELDS
 from cqos_ros2.learn.searching import assignments, calls_in
 from cqos_ros2.learn.spinning import called_later
 from cqos_ros2.learn.values import PLAIN, Code, Instance
+
+if TYPE_CHECKING:
+    from cqos_ros2.learn.program import Expression
 
 _COUNTS: Final = "++"
 """How a name stands in a list of setters that is made from its own value."""
@@ -103,6 +109,8 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
         if isinstance(target, Attribute) and isinstance(target.of, (Name, Attribute)) and not own:
             root = target.of.text if isinstance(target.of, Name) else target.of.name
             yield f"{root}.{target.name}"
+        if isinstance(target, Attribute) and target.name in FIELDS:
+            yield from _root(target.of)
         if name:
             yield name
             value = each.value
@@ -112,8 +120,33 @@ def _set_in(function: Function, walk: Walk) -> Iterator[str]:
         of = call.function.of if isinstance(call.function, Attribute) else None
         if isinstance(of, (Name, Attribute)) and call_name(call) in CHANGING:
             yield of.text if isinstance(of, Name) else of.name
+        if (
+            of is not None
+            and call_name(call) in walk.table.setters
+            and (call.arguments or call_name(call) not in FIELDS)
+        ):
+            yield from _root(of)
+        if call_name(call) == "setattr" and call.arguments:
+            yield from _root(call.arguments[0])
     if walk.program.language == "cpp":
         yield from _handed_out(function, walk)
+
+
+def _root(written: Expression) -> Iterator[str]:
+    """Yield the name of the quality of service that an expression means, or a policy of it."""
+    while True:
+        if isinstance(written, Call) and isinstance(written.function, Attribute):
+            written = written.function.of
+        elif (isinstance(written, Attribute) and written.of != Name(THIS) and written.name in FIELDS) or isinstance(
+            written, Element
+        ):
+            written = written.of
+        else:
+            break
+    if isinstance(written, Name) and written.text != THIS:
+        yield written.text
+    elif isinstance(written, Attribute):
+        yield written.name
 
 
 def _handed_out(function: Function, walk: Walk) -> Iterator[str]:
@@ -155,9 +188,12 @@ def _forget(name: str, code: Code, walk: Walk) -> None:
     if name in code.own:
         return
     if name in code.names:
-        code.names[name] = unknown if isinstance(code.names[name], PLAIN) else code.names[name]
-    elif code.this is not None and isinstance(member(code.this, name, walk), PLAIN):
-        code.this.members[name] = unknown
+        forget(code.names[name], unknown.cause)
+        plain = isinstance(code.names[name], PLAIN) and not is_profile(code.names[name])
+        code.names[name] = unknown if plain else code.names[name]
+    elif code.this is not None and isinstance(found := member(code.this, name, walk), PLAIN):
+        forget(found, unknown.cause)
+        code.this.members[name] = found if is_profile(found) else unknown
 
 
 def forget_all(instance: Instance, name: str, walk: Walk) -> None:
@@ -177,5 +213,8 @@ def forget_members(instance: Instance, cause: str, walk: Walk) -> None:
             if each not in cls.fixed:
                 instance.members.setdefault(each, unknown)
     for each, value in instance.members.items():
-        if isinstance(value, PLAIN) and value is not None and not each.startswith("#"):
+        if is_profile(value):
+            forget(value, cause)
+        elif isinstance(value, PLAIN) and value is not None and not each.startswith("#"):
+            forget(value, cause)
             instance.members[each] = unknown

@@ -146,6 +146,7 @@ class Table:
         nodes: positions of name and namespace, by class.
         calls, parameters: rows by the last part of their names.
         makers, presets, setters, durations: of qualities of service.
+        passes: methods of theirs that return the object itself; `reads` leave it as it is, `copies` and functions return a copy.
         numbers: words of policies by their number.
         objects: structures and classes that only carry values: members by argument.
         members: what methods of such objects set.
@@ -161,6 +162,8 @@ class Table:
     durations: dict[str, Any] = field(default_factory=dict)
     numbers: dict[str, dict[int, str]] = field(default_factory=dict)
     passes: frozenset[str] = frozenset()
+    reads: frozenset[str] = frozenset()
+    copies: frozenset[str] = frozenset()
     lists: dict[str, tuple[str, ...]] = field(default_factory=dict)
     objects: dict[str, dict[str, int]] = field(default_factory=dict)
     members: dict[str, str] = field(default_factory=dict)
@@ -301,6 +304,8 @@ def _read(path: Path, found: dict[str, Table]) -> None:
     for key in ("makers", "presets", "setters", "durations", "numbers"):
         getattr(table, key).update(qos.get(key) or {})
     table.passes |= frozenset(qos.get("passes") or ())
+    table.reads |= frozenset(qos.get("reads") or ())
+    table.copies |= frozenset(qos.get("copies") or ())
     table.objects.update(document.get("objects") or {})
     table.members.update(document.get("setters") or {})
     for key in _LISTS:

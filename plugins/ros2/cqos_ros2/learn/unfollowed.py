@@ -102,7 +102,7 @@ def _type_of(on: object, within: Function, found: Exploration, walk: Walk) -> st
         declared = [each.type for each in locals_of if each.target == on]
         declared += [each.type for each in within.parameters if each.name == name]
         if declared:
-            return declared[0] if len({*declared}) == 1 else ""
+            return declared[0].removesuffix("&") if len({*declared}) == 1 else ""
     elif isinstance(on, Attribute) and on.of == Name(THIS):
         name = on.name
     else:

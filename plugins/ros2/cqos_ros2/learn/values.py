@@ -149,6 +149,23 @@ class Instance:
         return mine == (None, None, other.library, other.types, other.members) and other.cls is None is other.node
 
 
+@dataclass(eq=False, slots=True)
+class Profile(Instance):
+    """A quality of service as an object: names, members and lists share it. `profiles` reads and changes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undecided(Unknown):
+    """A value that is not known and may be one of some objects: what changes it may change each of them.
+
+    Attributes:
+        exhaustive: it is one of them.
+    """
+
+    among: tuple[Any, ...] = ()
+    exhaustive: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Perhaps:
     """An object that is only made on some ways: where it is used, it is there.
@@ -241,8 +258,11 @@ class NodeRecord:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
-PLAIN: Final = (str, int, float, bool, Template, Qos, Overriding, list, dict, Either, type(None))
-"""Values that an assignment replaces; an object stays what it is."""
+PLAIN: Final = (str, int, float, bool, Template, Profile, Qos, Overriding, list, dict, Either, type(None))
+"""Values that an assignment replaces or changes; an object stays what it is."""
+
+
+_SHARED: Final = (Profile, Undecided)
 
 
 def joined(values: list[Any]) -> Any:
@@ -275,11 +295,14 @@ def each_case(value: Any, function: Callable[[Any], Any]) -> Any:
 
 def flat(cases: tuple[tuple[Tests, Any], ...]) -> Any:
     """Return one of a few values, where a value may itself be one of a few; not known where they are too many."""
-    found = [
-        ((*tests, *inner), value)
-        for tests, each in cases
-        for inner, value in (each.cases if isinstance(each, Either) else (((), each),))
-    ]
+    found: list[tuple[Tests, Any]] = []
+    for tests, each in cases:
+        for inner, value in each.cases if isinstance(each, Either) else (((), each),):
+            here = tuple(dict.fromkeys((*tests, *inner)))
+            if not any({*earlier} <= {*here} for earlier, _ in found):  # else an earlier one is taken
+                found.append((here, value))
+    if len(found) == 1 and not found[0][0]:
+        return found[0][1]
     return Either(tuple(found)) if len(found) <= _MOST_CASES else Unknown("one of many values")
 
 
@@ -306,6 +329,10 @@ def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Pl
     if same(then, otherwise):
         return then
     objects = (Instance, Code, Perhaps)
+    if isinstance(then, _SHARED) or isinstance(otherwise, _SHARED):
+        if tests is None or isinstance(then, Undecided) or isinstance(otherwise, Undecided):
+            return Undecided(cause, place, "", (then, otherwise), exhaustive=True)
+        return flat(((tests, then), ((), otherwise)))
     for holds, one, other in ((tests, then, otherwise), (flipped(tests or ()), otherwise, then)):
         if isinstance(one, objects) and other is None:  # made in one branch
             there = one.there if isinstance(one, Perhaps) else Condition(())

@@ -7,10 +7,12 @@ from typing import Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, type_of_name
-from cqos_ros2.learn.evaluating import assign, evaluate, whole
+from cqos_ros2.learn.evaluating import assign, evaluate, made_once, whole
 from cqos_ros2.learn.frames import MOST_ELEMENTS, MOST_ROUNDS, Condition, Walk, Way
 from cqos_ros2.learn.operators import truth
+from cqos_ros2.learn.profiles import undecided
 from cqos_ros2.learn.program import (
+    STATIC,
     Assign,
     Attribute,
     Call,
@@ -30,7 +32,7 @@ from cqos_ros2.learn.program import (
 )
 from cqos_ros2.learn.searching import inside
 from cqos_ros2.learn.values import Condition as Decided
-from cqos_ros2.learn.values import Counted, Template, Test, Word, flipped
+from cqos_ros2.learn.values import Counted, Profile, Template, Test, Word, flipped
 
 _CHANGES: Final = "it changes in a loop"
 _ABSENT: Final = (Literal(None), Literal(False))
@@ -125,20 +127,33 @@ def _try(statement: Try, walk: Walk) -> bool:
     return True
 
 
+def _value(statement: Assign, walk: Walk) -> Any:
+    """Return what an assignment gives; a quality of service at the top of a file of Python, or in a static name of C++, is made once."""
+    written, type_text = statement.value, statement.type
+    if walk.frame.function.last == "__main__" and isinstance(statement.target, Name):
+        return made_once(written, lambda: whole(written, walk), walk)
+    if type_text.startswith(STATIC):
+        return made_once(written, lambda: copied(whole(written, walk), type_text, walk, written=written), walk)
+    return whole(written, walk)
+
+
 def _assign(statement: Assign, walk: Walk) -> None:
-    value = whole(statement.value, walk)
+    value = _value(statement, walk)
     target = statement.target
     if isinstance(value, Word) and statement.type:
         made = Call(Name(statement.type), (), (), (), statement.place)
         value = evaluate(made, walk) if walk.table.lookup(walk.table.objects, statement.type) is not None else value
     if statement.declares and isinstance(target, Name):
-        walk.frame.names[target.text] = copied(value, statement.type, walk)
+        static = isinstance(value, Profile) and statement.type.startswith(STATIC)
+        held = value if static else copied(value, statement.type, walk, written=statement.value)
+        walk.frame.names[target.text] = held
         walk.frame.declared[target.text] = statement.type
         walk.frame.aliases.pop(target.text, None)
-        if statement.type.endswith(("&", "*")) and isinstance(statement.value, (Name, Attribute, Element)):
+        changes = statement.type.endswith(("&", "*")) and not statement.type.startswith("const ")
+        if changes and isinstance(statement.value, (Name, Attribute, Element)):
             walk.frame.aliases[target.text] = statement.value, statement.type.endswith("*")
         return
-    assign(target, copied(value, type_of_name(target, walk), walk), walk)
+    assign(target, copied(value, type_of_name(target, walk), walk, written=statement.value), walk)
 
 
 def _if(statement: If, walk: Walk) -> bool:
@@ -225,7 +240,7 @@ def _loop(statement: Loop, walk: Walk) -> bool:
         over = [*over] if walk.program.language == "python" else [list(each) for each in over.items()]
     if isinstance(over, list) and len(over) <= MOST_ELEMENTS and _is_short(statement, len(over)):
         for each in over:
-            _bind(statement.targets, each, walk)
+            _bind(statement.targets, copied(each, "auto", walk) if statement.copies else each, walk)
             if not _round(statement, Condition(), walk):
                 return False
         return True
@@ -239,7 +254,7 @@ def _loop(statement: Loop, walk: Walk) -> bool:
         condition = Condition(each=(name, listed.text))
     else:
         for name in statement.targets:
-            names[name] = Unknown("it is an element of a list that is not known", statement.place)
+            names[name] = undecided(Unknown("it is an element of a list that is not known", statement.place), over)
     before = walk.snapshot()
     _round(statement, condition, walk)
     walk.merge(before, None, _CHANGES, statement.place)
@@ -273,7 +288,9 @@ def _bind(targets: tuple[str, ...], value: Any, walk: Walk) -> None:
         walk.frame.names[targets[0]] = value
         return
     items = (
-        value if isinstance(value, list) and len(value) == len(targets) else [Unknown("it is unpacked")] * len(targets)
+        value
+        if isinstance(value, list) and len(value) == len(targets)
+        else [undecided(Unknown("it is unpacked"), value)] * len(targets)
     )
     walk.frame.names.update(zip(targets, items, strict=True))
 
