@@ -21,7 +21,7 @@ MS = 1_000_000
 FILE = """
 cqos: 1
 protocol: ros2
-options: {ros2: {rmw: cyclonedds}}
+options: {ros2: {rmw: cyclonedds, repair_time: 0s}}
 topics:
   /scan: {type: a/msg/Scan, period: 50ms}
   /cmd: {type: a/msg/Cmd, period: 20ms}
@@ -88,7 +88,7 @@ def test_a_chain_that_holds_says_nothing():
         # A step that states how long it waits needs no period of what it reads.
         ([(", period: 50ms", ""), ("at: fusion, ", "at: fusion, waits: <=10ms, ")], []),
         # A deadline that is offered is a promise; a derived or a missing one is none.
-        ([(", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, deadline: 50ms}")], []),
+        ([(", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, history: keep_all, deadline: 50ms}")], []),
         ([("{reliability: reliable}", "{reliability: best_effort}"), ("{/scan: },", "{/scan: {reliability: best_effort}},")],
          [("CQ805", "warning")]),
         # A pair that is incompatible is reported as such, and only once.
@@ -124,7 +124,7 @@ def test_what_is_reported(changes, codes):
 
 def test_a_promise_is_named_as_an_assumption():
     found = times(
-        changed((", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, deadline: 50ms}"))
+        changed((", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, history: keep_all, deadline: 50ms}"))
     )
     assert "`lidar/publisher/scan` keeps the gap that its settings promise" in found.steps[1].assumed
     assert "`fusion` uses the newest sample of `/scan`" in found.steps[1].assumed

@@ -228,7 +228,7 @@ def test_nodes_alone_are_on_no_other_topic():
 
 # Facts of a topic, in either protocol
 
-TIMES = {"options": {"ros2": {"round_trip_time": "1ms"}}, "topics": {"/chatter": {"period": "100ms"}}}
+TIMES = {"options": {"ros2": {"repair_time": "1ms"}}, "topics": {"/chatter": {"period": "100ms"}}}
 SURE = {**XCDR1, "reliability": "reliable"}
 NO_LOSS = {"needs": {"loss_free": True}}
 
@@ -259,12 +259,12 @@ def test_what_they_decide_may_be_that_a_need_is_not_met():
     assert (report.verdict, finding.code) == ("incompatible", "DDS505")
     facts = {fact.policy: (fact.value, fact.origin) for side in finding.sides for fact in side.facts}
     assert facts["period"] == ("100ms", "topic")
-    assert facts["round_trip_time"][0] == "1ms"
+    assert facts["repair_time"][0] == "1ms"
 
 
 @pytest.mark.parametrize(("stated", "verdict"), [("1ms", "incompatible"), ("100ms", "compatible")])
 def test_what_the_topic_on_the_wire_states_itself_counts_there(stated: str, verdict: str):
-    options = {"ros2": {"round_trip_time": "10ms"}}
+    options = {"ros2": {"repair_time": "20ms"}}
     topics = {"/chatter": {"period": "1s"}, "rt/chatter": {"period": stated, "protocol": "dds"}}
     node = {"publishes": {"/chatter": {"depth": 5}}}
     program = {"subscribes": {"rt/chatter": SURE | {"history.depth": 5, "taken_every": "0s"} | NO_LOSS}}

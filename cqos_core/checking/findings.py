@@ -17,8 +17,10 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import bare_fact, fact
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.values import Values
     from cqos_core.language.vocabulary import Use
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.outline import Outline
@@ -152,11 +154,21 @@ def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfi
     if spoken.failed is not None:
         return (spoken.failed,)
     found: dict[str, None] = {}
-    for use in spoken.bound.bound.uses:
+    ends = [end for end in (publisher, subscriber) if end is not None]
+    for use in _open_uses(spoken.bound.bound, ends[0].values, ends[-1].values) if ends else ():
         profile = subscriber if use.second else publisher
         if profile is not None:
             _cause(profile.values[use.index], found)
     return tuple(sorted(found))
+
+
+def _open_uses(bound: BoundCondition, a: Values, b: Values) -> Iterator[Use]:
+    """Yield what an undecided condition reads, without what its decided parts read: these leave nothing open."""
+    parts = () if bound.aggregate_uses else [part for part in bound.parts if part.judge(a, b).result is None]
+    if not parts:
+        yield from bound.uses
+    for part in parts:
+        yield from _open_uses(part, a, b)
 
 
 def _cause(value: Value, found: dict[str, None]) -> None:

@@ -149,6 +149,16 @@ class Cyclone:
 
         return writer, read
 
+    def beside(self, writer: DataWriter[Any], offered: Settings) -> DataWriter[Any]:
+        """Create another writer on the topic of one that has a reader; return it once it has that reader too."""
+        other = DataWriter(Publisher(self.writing, group(parsed(offered))), writer.topic, qos(parsed(offered)))
+        until = time.monotonic() + 5
+        while len(other.get_matched_subscriptions()) < len(writer.get_matched_subscriptions()):
+            if time.monotonic() > until:
+                raise AssertionError(f"no reader matches: {offered}")
+            time.sleep(0.01)
+        return other
+
     def meet(self, writes: Any, reads: Any) -> bool:
         """Whether a writer and a reader of these types match."""
         name = f"cqos_{os.getpid()}_{next(self.numbers)}"

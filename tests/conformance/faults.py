@@ -21,9 +21,12 @@ if TYPE_CHECKING:
 PERIOD: Final = 0.05
 SLACK: Final = 1.0
 """Seconds that a busy machine may be late."""
+REPAIR: Final = 3.0
+"""Seconds in which what was lost has arrived again, and both ends have found each other again."""
 FACTS: Final = {"period": "50ms", "keyed": "false", "size": "8"}
 KEEP: Final = {"reliability": "reliable", "reliability.max_blocking_time": "infinite", "history": "keep_all"}
 STORE: Final = {**KEEP, "durability": "transient_local"}
+SHORT: Final = {"reliability": "reliable", "durability": "transient_local"}
 STORED: Final = {**STORE, "durability_service.history_kind": "keep_all"}
 
 
@@ -32,10 +35,13 @@ class Scenario:
     """One pair under one fault.
 
     Attributes:
-        fault: None while connected; ``slow_reader`` is a fact about a connected reader.
+        fault: None while connected; ``slow_reader`` is a fact about a connected reader, and ``lost_packets`` are those that a link
+            loses which counts as connected.
         seconds: how long the fault lasts.
         lease: of both participants, in seconds.
         early: how many samples are written before the reader starts.
+        only_during: whether nothing is written before the fault and after it.
+        on: the implementation that does so, if not all.
         seen: the guarantees that this run shows to hold, each claimed by the pack.
         lost: the guarantees that this run shows to be lost, none claimed by the pack.
     """
@@ -47,13 +53,21 @@ class Scenario:
     seconds: float = 0.0
     lease: int = 10
     early: int = 0
+    only_during: bool = False
+    on: str = ""
     seen: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
 
     @property
     def column(self) -> str:
         """The column of the table of guarantees and faults."""
-        return "link" if self.fault in {None, "slow_reader"} else str(self.fault)
+        return "link" if self.fault in {None, "slow_reader", "lost_packets"} else str(self.fault)
+
+    @property
+    def injected(self) -> Fault | None:
+        """What is done to the run."""
+        kind = "link_outage" if self.fault == "lost_packets" else self.fault
+        return Fault(kind, self.seconds) if kind else None
 
 
 SCENARIOS: Final = (
@@ -69,8 +83,8 @@ SCENARIOS: Final = (
     ),
     Scenario(
         "a history for as long as the program takes nothing",
-        {"reliability": "reliable", "history.depth": "12"},
-        {"reliability": "reliable", "history.depth": "12"},
+        {"reliability": "reliable", "history.depth": "100"},
+        {"reliability": "reliable", "history.depth": "100"},
         "slow_reader",
         0.5,
         seen=("latest", "loss_free", "duplicate_free", "ordered"),
@@ -82,6 +96,31 @@ SCENARIOS: Final = (
         "slow_reader",
         0.5,
         seen=("max_age",),
+    ),
+    Scenario(
+        "packets that are lost, and keep_all",
+        KEEP,
+        KEEP,
+        "lost_packets",
+        0.5,
+        seen=("latest", "loss_free", "max_gap"),
+    ),
+    Scenario(
+        "packets that are lost, and a history for as long as a repair takes",
+        {"reliability": "reliable", "history.depth": "100"},
+        {"reliability": "reliable", "history.depth": "200"},
+        "lost_packets",
+        0.5,
+        seen=("latest", "loss_free", "max_gap"),
+    ),
+    Scenario(
+        "packets that are lost, and a history of one sample",
+        {"reliability": "reliable"},
+        KEEP,
+        "lost_packets",
+        0.5,
+        seen=("latest",),
+        lost=("loss_free", "max_gap"),
     ),
     Scenario(
         "an outage shorter than the participant lease",
@@ -117,6 +156,66 @@ SCENARIOS: Final = (
         "link_outage",
         1.5,
         seen=("max_age",),
+    ),
+    Scenario(
+        "a lifespan shorter than the outage, and nothing newer",
+        {**KEEP, "lifespan": "300ms"},
+        KEEP,
+        "link_outage",
+        2.0,
+        only_during=True,
+        lost=("latest",),
+    ),
+    Scenario(
+        "a lifespan longer than the outage, and nothing newer",
+        {**KEEP, "lifespan": "30s"},
+        KEEP,
+        "link_outage",
+        2.0,
+        only_during=True,
+        seen=("latest",),
+    ),
+    Scenario(
+        "an outage longer than the writer keeps",
+        {"reliability": "reliable", "history.depth": "8"},
+        KEEP,
+        "link_outage",
+        1.0,
+        seen=("latest",),
+        lost=("loss_free",),
+    ),
+    Scenario(
+        "an outage and a repair shorter than both keep",
+        {"reliability": "reliable", "history.depth": "100"},
+        {"reliability": "reliable", "history.depth": "200"},
+        "link_outage",
+        1.0,
+        seen=("latest", "loss_free"),
+    ),
+    Scenario(
+        "a durable reader that starts again with a filter",
+        STORED,
+        {**STORE, "time_based_filter": "200ms"},
+        "subscriber_restart",
+        1.0,
+        on="cyclonedds",  # Fast DDS has no filter
+        lost=("offline",),
+    ),
+    Scenario(
+        "a durable reader that is away for longer than the writer keeps",
+        {**SHORT, "history.depth": "1", "durability_service.history_depth": "1"},
+        STORE,
+        "subscriber_restart",
+        1.0,
+        lost=("offline",),
+    ),
+    Scenario(
+        "a durable reader that is away and found again within what the writer keeps",
+        {**SHORT, "history.depth": "200", "durability_service.history_depth": "200"},
+        {**SHORT, "history.depth": "200"},
+        "subscriber_restart",
+        1.0,
+        seen=("offline",),
     ),
     Scenario(
         "a durable reader that starts again",
@@ -165,9 +264,10 @@ def run(scenario: Scenario, on: Any) -> Outcome:
         End("reader", scenario.requested, participant),
         facts=FACTS,
         samples=30 if scenario.lease > 1 else 90,  # so that some are sent after both found each other again
+        during=30 if scenario.only_during else 0,
         early=scenario.early,
         period=PERIOD,
-        fault=Fault(scenario.fault, scenario.seconds) if scenario.fault else None,
+        fault=scenario.injected,
         patience=12.0,
     )
     outcome: Outcome = on.prove(plan)
@@ -177,7 +277,8 @@ def run(scenario: Scenario, on: Any) -> Outcome:
 def claimed(scenario: Scenario, on: Any) -> dict[str, str]:
     """What the pack claims, by word."""
     lease = {**on.assumes, "participant_lease": f"{scenario.lease}s"}
-    options = {"round_trip_time": "5ms", "outage": f"{round(scenario.seconds * 1000)}ms"}
+    within = {name: f"{round(REPAIR * 1000)}ms" for name in ("repair_time", "rediscovery_time")}
+    options = {"round_trip_time": "5ms", "outage": f"{round(scenario.seconds * 1000)}ms", **within}
     if scenario.fault != "link_outage":
         options.pop("outage")
     taken = f"{round(scenario.seconds * 1000) if scenario.fault == 'slow_reader' else 0}ms"
@@ -229,6 +330,9 @@ def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> 
     if claim.get("max_age", "none") not in {"none", "unknown"}:
         limit = seconds(claim["max_age"])
         held["max_age"] = all(at - sent[n] <= limit + SLACK / 4 for at, n in arrived if n in sent)
+    gap = max((later - earlier for (earlier, _), (later, _) in pairwise(arrived)), default=0.0)
+    promised = claim.get("max_gap", "none")
+    held["max_gap"] = gap <= (PERIOD + SLACK / 4 if promised in {"none", "unknown"} else seconds(promised) + SLACK)
     if claim.get("liveness", "none") not in {"none", "unknown"}:
         limit = seconds(claim["liveness"])
         gone = next((moment(e) for e in outcome.events if e.what in {"cut", "killed"}), None)

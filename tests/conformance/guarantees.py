@@ -62,7 +62,7 @@ def dds(offered: Mapping[str, Any], requested: Mapping[str, Any], **topic: Any) 
     return {
         "cqos": 1,
         "protocol": "dds",
-        "options": {"dds": {"round_trip_time": "5ms"}},
+        "options": {"dds": {"round_trip_time": "5ms", "repair_time": "500ms", "rediscovery_time": "500ms"}},
         "topics": {"t": {"period": "20ms", "keyed": False, "size": 8, **topic}},
         "participants": {"p": {"publishes": {"t": dict(offered)}}, "s": {"subscribes": {"t": dict(requested)}}},
     }

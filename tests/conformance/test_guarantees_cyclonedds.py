@@ -106,3 +106,59 @@ def test_instances_are_taken_one_by_one_without_ordered_access():
     assert values != sorted(values)
     assert [value for value in values if value % 2] == [1, 3, 5, 7]
     assert judged(settings, settings, {"ordered": "true"}, keyed="true") == "incompatible"
+
+
+EXCLUSIVE = {**RELIABLE, "history": "keep_all", "ownership": "exclusive"}
+BY_SOURCE = {**RELIABLE, "history": "keep_all", "destination_order": "by_source_timestamp"}
+AN_HOUR = 3_600_000_000_000
+
+
+@pytest.mark.parametrize(("strength", "arrive"), [("0", True), ("10", False)])
+def test_an_exclusive_writer_is_heard_only_without_a_stronger_one(strength, arrive):
+    """The fact behind DDS511 and DDS557 to DDS560."""
+    writer, start = running().connected({**EXCLUSIVE, "ownership_strength": "1"}, EXCLUSIVE)
+    reader = start()
+    other = running().beside(writer, {**EXCLUSIVE, "ownership_strength": strength})
+    other.write(running().type(-1))
+    assert taken(reader, 1) == [-1]
+    for number in range(WRITTEN):
+        writer.write(running().type(number))
+    assert taken(reader, WRITTEN) == (list(range(WRITTEN)) if arrive else [])
+    for needs in ({"latest": "true"}, {"max_gap": "1s"}, {"loss_free": "true"}):
+        assert judged(EXCLUSIVE, EXCLUSIVE, needs, period="1ms", keyed="false") == "unknown"
+
+
+@pytest.mark.parametrize(("ahead", "arrive"), [(-AN_HOUR, True), (AN_HOUR, False)])
+def test_by_source_a_writer_whose_clock_is_behind_is_not_heard(ahead, arrive):
+    """The fact behind DDS512 and DDS561 to DDS564."""
+    writer, start = running().connected(BY_SOURCE, BY_SOURCE)
+    reader = start()
+    other = running().beside(writer, BY_SOURCE)
+    other.write(running().type(-1), timestamp=time.time_ns() + ahead)
+    assert taken(reader, 1) == [-1]
+    for number in range(WRITTEN):
+        writer.write(running().type(number))
+    assert taken(reader, WRITTEN) == (list(range(WRITTEN)) if arrive else [])
+    for needs in ({"latest": "true"}, {"max_gap": "1s"}, {"loss_free": "true"}):
+        assert judged(BY_SOURCE, BY_SOURCE, needs, period="1ms", keyed="false") == "unknown"
+
+
+@pytest.mark.parametrize("settings", [EXCLUSIVE, BY_SOURCE])
+def test_a_sole_writer_is_heard(settings):
+    assert (
+        judged(settings, settings, {"latest": "true"}, period="1ms", keyed="false", sole_writer="true") == "compatible"
+    )
+
+
+def test_a_filter_drops_what_is_kept_by_the_time_it_was_written():
+    """The fact behind DDS555 and DDS556: what is replayed at once passes if it was not written at once."""
+    requested = {**DURABLE, "history": "keep_all", "time_based_filter": "100ms"}
+    offered = {**DURABLE, "history": "keep_all", "durability_service.history_kind": "keep_all"}
+    writer, start = running().connected(offered, requested)
+    now = time.time_ns()
+    for number in range(WRITTEN):
+        writer.write(running().type(number), timestamp=now - (WRITTEN - number) * 50_000_000)
+    assert taken(start(), WRITTEN) == list(range(0, WRITTEN, 2))
+    assert judged(offered, requested, {"late_join": WRITTEN}, period="50ms") == "incompatible"
+    assert judged(offered, requested, {"offline": "1s"}, period="50ms") == "incompatible"
+    assert judged(offered, requested, {"late_join": WRITTEN}, period="100ms") == "compatible"

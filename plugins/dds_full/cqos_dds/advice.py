@@ -42,6 +42,7 @@ from cqos_dds.policies import (
     RESEND_ROUND_TRIPS,
     ROUND_TRIP,
     SERVICE_RUNS,
+    SOLE_WRITER,
     TIME_BASED_FILTER,
 )
 from cqos_dds.requested_policies import (
@@ -205,6 +206,16 @@ PAIRS: Final = (
         because="a topic without keys is one instance, so what all its writers replay to a late reader shares one history",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
+    ),
+    forbids(
+        topic(SOLE_WRITER) & ~topic(KEYED) & (count(offered(RELIABILITY) >= "best_effort") > 1),
+        code="DDS214",
+        name="more-writers-than-stated",
+        severity="error",
+        says="topic `{topic}` states `sole_writer`, and has several writers",
+        because="guarantees rest on the fact that no other writer writes an instance, and a topic without keys is one instance",
+        clause="C-QoS, guarantees",
+        help="leave out `sole_writer`",
     ),
     requires(
         ~(stated(offered(TYPE)) & stated(requested(TYPE)))

@@ -7,11 +7,13 @@ from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
+    TAKEN_EVERY,
     WORDS,
     Condition,
     Operand,
     Policy,
     Term,
+    ceil,
     define,
     offered,
     publisher,
@@ -24,6 +26,7 @@ from cqos_dds.implementations import FAST_DDS, publisher_is
 from cqos_dds.kept_policies import (
     DEPTH,
     HISTORY,
+    LIFESPAN,
     MAX_PER_INSTANCE,
     MAX_SAMPLES,
     SERVICE_DEPTH,
@@ -32,9 +35,13 @@ from cqos_dds.kept_policies import (
     SERVICE_MAX_SAMPLES,
 )
 from cqos_dds.policies import (
+    DEPTH_MARGIN,
     PARTICIPANT_LEASE,
     PERIOD,
+    REDISCOVERY_TIME,
+    REPAIR_TIME,
     SERVICE_RUNS,
+    TIME_BASED_FILTER,
 )
 from cqos_dds.requested_policies import (
     DURABILITY,
@@ -58,6 +65,30 @@ SILENCE: Final = define("silence", OUTAGE + topic(PERIOD) + topic(PERIOD))
 STILL_MATCHED: Final = define(
     "still_matched", (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
 )
+WRITTEN_ONCE: Final = define("written_once", topic(PERIOD) == "infinite")
+NEVER_EXPIRES: Final = define("never_expires", offered(LIFESPAN) == "infinite")
+# A filter lets the first sample through that comes after its separation, unless it holds none back at all. What counts is
+# when samples were written, so what arrives at once after a loss passes as well; seen by running Cyclone DDS.
+PASSES: Final = define("passes", requested(TIME_BASED_FILTER) <= topic(PERIOD))
+# A reader that was away gets what was kept for it only when both match again.
+ABSENCE: Final = define("absence", OFFLINE + REDISCOVERY_TIME)
+ABSENCE_UNTIL_TAKEN: Final = define("absence_until_taken", ABSENCE + requested(TAKEN_EVERY))
+
+
+def covers_repair(side: Callable[[Policy], Term]) -> Condition:
+    """Say that the depth of one side covers what is written until a lost sample has arrived, and in a reader until it is taken.
+
+    The sample that shows the loss has a place of its own, so a depth of 1 covers nothing. The round trip says too little
+    about a repair: with 5 % loss on loopback and a period of 50 ms, Cyclone DDS left gaps of up to 355 ms.
+    """
+    repair: Operand = REPAIR_TIME + requested(TAKEN_EVERY) if side is requested else REPAIR_TIME
+    enough = (side(DEPTH) > 1) & (side(DEPTH) >= ceil(repair, topic(PERIOD)) + DEPTH_MARGIN)
+    return define(f"{side.__name__}_covers_repair", WRITTEN_ONCE | enough)
+
+
+def lives(name: str, time: Operand) -> Condition:
+    """Define that a sample does not expire within some time."""
+    return define(name, NEVER_EXPIRES | (offered(LIFESPAN) >= time))
 
 
 def instance_limit(side: Callable[[Policy], Term]) -> Operand:
@@ -83,8 +114,8 @@ def spans(side: Callable[[Policy], Term], time: Operand, spanned: str) -> Condit
 
 
 def lasts(name: str, samples: Operand, time: Operand) -> Condition:
-    """Define that so many samples are what is written of an instance in some time."""
-    return define(name, (samples == "unlimited") | (samples * topic(PERIOD) >= time))
+    """Define that so many samples are what is written of an instance in some time, both ends of it included."""
+    return define(name, (samples == "unlimited") | WRITTEN_ONCE | (samples * topic(PERIOD) > time))
 
 
 # Limits of the durability service do not bind what Cyclone DDS keeps; seen by running it.
@@ -107,13 +138,13 @@ STORE_HAS_ROOM: Final = define(
 SERVICE_SPANS: Final = define(
     "service_spans",
     (
-        (SERVICE_KEEPS_LAST & lasts("service_depth_spans_absence", offered(SERVICE_DEPTH), OFFLINE))
-        | (SERVICE_KEEPS_ALL & (lasts("service_instance_spans_absence", SERVICE_LIMIT, OFFLINE) | UNBOUND))
+        (SERVICE_KEEPS_LAST & lasts("service_depth_spans_absence", offered(SERVICE_DEPTH), ABSENCE))
+        | (SERVICE_KEEPS_ALL & (lasts("service_instance_spans_absence", SERVICE_LIMIT, ABSENCE) | UNBOUND))
     )
-    & (lasts("service_limit_spans_absence", offered(SERVICE_MAX_SAMPLES), OFFLINE) | UNBOUND),
+    & (lasts("service_limit_spans_absence", offered(SERVICE_MAX_SAMPLES), ABSENCE) | UNBOUND),
 )
 STORE_SPANS: Final = define(
-    "store_spans", (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, OFFLINE, "absence"))
+    "store_spans", (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, ABSENCE, "absence"))
 )
 STORE_KEEPS_ALL: Final = define(
     "store_keeps_all",
@@ -128,3 +159,6 @@ STORE: Final = ("history.depth", "history", "durability_service.history_depth", 
 RUN_SERVICE: Final = "set the option `durability_service_runs` where a service keeps what is transient or persistent"
 DURABLE: Final = f"let both ends be durable and reliable; {RUN_SERVICE}"
 STATE_PERIOD: Final = "state the `period` of the topic"
+STATE_REPAIR: Final = "state the `period` of the topic and the option `repair_time`"
+STATE_REDISCOVERY: Final = "state the `period` of the topic and the option `rediscovery_time`"
+STATE_TAKEN: Final = "state at the reader `taken_every`: how often the program takes samples"

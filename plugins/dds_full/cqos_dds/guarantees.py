@@ -12,14 +12,12 @@ from typing import Final
 
 from cqos_core.packs import (
     RELAYED,
-    TAKEN_EVERY,
     WORDS,
     Condition,
     Policy,
     Term,
     Unaffected,
     as_condition,
-    ceil,
     define,
     gives,
     offered,
@@ -32,49 +30,47 @@ from cqos_dds.guarantee_terms import (
     KEPT,
     MAX_GAP,
     OUTLIVES,
+    PASSES,
     RELIABLE,
     RUN_SERVICE,
     STATE_PERIOD,
+    STATE_REPAIR,
+    STATE_TAKEN,
     STORE_KEEPS_ALL,
+    covers_repair,
     instance_limit,
+    lives,
 )
 from cqos_dds.implementations import FAST_DDS, either_is, subscriber_is
 from cqos_dds.kept_policies import (
     AUTOPURGE_DISPOSED,
     AUTOPURGE_NOWRITER,
-    DEPTH,
     HISTORY,
     LIFESPAN,
     MAX_INSTANCES,
     MAX_SAMPLES,
 )
 from cqos_dds.late_guarantees import LATE
+from cqos_dds.other_writers import ONE_OF_EACH, OTHER_WRITERS
 from cqos_dds.outage_guarantees import EXPIRED, OVER_AN_OUTAGE
 from cqos_dds.policies import (
-    DEPTH_MARGIN,
     KEYED,
     PARTICIPANT_LEASE,
     PERIOD,
-    RESEND_ROUND_TRIPS,
-    ROUND_TRIP,
+    REPAIR_TIME,
     TIME_BASED_FILTER,
 )
 from cqos_dds.requested_policies import (
     ACCESS_SCOPE,
     DEADLINE,
-    DESTINATION_ORDER,
     LEASE,
     MAX_BLOCKING_TIME,
     ORDERED,
     OWNERSHIP,
 )
 
-RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
-# What the program has not taken yet waits in the reader's history too, and a keep_last one replaces it.
-WAITING: Final = define(
-    "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
-)
-ONE_OF_EACH: Final = "which other writers write the instance is not seen in one pair"
+# A lost sample can be sent again only while the writer still has it.
+WRITER_REPAIRS: Final = define("writer_repairs", (offered(HISTORY) == "keep_all") | covers_repair(offered))
 
 
 def within_limits(side: Callable[[Policy], Term]) -> Condition:
@@ -88,8 +84,6 @@ def within_limits(side: Callable[[Policy], Term]) -> Condition:
     replaces = (side(HISTORY) == "keep_last") & ~as_condition(topic(KEYED))
     return define(f"{called}_never_full", define(f"{called}_unlimited", none) | replaces)
 
-
-STATE_TIMES: Final = "state the `period` of the topic and the option `round_trip_time`"
 
 LATEST: Final = (
     gives(
@@ -146,21 +140,21 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        (offered(HISTORY) == "keep_all") | (offered(DEPTH) >= RESENT_IN),
+        WRITER_REPAIRS,
         code="DDS505",
         name="loss-by-shallow-writer",
         because="a sample that is lost on the way can be sent again only while the writer still has it",
         clause="DDS 1.4, 2.2.3.18",
-        help=STATE_TIMES,
+        help=STATE_REPAIR,
     ),
     gives(
         "loss_free",
-        (requested(HISTORY) == "keep_all") | (requested(DEPTH) >= WAITING),
+        (requested(HISTORY) == "keep_all") | covers_repair(requested),
         code="DDS506",
         name="loss-by-shallow-reader",
         because="a keep_last reader replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
-        help=f"{STATE_TIMES}, and at the reader `taken_every`: how often the program takes samples",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "loss_free",
@@ -198,25 +192,6 @@ LOSS_FREE: Final = (
         because="a reader at its limits takes no more until its program has taken some, while a keep_last writer goes on overwriting",
         clause="DDS 1.4, 2.2.3.19",
         help="state `keyed: false` of a topic without instances",
-    ),
-    gives(
-        "loss_free",
-        offered(OWNERSHIP) == "shared",
-        doubt=True,
-        code="DDS511",
-        name="loss-by-ownership",
-        because=f"a reader drops the samples of all exclusive writers but the owner, and {ONE_OF_EACH}",
-        clause="DDS 1.4, 2.2.3.9",
-        help="it is the owner's samples that arrive: need `latest` where that is what counts",
-    ),
-    gives(
-        "loss_free",
-        requested(DESTINATION_ORDER) == "by_reception_timestamp",
-        doubt=True,
-        code="DDS512",
-        name="loss-by-source-order",
-        because=f"a sample that comes after one that was written later is dropped, and {ONE_OF_EACH}",
-        clause="DDS 1.4, 2.2.3.17",
     ),
     gives(
         "loss_free",
@@ -294,9 +269,6 @@ ARRIVAL: Final = (
     ),
 )
 
-# A filter lets the first sample through that comes after its separation, unless it holds none back at all.
-PASSES: Final = define("passes", requested(TIME_BASED_FILTER) <= topic(PERIOD))
-
 TIME: Final = (
     gives(
         "max_age",
@@ -311,17 +283,38 @@ TIME: Final = (
         "max_gap",
         RELIABLE
         & (
-            (offered(DEADLINE) + requested(TIME_BASED_FILTER) <= MAX_GAP)
+            (offered(DEADLINE) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP)
             | define(
                 "period_within_gap",
-                (topic(PERIOD) + requested(TIME_BASED_FILTER) <= MAX_GAP) | (PASSES & (topic(PERIOD) <= MAX_GAP)),
+                (topic(PERIOD) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP)
+                | (PASSES & (topic(PERIOD) + REPAIR_TIME <= MAX_GAP)),
             )
         ),
         code="DDS534",
         name="gap-not-bounded",
-        because="neither the writer's deadline nor the period of the topic, with the reader's filter, promises a sample in time that also arrives",
-        clause="DDS 1.4, 2.2.3.7 and 2.2.3.12",
-        help=STATE_PERIOD,
+        because="neither the writer's deadline nor the period of the topic, with the reader's filter and the time until a lost "
+        "sample has arrived, promises a sample in time",
+        clause="DDS 1.4, 2.2.3.7 and 2.2.3.12; DDSI-RTPS 2.5, 8.4.15",
+        help=STATE_REPAIR,
+    ),
+    gives(
+        "max_gap",
+        WRITER_REPAIRS,
+        code="DDS552",
+        name="gap-by-shallow-writer",
+        because="a lost sample that its writer has overwritten never arrives, and any number of samples may be lost in a row",
+        clause="DDS 1.4, 2.2.3.18",
+        help=STATE_REPAIR,
+    ),
+    gives(
+        "max_gap",
+        lives("lives_until_repaired", REPAIR_TIME),
+        doubt=True,
+        code="DDS553",
+        name="gap-by-lifespan",
+        because="a lost sample may expire before it has arrived",
+        clause="DDS 1.4, 2.2.3.16",
+        help="state the option `repair_time`",
     ),
     gives(
         "max_gap",
@@ -370,7 +363,10 @@ TIME: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *EXPIRED, *OVER_AN_OUTAGE)
+GUARANTEES: Final = (
+    *(*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME),
+    *(*OTHER_WRITERS, *EXPIRED, *OVER_AN_OUTAGE),
+)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (

@@ -22,9 +22,12 @@ from cqos_dds.guarantee_terms import (
     MAX_GAP,
     SILENCE,
     STATE_PERIOD,
+    STATE_REPAIR,
+    STATE_TAKEN,
     STILL_MATCHED,
     STORE_KEEPS_ALL,
     lasts,
+    lives,
     spans,
 )
 from cqos_dds.implementations import FAST_DDS, publisher_is, subscriber_is
@@ -35,8 +38,7 @@ from cqos_dds.kept_policies import (
 )
 from cqos_dds.policies import (
     PERIOD,
-    RESEND_ROUND_TRIPS,
-    ROUND_TRIP,
+    REPAIR_TIME,
     SIZE,
 )
 from cqos_dds.requested_policies import (
@@ -47,7 +49,11 @@ from cqos_dds.requested_policies import (
 # longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS and Fast DDS; a
 # reader of Fast DDS remembers how far it had got.
 WRITTEN_AGAIN: Final = define("written_again", topic(PERIOD) < "infinite")
-NEVER_EXPIRES: Final = define("never_expires", offered(LIFESPAN) == "infinite")
+# Until a sample that was lost, or kept, has arrived and the program takes it.
+UNTIL_TAKEN: Final = define("until_taken", REPAIR_TIME + requested(TAKEN_EVERY))
+# What is newest was written within a period; while both stay matched, in the outage at the earliest.
+NEWEST_LIVES: Final = lives("newest_lives", topic(PERIOD) + UNTIL_TAKEN)
+REPAIRED_SILENCE: Final = define("repaired_silence", SILENCE + REPAIR_TIME)
 # Seen by running both with a lifespan of 100 ms and a program that takes every 500 ms.
 EXPIRED: Final = (
     gives(
@@ -61,34 +67,44 @@ EXPIRED: Final = (
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | (offered(LIFESPAN) >= RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY)),
+        lives("lives_until_taken", UNTIL_TAKEN),
         code="DDS549",
         name="latest-expired",
         because="the newest sample is dropped too once it is older than the lifespan of its writer",
         clause="DDS 1.4, 2.2.3.16",
-        help="state at the reader `taken_every`, how often the program takes samples, and the option `round_trip_time`",
+        help=f"state the option `repair_time`; {STATE_TAKEN}",
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | WRITTEN_AGAIN,
+        NEWEST_LIVES,
         survives="subscriber_restart",
         code="DDS550",
         name="latest-expired-in-restart",
-        because="what is kept is dropped once it is older than the lifespan of its writer",
+        because="the newest sample that is kept may be older than the lifespan of its writer",
         clause="DDS 1.4, 2.2.3.16",
-        help=STATE_PERIOD,
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
 )
 OVER_AN_OUTAGE: Final = (
     gives(
         "latest",
-        (KEPT & NEVER_EXPIRES) | WRITTEN_AGAIN,
+        KEPT | WRITTEN_AGAIN,
         survives="link_outage",
         code="DDS540",
         name="latest-lost-in-outage",
         because="what is written while the link is down for longer than a participant lease reaches only a durable reader",
         clause="DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4",
         help=f"{STATE_PERIOD} if its writer writes again and again; else let both ends be durable",
+    ),
+    gives(
+        "latest",
+        NEWEST_LIVES | (STILL_MATCHED & lives("lives_through_outage", OUTAGE + UNTIL_TAKEN)),
+        survives="link_outage",
+        code="DDS554",
+        name="latest-expired-in-outage",
+        because="the newest sample may be older than the lifespan of its writer once the link is back",
+        clause="DDS 1.4, 2.2.3.16",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "loss_free",
@@ -103,24 +119,27 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        (STILL_MATCHED & spans(offered, SILENCE, "silence")) | (~STILL_MATCHED & STORE_KEEPS_ALL),
+        (STILL_MATCHED & spans(offered, REPAIRED_SILENCE, "silence")) | (~STILL_MATCHED & STORE_KEEPS_ALL),
         survives="link_outage",
         code="DDS542",
         name="outage-longer-than-writer-keeps",
-        because="the writer keeps less than is written while the link is down",
+        because="the writer keeps less than is written until what was lost in the outage has arrived",
         clause="DDS 1.4, 2.2.3.18",
-        help=STATE_PERIOD,
+        help=STATE_REPAIR,
     ),
     gives(
         "loss_free",
         (requested(HISTORY) == "keep_all")
-        | (STILL_MATCHED & lasts("requested_depth_spans_silence", requested(DEPTH), SILENCE)),
+        | (
+            STILL_MATCHED
+            & lasts("requested_depth_spans_silence", requested(DEPTH), REPAIRED_SILENCE + requested(TAKEN_EVERY))
+        ),
         survives="link_outage",
         code="DDS543",
         name="outage-longer-than-reader-keeps",
         because="what was written while the link was down arrives at once, and a keep_last reader replaces the oldest of it",
         clause="DDS 1.4, 2.2.3.18",
-        help=STATE_PERIOD,
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "loss_free",

@@ -43,7 +43,10 @@ _HISTORY: Final = {
     "keep_last": "The last samples of each instance are kept, as many as the depth says.",
     "keep_all": "All samples are kept, up to the resource limits.",
 }
-_NETWORK: Final = ("round_trip_time", "resend_round_trips", "reliable_depth_margin")
+_NETWORK: Final = (
+    *("round_trip_time", "repair_time", "rediscovery_time"),
+    *("resend_round_trips", "reliable_depth_margin"),
+)
 
 PANEL: Final = Panel(
     groups={
@@ -56,7 +59,7 @@ PANEL: Final = Panel(
         "Durability service": _SERVICE,
         "Lifecycle": _LIFECYCLE,
         "Data of discovery": _DATA,
-        "Topic": ("type", "period", "latched", "keyed", "size"),
+        "Topic": ("type", "period", "latched", "keyed", "size", "sole_writer"),
         "Deployment": ("implementation", "domain", "outage", "extensibility", "durability_service_runs", *_NETWORK),
         "Participant": ("participant_lease",),
     },
@@ -64,7 +67,7 @@ PANEL: Final = Panel(
         *("latency_budget", "time_based_filter", "liveliness.announcement_period"),
         *("destination_order", "data_representation", "type_information", "transport_priority", "taken_every"),
         *(*_ACCESS, *_TYPE_RULES, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
-        *("keyed", "size", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
+        *("keyed", "size", "sole_writer", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
     ),
     labels={
         "history.depth": "Depth",

@@ -188,6 +188,13 @@ LATCHED: Final = Policy(
     level="topic",
 )
 SIZE: Final = Policy("size", Count(unit="bytes"), None, "The size of one sample.", level="topic")
+SOLE_WRITER: Final = Policy(
+    "sole_writer",
+    Flag(),
+    "false",
+    "Whether no two writers write the same instance, also none of another design.",
+    level="topic",
+)
 
 # What is assumed of the deployment ---------------------------------------------------------------------------
 
@@ -224,6 +231,20 @@ ROUND_TRIP: Final = Policy(
     "How long a packet takes to a peer and back.",
     level="option",
     aliases=("rtt",),
+)
+REPAIR_TIME: Final = Policy(
+    "repair_time",
+    Duration(),
+    None,
+    "How long it takes at most until a lost sample has arrived: heartbeats, requests, and packets that are lost again.",
+    level="option",
+)
+REDISCOVERY_TIME: Final = Policy(
+    "rediscovery_time",
+    Duration(),
+    None,
+    "How long it takes at most until two ends that can reach each other match, and the later one has what was kept for it.",
+    level="option",
 )
 RESEND_ROUND_TRIPS: Final = Policy(
     "resend_round_trips",
@@ -315,11 +336,14 @@ POLICIES: Final = (
     PERIOD,
     LATCHED,
     SIZE,
+    SOLE_WRITER,
     IMPLEMENTATION,
     DOMAIN,
     EXTENSIBILITY,
     SERVICE_RUNS,
     ROUND_TRIP,
+    REPAIR_TIME,
+    REDISCOVERY_TIME,
     RESEND_ROUND_TRIPS,
     DEPTH_MARGIN,
     PARTICIPANT_LEASE,

@@ -7,7 +7,7 @@ from typing import Final
 from cqos_core.packs import Proof
 
 _SEEN: Final = {
-    "link": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age"),
+    "link": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age", "max_gap"),
     "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age", "liveness"),
     "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
     "publisher_restart": ("latest", "duplicate_free", "ordered", "liveness"),

@@ -19,7 +19,6 @@ from cqos_core.packs import (
     Operand,
     Unaffected,
     as_condition,
-    ceil,
     define,
     gives,
     offered,
@@ -35,27 +34,34 @@ from cqos_ros2.guarantee_terms import (
     MAX_AGE,
     MAX_GAP,
     OVER_ZENOH,
+    STATE_REPAIR,
+    STATE_TAKEN,
     STRAIGHT,
+    covers_repair,
+    lives,
     spans,
 )
+from cqos_ros2.other_publishers import OTHER_PUBLISHERS
 from cqos_ros2.outage_guarantees import EXPIRED, OVER_AN_OUTAGE
 from cqos_ros2.policies import (
     DEADLINE,
     DEPTH,
-    DEPTH_MARGIN,
     HISTORY,
     KEYED,
     LEASE,
     LIFESPAN,
     PARTICIPANT_LEASE,
     PERIOD,
+    REDISCOVERY_TIME,
     RELIABILITY,
-    RESEND_ROUND_TRIPS,
-    ROUND_TRIP,
+    REPAIR_TIME,
 )
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
+# A subscription that was away gets what was kept for it only when both match again.
+ABSENCE: Final = define("absence", OFFLINE + REDISCOVERY_TIME)
+ABSENCE_UNTIL_TAKEN: Final = define("absence_until_taken", ABSENCE + requested(TAKEN_EVERY))
 
 RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
 DELIVERED: Final = define("delivered", RELIABLE | OVER_ZENOH)
@@ -66,12 +72,8 @@ NEVER_DROPPED: Final = define(
     | (BETWEEN_BRIDGES & (offered(RELIABILITY) == "reliable"))
     | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT))),
 )
-RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
-
-# What the program has not taken yet waits in the subscription's history too, and a keep_last one replaces it.
-WAITING: Final = define(
-    "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
-)
+# A lost sample can be sent again only while the publisher still has it.
+PUBLISHER_REPAIRS: Final = define("publisher_repairs", (offered(HISTORY) == "keep_all") | covers_repair(offered))
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
@@ -131,22 +133,21 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        has_room(offered(HISTORY) == "keep_all", offered(DEPTH), RESENT_IN),
+        PUBLISHER_REPAIRS,
         code="ROS505",
         name="loss-by-shallow-publisher",
         because="a sample that is lost on the way can be sent again only while the publisher still has it",
         clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic and the option `round_trip_time`",
+        help=STATE_REPAIR,
     ),
     gives(
         "loss_free",
-        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), WAITING),
+        (requested(HISTORY) == "keep_all") | covers_repair(requested),
         code="ROS506",
         name="loss-by-shallow-subscription",
         because="a keep_last subscription replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic, the option `round_trip_time`, and at the subscription `taken_every`: how often "
-        "the program takes samples",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "loss_free",
@@ -245,21 +246,25 @@ LATE: Final = (
     ),
     gives(
         "offline",
-        define("publisher_spans_absence", spans(KEEPS_ALL, offered(DEPTH), OFFLINE))
-        & define("subscription_spans_absence", spans(requested(HISTORY) == "keep_all", requested(DEPTH), OFFLINE)),
+        define("publisher_spans_absence", spans(KEEPS_ALL, offered(DEPTH), ABSENCE))
+        & define(
+            "subscription_spans_absence",
+            spans(requested(HISTORY) == "keep_all", requested(DEPTH), ABSENCE_UNTIL_TAKEN),
+        ),
         code="ROS517",
         name="offline-longer-than-history",
-        because="no more than the history of both ends is kept of what is sent meanwhile",
+        because="no more than the history of both ends is kept of what is sent until both match again",
         clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic",
+        help=f"state the `period` of the topic and the option `rediscovery_time`; {STATE_TAKEN}",
     ),
     gives(
         "offline",
-        (offered(LIFESPAN) >= OFFLINE) | FROM_MICRO_ROS,
+        lives("lives_through_absence", ABSENCE_UNTIL_TAKEN),
         code="ROS518",
         name="offline-longer-than-lifespan",
-        because="what is older than the lifespan of its publisher is not kept",
+        because="what is older than the lifespan of its publisher when the program takes it is not there any more",
         clause="DDS 1.4, 2.2.3.16",
+        help=f"state the option `rediscovery_time`; {STATE_TAKEN}",
     ),
 )
 
@@ -275,12 +280,36 @@ TIME: Final = (
     ),
     gives(
         "max_gap",
-        DELIVERED & ((offered(DEADLINE) <= MAX_GAP) | (topic(PERIOD) <= MAX_GAP)),
+        DELIVERED
+        & (
+            (offered(DEADLINE) + REPAIR_TIME <= MAX_GAP)
+            | define("period_within_gap", topic(PERIOD) + REPAIR_TIME <= MAX_GAP)
+        ),
         code="ROS520",
         name="gap-not-bounded",
-        because="neither the publisher's deadline nor the period of the topic promises a sample in time that also arrives",
-        clause="DDS 1.4, 2.2.3.7",
-        help="state the `period` of the topic",
+        because="neither the publisher's deadline nor the period of the topic, with the time until a lost sample has arrived, "
+        "promises a sample in time",
+        clause="DDS 1.4, 2.2.3.7; DDSI-RTPS 2.5, 8.4.15",
+        help=STATE_REPAIR,
+    ),
+    gives(
+        "max_gap",
+        PUBLISHER_REPAIRS | OVER_ZENOH,
+        code="ROS570",
+        name="gap-by-shallow-publisher",
+        because="a lost sample that its publisher has overwritten never arrives, and any number of samples may be lost in a row",
+        clause="DDS 1.4, 2.2.3.18",
+        help=STATE_REPAIR,
+    ),
+    gives(
+        "max_gap",
+        lives("lives_until_repaired", REPAIR_TIME),
+        doubt=True,
+        code="ROS571",
+        name="gap-by-lifespan",
+        because="a lost sample may expire before it has arrived",
+        clause="DDS 1.4, 2.2.3.16",
+        help="state the option `repair_time`",
     ),
     gives(
         "liveness",
@@ -338,12 +367,12 @@ LATER: Final = (
     ),
     gives(
         "late_join",
-        (offered(LIFESPAN) >= LATE_JOIN * topic(PERIOD)) | FROM_MICRO_ROS,
+        lives("kept_lives", LATE_JOIN * topic(PERIOD) + REPAIR_TIME + requested(TAKEN_EVERY)),
         code="ROS526",
         name="late-join-expired",
-        because="of what is kept only so much is left as was sent within the lifespan of the publisher",
+        because="of what is kept only so much is left when the program takes it as was sent within the lifespan of the publisher",
         clause="DDS 1.4, 2.2.3.16",
-        help="state the `period` of the topic",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "offline",
@@ -398,7 +427,10 @@ LATER: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER, *EXPIRED, *OVER_AN_OUTAGE)
+GUARANTEES: Final = (
+    *(*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER),
+    *(*OTHER_PUBLISHERS, *EXPIRED, *OVER_AN_OUTAGE),
+)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (

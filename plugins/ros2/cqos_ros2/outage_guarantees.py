@@ -15,14 +15,17 @@ from cqos_core.packs import (
     topic,
 )
 from cqos_ros2.guarantee_terms import (
-    FROM_MICRO_ROS,
     KEEPS_ALL,
     KEPT,
     MAX_AGE,
     MAX_GAP,
     SILENCE,
+    STATE_REPAIR,
+    STATE_TAKEN,
     STILL_MATCHED,
     STRAIGHT,
+    WRITTEN_ONCE,
+    lives,
     spans,
 )
 from cqos_ros2.policies import (
@@ -30,16 +33,19 @@ from cqos_ros2.policies import (
     HISTORY,
     LIFESPAN,
     PERIOD,
-    RESEND_ROUND_TRIPS,
+    REPAIR_TIME,
     RMW,
-    ROUND_TRIP,
 )
 
 # What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
 # longer, the match ends, and begins anew as for a late subscription.
 ENDS_MATCH: Final = "DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4"
 SENT_AGAIN: Final = define("sent_again", topic(PERIOD) < "infinite")
-NEVER_EXPIRES: Final = define("never_expires", (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS)
+# Until a sample that was lost, or kept, has arrived and the program takes it.
+UNTIL_TAKEN: Final = define("until_taken", REPAIR_TIME + requested(TAKEN_EVERY))
+# What is newest was sent within a period; while both stay matched, in the outage at the earliest.
+NEWEST_LIVES: Final = lives("newest_lives", topic(PERIOD) + UNTIL_TAKEN)
+REPAIRED_SILENCE: Final = define("repaired_silence", SILENCE + REPAIR_TIME)
 EXPIRED: Final = (
     gives(
         "max_age",
@@ -52,34 +58,44 @@ EXPIRED: Final = (
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | (offered(LIFESPAN) >= RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY)),
+        lives("lives_until_taken", UNTIL_TAKEN),
         code="ROS554",
         name="latest-expired",
         because="the newest sample is dropped too once it is older than the lifespan of its publisher",
         clause="DDS 1.4, 2.2.3.16",
-        help="state at the subscription `taken_every`, how often the program takes samples, and the option `round_trip_time`",
+        help=f"state the option `repair_time`; {STATE_TAKEN}",
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | SENT_AGAIN,
+        NEWEST_LIVES,
         survives="subscriber_restart",
         code="ROS555",
         name="latest-expired-in-restart",
-        because="what is kept is dropped once it is older than the lifespan of its publisher",
+        because="the newest sample that is kept may be older than the lifespan of its publisher",
         clause="DDS 1.4, 2.2.3.16",
-        help="state the `period` of the topic",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
 )
 OVER_AN_OUTAGE: Final = (
     gives(
         "latest",
-        (KEPT & NEVER_EXPIRES) | SENT_AGAIN,
+        KEPT | SENT_AGAIN,
         survives="link_outage",
         code="ROS539",
         name="latest-lost-in-outage",
         because="what is sent while the link is down for longer than a participant lease reaches only a transient_local subscription",
         clause=ENDS_MATCH,
         help="state the `period` of the topic if its publisher sends again and again; else let both ends be transient_local",
+    ),
+    gives(
+        "latest",
+        NEWEST_LIVES | (STILL_MATCHED & lives("lives_through_outage", OUTAGE + UNTIL_TAKEN)),
+        survives="link_outage",
+        code="ROS577",
+        name="latest-expired-in-outage",
+        because="the newest sample may be older than the lifespan of its publisher once the link is back",
+        clause="DDS 1.4, 2.2.3.16",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "loss_free",
@@ -94,24 +110,31 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        (STILL_MATCHED & define("spans_silence", spans(offered(HISTORY) == "keep_all", offered(DEPTH), SILENCE)))
+        (
+            STILL_MATCHED
+            & define("spans_silence", spans(offered(HISTORY) == "keep_all", offered(DEPTH), REPAIRED_SILENCE))
+        )
         | (~STILL_MATCHED & KEEPS_ALL),
         survives="link_outage",
         code="ROS541",
         name="outage-longer-than-publisher-keeps",
-        because="the publisher keeps less than is sent while the link is down",
+        because="the publisher keeps less than is sent until what was lost in the outage has arrived",
         clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic",
+        help=STATE_REPAIR,
     ),
     gives(
         "loss_free",
-        (requested(HISTORY) == "keep_all") | (STILL_MATCHED & (requested(DEPTH) * topic(PERIOD) >= SILENCE)),
+        (requested(HISTORY) == "keep_all")
+        | (
+            STILL_MATCHED
+            & (WRITTEN_ONCE | (requested(DEPTH) * topic(PERIOD) > REPAIRED_SILENCE + requested(TAKEN_EVERY)))
+        ),
         survives="link_outage",
         code="ROS542",
         name="outage-longer-than-subscription-keeps",
         because="what was sent while the link was down arrives at once, and a keep_last subscription replaces the oldest of it",
         clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic",
+        help=f"{STATE_REPAIR}; {STATE_TAKEN}",
     ),
     gives(
         "duplicate_free",

@@ -321,6 +321,13 @@ ACCUMULATED: Final = Policy(
 )
 KEYED: Final = Policy("keyed", Flag(), "false", "Whether the message type has key fields.", level="topic")
 SIZE: Final = Policy("size", Count(unit="bytes"), None, "The size of one sample.", level="topic")
+SOLE_PUBLISHER: Final = Policy(
+    "sole_publisher",
+    Flag(),
+    "false",
+    "Whether no two publishers write the same instance, also none of another design.",
+    level="topic",
+)
 
 # What is assumed of the deployment ------------------------------------------------------------------------
 
@@ -421,6 +428,20 @@ ROUND_TRIP: Final = Policy(
     level="option",
     aliases=("rtt",),
 )
+REPAIR_TIME: Final = Policy(
+    "repair_time",
+    Duration(),
+    None,
+    "How long it takes at most until a lost sample has arrived: heartbeats, requests, and packets that are lost again.",
+    level="option",
+)
+REDISCOVERY_TIME: Final = Policy(
+    "rediscovery_time",
+    Duration(),
+    None,
+    "How long it takes at most until two ends that can reach each other match, and the later one has what was kept for it.",
+    level="option",
+)
 RESEND_ROUND_TRIPS: Final = Policy(
     "resend_round_trips",
     Count(),
@@ -480,6 +501,7 @@ POLICIES: Final = (
     ACCUMULATED,
     KEYED,
     SIZE,
+    SOLE_PUBLISHER,
     RMW,
     DISTRO,
     COMPARISON,
@@ -489,6 +511,8 @@ POLICIES: Final = (
     BRIDGE_CACHE,
     NAMESPACE,
     ROUND_TRIP,
+    REPAIR_TIME,
+    REDISCOVERY_TIME,
     RESEND_ROUND_TRIPS,
     DEPTH_MARGIN,
     PARTICIPANT_LEASE,

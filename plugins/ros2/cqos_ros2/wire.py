@@ -48,11 +48,15 @@ WIRE: Final = Wire(
     },
     options={"domain": "domain", "rmw": "implementation", "participant_lease": "participant_lease"},
     facts={
-        name: name
-        for name in (
-            *("period", "latched", "keyed", "size"),
-            *("outage", "round_trip_time", "resend_round_trips", "reliable_depth_margin"),
-        )
+        "sole_publisher": "sole_writer",
+        **{
+            name: name
+            for name in (
+                *("period", "latched", "keyed", "size"),
+                *("outage", "round_trip_time", "repair_time", "rediscovery_time"),
+                *("resend_round_trips", "reliable_depth_margin"),
+            )
+        },
     },
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
     # What rmw_cyclonedds and rmw_fastrtps write and read; of their types they announce the names only.
