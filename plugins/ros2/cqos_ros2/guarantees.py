@@ -3,8 +3,9 @@
 A guarantee holds where all its sentences do. They are asked only where a subscription says by ``needs:`` that its
 application requires the guarantee.
 
-Over Zenoh it is not reliability that a sample arrives by (it goes over TCP), but that it is not dropped where a link is
-congested: a reliable publisher waits there only with keep_all, and one that is transient_local sends again from its cache.
+Over Zenoh it is not reliability that a sample arrives by (over TCP the link sends it again), but that it is not dropped where a link
+is congested: a reliable publisher with keep_all waits there until its transport closes, and one that is transient_local sends again
+from its cache.
 """
 
 from __future__ import annotations
@@ -32,10 +33,16 @@ from cqos_ros2.guarantee_terms import (
     FROM_MICRO_ROS,
     KEEPS_ALL,
     KEPT,
+    LINKS_SEND_AGAIN,
     MAX_AGE,
     MAX_GAP,
     OVER_ZENOH,
+    RECOVERED,
+    RELIABLE,
     STRAIGHT,
+    TAKES_ALL,
+    WAITS,
+    WAITS_LONG_ENOUGH,
     spans,
 )
 from cqos_ros2.outage_guarantees import EXPIRED, OVER_AN_OUTAGE
@@ -47,9 +54,9 @@ from cqos_ros2.policies import (
     KEYED,
     LEASE,
     LIFESPAN,
+    LONGEST_CONGESTION,
     PARTICIPANT_LEASE,
     PERIOD,
-    RELIABILITY,
     RESEND_ROUND_TRIPS,
     ROUND_TRIP,
 )
@@ -57,15 +64,8 @@ from cqos_ros2.policies import (
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
 
-RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
-DELIVERED: Final = define("delivered", RELIABLE | OVER_ZENOH)
-WAITS: Final = define("waits", (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all"))
-NEVER_DROPPED: Final = define(
-    "never_dropped",
-    ~OVER_ZENOH
-    | (BETWEEN_BRIDGES & (offered(RELIABILITY) == "reliable"))
-    | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT))),
-)
+DELIVERED: Final = define("delivered", (RELIABLE & ~BETWEEN_BRIDGES) | (OVER_ZENOH & LINKS_SEND_AGAIN))
+NEVER_DROPPED: Final = define("never_dropped", ~OVER_ZENOH | RECOVERED | WAITS_LONG_ENOUGH)
 RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
 
 # What the program has not taken yet waits in the subscription's history too, and a keep_last one replaces it.
@@ -73,10 +73,20 @@ WAITING: Final = define(
     "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
 )
 
+# What rmw_zenoh sends again it has from a cache of `depth` samples; a publisher that waits long enough needs none.
+SENDS_ALL_AGAIN: Final = define(
+    "sends_all_again",
+    (offered(HISTORY) == "keep_all") & (~(OVER_ZENOH & RECOVERED) | WAITS_LONG_ENOUGH),
+)
+
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
-    "where a link is congested Zenoh drops samples. It keeps those of reliable publishers with keep_all, those that "
-    "reliable transient_local ends ask for again, and between bridges those of reliable routes"
+    "where a link is congested Zenoh drops samples. Reliable publishers with keep_all and reliable routes of bridges wait, but only "
+    "until their transport closes; reliable transient_local ends of rmw_zenoh ask again for what they missed"
+)
+STATE_CONGESTION: Final = (
+    "for a publisher that waits, state the options `zenoh_transport` and `longest_congestion`, for how long at most a link takes no "
+    "sample; where that is longer than `wait_before_close`, set that for the participant and in the configuration of Zenoh"
 )
 IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they are gone with it"
 THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router just then may be lost with it"
@@ -131,7 +141,7 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        has_room(offered(HISTORY) == "keep_all", offered(DEPTH), RESENT_IN),
+        has_room(SENDS_ALL_AGAIN, offered(DEPTH), RESENT_IN),
         code="ROS505",
         name="loss-by-shallow-publisher",
         because="a sample that is lost on the way can be sent again only while the publisher still has it",
@@ -219,7 +229,7 @@ LATE: Final = (
     ),
     gives(
         "late_join",
-        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), LATE_JOIN),
+        has_room(TAKES_ALL, requested(DEPTH), LATE_JOIN),
         code="ROS514",
         name="late-join-of-shallow-subscription",
         because="of what is replayed the subscription keeps no more than its history",
@@ -246,7 +256,7 @@ LATE: Final = (
     gives(
         "offline",
         define("publisher_spans_absence", spans(KEEPS_ALL, offered(DEPTH), OFFLINE))
-        & define("subscription_spans_absence", spans(requested(HISTORY) == "keep_all", requested(DEPTH), OFFLINE)),
+        & define("subscription_spans_absence", spans(TAKES_ALL, requested(DEPTH), OFFLINE)),
         code="ROS517",
         name="offline-longer-than-history",
         because="no more than the history of both ends is kept of what is sent meanwhile",
@@ -309,12 +319,13 @@ TIME: Final = (
 LATER: Final = (
     gives(
         "latest",
-        NEVER_DROPPED,
+        NEVER_DROPPED | (WAITS & LINKS_SEND_AGAIN & KEPT),  # replayed when the transport opens again
         doubt=True,
         code="ROS523",
         name="latest-dropped-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=STATE_CONGESTION,
     ),
     gives(
         "loss_free",
@@ -324,6 +335,7 @@ LATER: Final = (
         name="loss-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=STATE_CONGESTION,
     ),
     gives(
         "loss_free",
@@ -366,12 +378,13 @@ LATER: Final = (
     ),
     gives(
         "max_gap",
-        NEVER_DROPPED,
+        ~OVER_ZENOH | RECOVERED | (WAITS_LONG_ENOUGH & (publisher(LONGEST_CONGESTION) + topic(PERIOD) <= MAX_GAP)),
         doubt=True,
         code="ROS529",
         name="gap-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=f"state the `period` of the topic; {STATE_CONGESTION}",
     ),
     *(
         gives(

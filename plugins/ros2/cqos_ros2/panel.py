@@ -22,10 +22,11 @@ PANEL: Final = Panel(
             "taken_every",
         ),
         "Topic": ("type", "period", "latched", "accumulated", "keyed", "size"),
-        "Node": ("namespace", "participant_lease"),
+        "Node": ("namespace", "participant_lease", "wait_before_close"),
         "Deployment": (
             *("rmw", "distro", "domain", "network", "outage", "comparison"),
             *("bridge", "bridge_cache", "round_trip_time", "resend_round_trips", "reliable_depth_margin"),
+            *("zenoh_transport", "longest_congestion"),
         ),
     },
     advanced=(
@@ -33,6 +34,7 @@ PANEL: Final = Panel(
         *("partition", "ownership", "latency_budget"),
         *("accumulated", "keyed", "size", "participant_lease", "comparison", "bridge", "bridge_cache"),
         *("round_trip_time", "resend_round_trips", "reliable_depth_margin", "relayed"),
+        *("zenoh_transport", "longest_congestion", "wait_before_close"),
     ),
     labels={
         "liveliness_lease_duration": "Lease duration",

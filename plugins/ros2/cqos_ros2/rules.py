@@ -103,6 +103,7 @@ REQUEST_OFFER: Final = (
 
 # ROS2xx: pairs and signals that connect, but not as one may think ------------------------------------------
 
+BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
 REPLAY_UNREAD: Final = define(
     "replay_unread", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
 )
@@ -137,8 +138,14 @@ PAIRS: Final = (
     ),
     forbids(
         BOTH_DURABLE
-        & (requested(HISTORY) == "keep_last")
-        & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH))),
+        & (
+            (BOTH_ON_ZENOH & (requested(DEPTH) < offered(DEPTH)))  # whatever their history is
+            | (
+                ~BOTH_ON_ZENOH
+                & (requested(HISTORY) == "keep_last")
+                & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH)))
+            )
+        ),
         code="ROS203",
         name="history-cut-short",
         says="{publisher} with history {offered history} and depth {offered depth}, {subscriber} with depth {requested depth}: only the newest of what is kept arrives",
@@ -191,7 +198,6 @@ PAIRS: Final = (
 
 # ROS4xx: names, and who meets whom -------------------------------------------------------------------------
 
-BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
 BOTH_BRIDGES: Final = define(
     "both_zenoh_bridges", (publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge")
 )
