@@ -300,6 +300,15 @@ INTERFACE: Final = Policy(
     derived=True,
 )
 
+RECORDED_FORM: Final = Policy(
+    "recorded_form",
+    Choice("codes", "words", "list", ordered=False),
+    "codes",
+    "How the recording that a player plays describes its publishers: in a text with codes or with words, or in a list.",
+    "rosbag2_storage, yaml.hpp and qos.cpp",
+    unseen=True,
+)
+
 # What is known about a topic ------------------------------------------------------------------------------
 
 TOPIC_NAME: Final = Policy("name", Text(), None, "The full name; judged where names are resolved.", level="topic")
@@ -512,6 +521,7 @@ POLICIES: Final = (
     RAW_SETTINGS,
     INTRA_PROCESS,
     INTERFACE,
+    RECORDED_FORM,
     TAKEN_EVERY,
     TOPIC_NAME,
     TOPIC_TYPE,

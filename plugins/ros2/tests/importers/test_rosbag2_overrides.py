@@ -23,8 +23,9 @@ CASES = Path(__file__).parent / "cases" / "rosbag2_overrides"
 FILES = sorted(CASES.iterdir())
 BAG = """\
 rosbag2_bagfile_information:
+  version: 9
   topics_with_message_count:
-    - topic_metadata: {name: /imu}
+    - topic_metadata: {name: /imu, offered_qos_profiles: []}
     - topic_metadata:
         name: /camera/image
         offered_qos_profiles:
