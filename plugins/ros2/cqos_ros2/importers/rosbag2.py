@@ -102,10 +102,12 @@ class _Recording(RosFile):
         if bag is None or self.problems:
             raise InputError(self.problems)
         self.system.name = PurePath(self.source.name).parent.name
-        if wanted == "player":
+        if wanted == "player" and not self.refused:
             _say_unknown(bag.topics, self)
         node = NODES[wanted]
         self.system.participants[node] = Participant(node, place=bag.place)
+        if self.refused and wanted == "player":
+            return  # it plays nothing
         made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
         for topic in bag.topics:
             for endpoint in made(topic, self):
@@ -230,23 +232,23 @@ def _recorded(
         return (), "codes"
     as_list = not isinstance(node, ScalarNode)
     if version is not None and as_list is not (version >= _AS_LIST) and not isinstance(node, MappingNode):
-        found, wanted = ("a list", "a text with YAML in it") if as_list else ("a text", "a list")
-        message = f"`{_PROFILES}` is {found}, in version {version} it must be {wanted}: {_CANNOT_READ}"
+        stated, wanted = ("a list", "a text with YAML in it") if as_list else ("a text", "a list")
+        message = f"`{_PROFILES}` is {stated}, in version {version} it must be {wanted}: {_CANNOT_READ}"
         reading.refuse_bag("ROS913", message, reading.place(node))
-    inner: Node | None = node
     if isinstance(node, ScalarNode):
         if not node.text:
             return (), "codes"
-        inner = read_embedded(node, reading, _PROFILES)
-        if inner is None or is_null(inner):
-            if not reading.problems:
-                reading.problem("CQ009", f"the text of `{_PROFILES}` holds no list of profiles", node)
+        found = read_embedded(node, reading, _PROFILES)
+        if found is None and reading.problems:
             return (), "codes"
-    if not isinstance(inner, SequenceNode):
-        reading.problem("CQ009", f"`{_PROFILES}` must be a list of profiles, found {described(inner)}", inner)
+    else:
+        found = node
+    if not isinstance(found, SequenceNode):
+        what = "nothing" if found is None else described(found)
+        reading.problem("CQ009", f"`{_PROFILES}` must be a list of profiles, found {what}", found or node)
         return (), "codes"
     profiles, forms = [], set()
-    for item in inner.items:
+    for item in found.items:
         if not isinstance(item, MappingNode):
             reading.problem("CQ009", f"a recorded profile must be a map, found {described(item)}", item)
             continue
@@ -349,13 +351,6 @@ def _say_unknown(topics: Sequence[_Topic], reading: _Recording) -> None:
 def _played(topic: _Topic, reading: _Recording) -> Iterator[Endpoint]:
     """Yield the publisher of `ros2 bag play` (rosbag2, `Rosbag2QoS::adapt_offer_to_recorded_offers`)."""
     settings: Settings = {RECORDED_FORM.name: Setting(topic.form, topic.place, derived=True)}
-    if reading.refused:
-        unknown = Setting(
-            "", topic.place, "rosbag2 does not open the recording", derived=True, reported=reading.refused
-        )
-        settings |= {policy.name: unknown for policy in _OFFERED}
-        yield _endpoint(topic, PLAYER, PUBLISHER, settings)
-        return
     differing = [policy.name for policy in _COMPARED if len({_value(policy, each) for each in topic.profiles}) > 1]
     if differing:
         names = listed((f"`{name}`" for name in differing), "and")
