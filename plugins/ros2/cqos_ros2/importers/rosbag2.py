@@ -85,14 +85,14 @@ _FEW: Final = 3
 class _Recording(RosFile):
     """Reads the description of a recording.
 
-    ``refused`` is the code of the first reason for which rosbag2 does not open it, empty where there is none.
+    ``refused`` tells that rosbag2 does not open it.
     """
 
-    refused = ""
+    refused = False
 
     def refuse_bag(self, code: str, message: str, where: Place) -> None:
         """Report why rosbag2 does not open the recording."""
-        self.refused = self.refused or code
+        self.refused = True
         self.note(code, message, where)
 
     def run(self) -> None:
@@ -272,7 +272,7 @@ def _settings(profile: MappingNode, reading: _Recording, *, coded: bool) -> Iter
         elif not is_null(value):
             text = flow_text(value)
             if expected := _expected(name, value, coded=coded):
-                beside = " beside a history that is one" if name in _WORDS else ""
+                beside = " beside a history that is one" if coded and name in _WORDS else ""
                 message = f"{shown(name)} must be {expected}{beside}, found {described(value)}: {_CANNOT_READ}"
                 reading.refuse_bag("ROS915", message, reading.place(value))
             elif name in _WORDS and not coded and text not in _WORDS[name]:
