@@ -73,12 +73,6 @@ WAITING: Final = define(
     "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
 )
 
-# What rmw_zenoh sends again it has from a cache of `depth` samples; a publisher that waits long enough needs none.
-SENDS_ALL_AGAIN: Final = define(
-    "sends_all_again",
-    (offered(HISTORY) == "keep_all") & (~(OVER_ZENOH & RECOVERED) | WAITS_LONG_ENOUGH),
-)
-
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
     "where a link is congested Zenoh drops samples. Reliable publishers with keep_all and reliable routes of bridges wait, but only "
@@ -141,7 +135,7 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        has_room(SENDS_ALL_AGAIN, offered(DEPTH), RESENT_IN),
+        has_room(offered(HISTORY) == "keep_all", offered(DEPTH), RESENT_IN),
         code="ROS505",
         name="loss-by-shallow-publisher",
         because="a sample that is lost on the way can be sent again only while the publisher still has it",
@@ -329,7 +323,10 @@ LATER: Final = (
     ),
     gives(
         "loss_free",
-        NEVER_DROPPED,
+        ~OVER_ZENOH
+        | WAITS_LONG_ENOUGH
+        # What is asked for again is in a cache of `depth` samples, whatever the history is.
+        | (RECOVERED & has_room(offered(HISTORY) == "keep_last", offered(DEPTH), RESENT_IN)),
         doubt=True,
         code="ROS524",
         name="loss-by-zenoh",
