@@ -81,7 +81,7 @@ ENDPOINTS: Final = (
         help="state the depth that is meant",
     ),
     forbids(
-        (HISTORY == "keep_all") & stated(DEPTH) & ~stated(DEPTH, "0"),
+        (HISTORY == "keep_all") & stated(DEPTH) & ~stated(DEPTH, "0") & ~(DURABLE & (RMW == "zenoh")),
         code="ROS304",
         name="keep-all-depth",
         says="{endpoint} states a depth beside history keep_all",
@@ -180,7 +180,7 @@ ENDPOINTS: Final = (
         clause="DDSI-RTPS 2.5, 8.4",
     ),
     forbids(
-        DURABLE & (HISTORY == "keep_all"),
+        DURABLE & (HISTORY == "keep_all") & (RMW != "zenoh"),  # which keeps, and asks for, `depth` samples
         code="ROS313",
         name="durable-keep-all",
         because="what is kept for late subscriptions grows without bound unless resource limits are set",

@@ -28,10 +28,14 @@ from cqos_ros2.policies import (
     DURABILITY,
     HISTORY,
     LIFESPAN,
+    LONGEST_CONGESTION,
     PARTICIPANT_LEASE,
     PERIOD,
+    RELIABILITY,
     REPAIR_TIME,
     RMW,
+    WAIT_BEFORE_CLOSE,
+    ZENOH_TRANSPORT,
 )
 
 MAX_AGE: Final = WORDS["max_age"]
@@ -43,8 +47,25 @@ FROM_MICRO_ROS: Final = define("from_micro_ros", publisher(RMW) == "micro_ros")
 RELAY: Final = ("zenoh", "zenoh_bridge", "micro_ros")
 STRAIGHT: Final = define("straight", ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY))
 KEPT: Final = define("kept", (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "transient_local"))
-# Zenoh keeps `depth` samples for late subscriptions whatever the history is.
+RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
+
+# rmw_zenoh keeps `depth` samples for late subscriptions, and asks for `depth` of them, whatever the history is.
 KEEPS_ALL: Final = define("keeps_all", (offered(HISTORY) == "keep_all") & ~OVER_ZENOH)
+TAKES_ALL: Final = define("takes_all", (requested(HISTORY) == "keep_all") & (subscriber(RMW) != "zenoh"))
+# A publisher on Zenoh that waits (congestion control BLOCK) does so until its transport closes.
+WAITS: Final = define(
+    "waits", (offered(RELIABILITY) == "reliable") & (BETWEEN_BRIDGES | (offered(HISTORY) == "keep_all"))
+)
+SENDING_AGAIN: Final = ("tcp", "tls", "quic", "ws", "unixsock_stream", "unixpipe", "vsock")
+LINKS_SEND_AGAIN: Final = define(
+    "links_send_again",
+    in_(publisher(ZENOH_TRANSPORT), *SENDING_AGAIN) & in_(subscriber(ZENOH_TRANSPORT), *SENDING_AGAIN),
+)
+WAITS_LONG_ENOUGH: Final = define(
+    "waits_long_enough", WAITS & LINKS_SEND_AGAIN & (publisher(LONGEST_CONGESTION) < publisher(WAIT_BEFORE_CLOSE))
+)
+# The subscription of rmw_zenoh asks the cache of the publisher for what it missed.
+RECOVERED: Final = define("recovered", RELIABLE & KEPT & ~BETWEEN_BRIDGES)
 # The silence is as long as the outage and what is left of a period before and after it.
 SILENCE: Final = define("silence", OUTAGE + topic(PERIOD) + topic(PERIOD))
 STILL_MATCHED: Final = define(

@@ -3,8 +3,9 @@
 A guarantee holds where all its sentences do. They are asked only where a subscription says by ``needs:`` that its
 application requires the guarantee.
 
-Over Zenoh it is not reliability that a sample arrives by (it goes over TCP), but that it is not dropped where a link is
-congested: a reliable publisher waits there only with keep_all, and one that is transient_local sends again from its cache.
+Over Zenoh it is not reliability that a sample arrives by (over TCP the link sends it again), but that it is not dropped where a link
+is congested: a reliable publisher with keep_all waits there until its transport closes, and one that is transient_local sends again
+from its cache.
 """
 
 from __future__ import annotations
@@ -31,12 +32,18 @@ from cqos_ros2.guarantee_terms import (
     FROM_MICRO_ROS,
     KEEPS_ALL,
     KEPT,
+    LINKS_SEND_AGAIN,
     MAX_AGE,
     MAX_GAP,
     OVER_ZENOH,
+    RECOVERED,
+    RELIABLE,
     STATE_REPAIR,
     STATE_TAKEN,
     STRAIGHT,
+    TAKES_ALL,
+    WAITS,
+    WAITS_LONG_ENOUGH,
     covers_repair,
     lives,
     spans,
@@ -50,10 +57,10 @@ from cqos_ros2.policies import (
     KEYED,
     LEASE,
     LIFESPAN,
+    LONGEST_CONGESTION,
     PARTICIPANT_LEASE,
     PERIOD,
     REDISCOVERY_TIME,
-    RELIABILITY,
     REPAIR_TIME,
 )
 
@@ -63,22 +70,19 @@ OFFLINE: Final = requested(WORDS["offline"].need)
 ABSENCE: Final = define("absence", OFFLINE + REDISCOVERY_TIME)
 ABSENCE_UNTIL_TAKEN: Final = define("absence_until_taken", ABSENCE + requested(TAKEN_EVERY))
 
-RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
-DELIVERED: Final = define("delivered", RELIABLE | OVER_ZENOH)
-WAITS: Final = define("waits", (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all"))
-NEVER_DROPPED: Final = define(
-    "never_dropped",
-    ~OVER_ZENOH
-    | (BETWEEN_BRIDGES & (offered(RELIABILITY) == "reliable"))
-    | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT))),
-)
+DELIVERED: Final = define("delivered", (RELIABLE & ~BETWEEN_BRIDGES) | (OVER_ZENOH & LINKS_SEND_AGAIN))
+NEVER_DROPPED: Final = define("never_dropped", ~OVER_ZENOH | RECOVERED | WAITS_LONG_ENOUGH)
 # A lost sample can be sent again only while the publisher still has it.
 PUBLISHER_REPAIRS: Final = define("publisher_repairs", (offered(HISTORY) == "keep_all") | covers_repair(offered))
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
-    "where a link is congested Zenoh drops samples. It keeps those of reliable publishers with keep_all, those that "
-    "reliable transient_local ends ask for again, and between bridges those of reliable routes"
+    "where a link is congested Zenoh drops samples. Reliable publishers with keep_all and reliable routes of bridges wait, but only "
+    "until their transport closes; reliable transient_local ends of rmw_zenoh ask again for what they missed"
+)
+STATE_CONGESTION: Final = (
+    "for a publisher that waits, state the options `zenoh_transport` and `longest_congestion`, for how long at most a link takes no "
+    "sample; where that is longer than `wait_before_close`, set that for the participant and in the configuration of Zenoh"
 )
 IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they are gone with it"
 THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router just then may be lost with it"
@@ -220,7 +224,7 @@ LATE: Final = (
     ),
     gives(
         "late_join",
-        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), LATE_JOIN),
+        has_room(TAKES_ALL, requested(DEPTH), LATE_JOIN),
         code="ROS514",
         name="late-join-of-shallow-subscription",
         because="of what is replayed the subscription keeps no more than its history",
@@ -247,10 +251,7 @@ LATE: Final = (
     gives(
         "offline",
         define("publisher_spans_absence", spans(KEEPS_ALL, offered(DEPTH), ABSENCE))
-        & define(
-            "subscription_spans_absence",
-            spans(requested(HISTORY) == "keep_all", requested(DEPTH), ABSENCE_UNTIL_TAKEN),
-        ),
+        & define("subscription_spans_absence", spans(TAKES_ALL, requested(DEPTH), ABSENCE_UNTIL_TAKEN)),
         code="ROS517",
         name="offline-longer-than-history",
         because="no more than the history of both ends is kept of what is sent until both match again",
@@ -338,21 +339,26 @@ TIME: Final = (
 LATER: Final = (
     gives(
         "latest",
-        NEVER_DROPPED,
+        NEVER_DROPPED | (WAITS & LINKS_SEND_AGAIN & KEPT),  # replayed when the transport opens again
         doubt=True,
         code="ROS523",
         name="latest-dropped-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=STATE_CONGESTION,
     ),
     gives(
         "loss_free",
-        NEVER_DROPPED,
+        ~OVER_ZENOH
+        | WAITS_LONG_ENOUGH
+        # What is asked for again is in a cache of `depth` samples, whatever the history is.
+        | (RECOVERED & ((offered(HISTORY) == "keep_last") | covers_repair(offered))),
         doubt=True,
         code="ROS524",
         name="loss-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=STATE_CONGESTION,
     ),
     gives(
         "loss_free",
@@ -395,12 +401,13 @@ LATER: Final = (
     ),
     gives(
         "max_gap",
-        NEVER_DROPPED,
+        ~OVER_ZENOH | RECOVERED | (WAITS_LONG_ENOUGH & (publisher(LONGEST_CONGESTION) + topic(PERIOD) <= MAX_GAP)),
         doubt=True,
         code="ROS529",
         name="gap-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
+        help=f"state the `period` of the topic; {STATE_CONGESTION}",
     ),
     *(
         gives(

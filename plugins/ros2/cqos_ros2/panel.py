@@ -19,18 +19,25 @@ PANEL: Final = Panel(
             "avoid_ros_namespace_conventions",
             *("partition", "ownership", "latency_budget"),
             "client_library_settings",
+            "recorded_form",
             "taken_every",
         ),
         "Topic": ("type", "period", "latched", "accumulated", "keyed", "size", "sole_publisher"),
-        "Node": ("namespace", "participant_lease"),
+        "Node": ("namespace", "participant_lease", "wait_before_close"),
         "Deployment": (
             *("rmw", "distro", "domain", "network", "outage", "comparison"),
             *("bridge", "bridge_cache", "round_trip_time", "repair_time", "rediscovery_time"),
-            *("resend_round_trips", "reliable_depth_margin"),
+            *("resend_round_trips", "reliable_depth_margin", "zenoh_transport", "longest_congestion"),
         ),
     },
     advanced=(
-        *("intra_process", "avoid_ros_namespace_conventions", "client_library_settings", "taken_every"),
+        *(
+            "intra_process",
+            "avoid_ros_namespace_conventions",
+            "client_library_settings",
+            "recorded_form",
+            "taken_every",
+        ),
         *("partition", "ownership", "latency_budget"),
         *(
             "accumulated",
@@ -44,6 +51,7 @@ PANEL: Final = Panel(
         ),
         *("round_trip_time", "repair_time", "rediscovery_time"),
         *("resend_round_trips", "reliable_depth_margin", "relayed"),
+        *("zenoh_transport", "longest_congestion", "wait_before_close"),
     ),
     labels={
         "liveliness_lease_duration": "Lease duration",
@@ -87,6 +95,11 @@ PANEL: Final = Panel(
             "shared": "A subscription hears all publishers.",
             "exclusive": "A subscription hears only the strongest publisher.",
         },
+        "recorded_form": {
+            "codes": "A text with the integer codes of rmw: rosbag2 up to Iron.",
+            "words": "A text with words, which only Jazzy and newer read.",
+            "list": "A list: rosbag2 from Jazzy on.",
+        },
         "comparison": {
             "semantic": "Values are judged by what they mean.",
             "rmw": "The answer is exactly that of `rmw_qos_profile_check_compatible`.",
@@ -104,5 +117,5 @@ PANEL: Final = Panel(
         },
     },
     # A subscription may state it, and no middleware reads it there.
-    roles={"lifespan": ("publisher",)},
+    roles={"lifespan": ("publisher",), "recorded_form": ("publisher",)},
 )

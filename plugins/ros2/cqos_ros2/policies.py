@@ -76,7 +76,8 @@ def copied(alone: str) -> dict[str, FromPeers]:
 # How middlewares that are no DDS treat a policy; DDS enforces everything. Bridges of Zenoh hand on reliability, durability
 # and history, and refuse nothing (zenoh-plugin-ros2dds, liveliness_mgt.rs).
 # Zenoh: "any publisher can match any subscription"; reliability and durability work, the rest is not
-# implemented (rmw_zenoh, docs/design.md, "Quality of Service"). micro-ROS: XRCE carries durability,
+# implemented (rmw_zenoh, docs/design.md, "Quality of Service"). It leaves `best_available` as it is, and asks of an endpoint only
+# whether it is reliable, and whether it is transient_local (qos.cpp; rmw_zenoh 649). micro-ROS: XRCE carries durability,
 # reliability, history and depth only.
 NEVER_STOPS_A_MATCH: Final = {"rmw": {"zenoh": "unmatched", "zenoh_bridge": "unmatched"}}
 NOT_IN_ZENOH: Final = {"rmw": {"zenoh": "no", "zenoh_bridge": "no"}}
@@ -123,8 +124,10 @@ RELIABILITY: Final = Policy(
             zenoh="reliable",
             micro_ros="reliable",
         ),
-        "best_available": PerRole(
-            publisher="reliable", subscriber=FromPeers(alone="reliable", peers="strongest_if_all")
+        "best_available": by_option(
+            "rmw",
+            otherwise=PerRole(publisher="reliable", subscriber=FromPeers(alone="reliable", peers="strongest_if_all")),
+            zenoh="best_effort",
         ),
         FROM_PUBLISHERS: relayed("reliable", "strongest_if_all"),
         **copied("reliable"),
@@ -149,9 +152,13 @@ DURABILITY: Final = Policy(
             zenoh="volatile",  # transient_local until early 2025
             micro_ros="transient_local",
         ),
-        "best_available": PerRole(
-            publisher="transient_local",
-            subscriber=FromPeers(alone="transient_local", peers="strongest_if_all"),
+        "best_available": by_option(
+            "rmw",
+            otherwise=PerRole(
+                publisher="transient_local",
+                subscriber=FromPeers(alone="transient_local", peers="strongest_if_all"),
+            ),
+            zenoh="volatile",
         ),
         FROM_PUBLISHERS: relayed("transient_local", "strongest_if_all"),
         **copied("volatile"),
@@ -291,6 +298,15 @@ INTERFACE: Final = Policy(
     "topic",
     "What the endpoint is a part of; derived where a service or an action is taken apart into its topics.",
     derived=True,
+)
+
+RECORDED_FORM: Final = Policy(
+    "recorded_form",
+    Choice("codes", "words", "list", ordered=False),
+    "codes",
+    "How the recording that a player plays describes its publishers: in a text with codes or with words, or in a list.",
+    "rosbag2_storage, yaml.hpp and qos.cpp",
+    unseen=True,
 )
 
 # What is known about a topic ------------------------------------------------------------------------------
@@ -476,6 +492,39 @@ PARTICIPANT_LEASE: Final = Policy(
     },
 )
 
+# Zenoh itself sends nothing again: a link does, or not.
+ZENOH_TRANSPORT: Final = Policy(
+    "zenoh_transport",
+    Choice("tcp", "tls", "quic", "ws", "unixsock_stream", "unixpipe", "vsock", "serial", "udp", ordered=False),
+    None,
+    "The protocol below Zenoh, as the endpoints in its configuration name it.",
+    "Zenoh, DEFAULT_CONFIG.json5, connect/endpoints and listen/endpoints",
+    level="option",
+)
+LONGEST_CONGESTION: Final = Policy(
+    "longest_congestion",
+    Duration(),
+    None,
+    "For how long at most a congested link takes no further sample.",
+    level="option",
+)
+WAIT_BEFORE_CLOSE: Final = Policy(
+    "wait_before_close",
+    Duration(),
+    "of_middleware",
+    "How long a Zenoh publisher that waits does so before its transport closes; all that is sent until it is open again is lost.",
+    "Zenoh, DEFAULT_CONFIG.json5, congestion_control/block; rmw_zenoh, DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5",
+    level="participant",
+    words={
+        "of_middleware": by_option(
+            "rmw",
+            Anything("only publishers on Zenoh wait"),
+            zenoh="60s",
+            zenoh_bridge="5s",
+        )
+    },
+)
+
 POLICIES: Final = (
     HISTORY,
     DEPTH,
@@ -493,6 +542,7 @@ POLICIES: Final = (
     RAW_SETTINGS,
     INTRA_PROCESS,
     INTERFACE,
+    RECORDED_FORM,
     TAKEN_EVERY,
     TOPIC_NAME,
     TOPIC_TYPE,
@@ -516,4 +566,7 @@ POLICIES: Final = (
     RESEND_ROUND_TRIPS,
     DEPTH_MARGIN,
     PARTICIPANT_LEASE,
+    ZENOH_TRANSPORT,
+    LONGEST_CONGESTION,
+    WAIT_BEFORE_CLOSE,
 )

@@ -42,6 +42,7 @@ from cqos_ros2.policies import (
     BRIDGE_CACHE,
     DEADLINE,
     DEPTH,
+    DISTRO,
     DOMAIN,
     DURABILITY,
     HISTORY,
@@ -54,6 +55,7 @@ from cqos_ros2.policies import (
     NETWORK,
     OWNERSHIP,
     PARTITION,
+    RECORDED_FORM,
     RELIABILITY,
     RMW,
     SOLE_PUBLISHER,
@@ -106,6 +108,7 @@ REQUEST_OFFER: Final = (
 
 # ROS2xx: pairs and signals that connect, but not as one may think ------------------------------------------
 
+BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
 REPLAY_UNREAD: Final = define(
     "replay_unread", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
 )
@@ -140,8 +143,14 @@ PAIRS: Final = (
     ),
     forbids(
         BOTH_DURABLE
-        & (requested(HISTORY) == "keep_last")
-        & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH))),
+        & (
+            (BOTH_ON_ZENOH & (requested(DEPTH) < offered(DEPTH)))  # whatever their history is
+            | (
+                ~BOTH_ON_ZENOH
+                & (requested(HISTORY) == "keep_last")
+                & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH)))
+            )
+        ),
         code="ROS203",
         name="history-cut-short",
         says="{publisher} with history {offered history} and depth {offered depth}, {subscriber} with depth {requested depth}: only the newest of what is kept arrives",
@@ -175,6 +184,28 @@ PAIRS: Final = (
         clause=f"{COMPATIBILITY}; REP 2003",
         help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
     ),
+    requires(
+        (offered(RECORDED_FORM) != "words") | (publisher(DISTRO) >= "jazzy"),
+        code="ROS209",
+        name="recorded-words-distro",
+        says="{publisher} is played from a recording with words in the text of its profiles, which its distribution does not read",
+        because="rosbag2 reads words there from Jazzy on; before, it stops with `bad conversion`",
+        clause="rosbag2_transport and rosbag2_storage, qos.cpp",
+        severity="error",
+        fixes=("distro",),
+        help="state the option `distro`; or play it with Jazzy or newer, or let `ros2 bag reindex` write the description anew",
+    ),
+    forbids(
+        (offered(RECORDED_FORM) == "list") & (publisher(DISTRO) <= "iron"),
+        code="ROS208",
+        name="recorded-list-distro",
+        says="{publisher} is played from a recording with a list of profiles, which its distribution does not read",
+        because="rosbag2 reads version 9 of the description from Jazzy on; before, it stops with `bad conversion`",
+        clause="rosbag2_storage, yaml.hpp; rosbag2 2013",
+        severity="error",
+        fixes=("distro",),
+        help="play it with Jazzy or newer, or let `ros2 bag reindex` of the older distribution write the description anew",
+    ),
     forbids(
         ~(
             all_equal(offered(RELIABILITY))
@@ -204,7 +235,6 @@ PAIRS: Final = (
 
 # ROS4xx: names, and who meets whom -------------------------------------------------------------------------
 
-BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
 BOTH_BRIDGES: Final = define(
     "both_zenoh_bridges", (publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge")
 )

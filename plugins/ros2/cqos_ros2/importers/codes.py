@@ -79,14 +79,14 @@ OBSERVED: Final = (
     CodeInfo(
         "ROS912",
         "incomplete-recorded-qos",
-        "warning",
-        "A recorded profile lacks policies, and rosbag2 does not open such a recording.",
+        "error",
+        "The description of a recording lacks its version, or profiles of a topic, or policies of a profile: rosbag2 does not open it.",
         "`ros2 bag reindex` writes the description anew. Here the defaults stand in for what is missing.",
     ),
     CodeInfo(
         "ROS913",
         "layout-of-another-version",
-        "warning",
+        "error",
         "Recorded profiles are written in another way than the version of the file says.",
         "Up to version 8 they are a text with YAML in it, from version 9 on a list; rosbag2 stops with `bad conversion` at the "
         "other one. Converters and files edited by hand often have it.",
@@ -97,6 +97,20 @@ OBSERVED: Final = (
         "note",
         "The description of the recording has a newer version than any that C-QoS knows.",
         "It is read like the newest known one.",
+    ),
+    CodeInfo(
+        "ROS915",
+        "recorded-value-refused",
+        "error",
+        "A recorded profile has a value of another kind than rosbag2 reads there, and rosbag2 does not open the recording.",
+        "Beside a history that is a number the other policies are numbers too. Durations have whole numbers `sec` and `nsec`.",
+    ),
+    CodeInfo(
+        "ROS916",
+        "recorded-value-unknown",
+        "warning",
+        "A recorded profile has a word that rosbag2 takes for `unknown`. Unless it is the history, no publisher can be created with it.",
+        "Beside a history that is a word the other policies are words too, spelt as rmw does.",
     ),
 )
 CONFIGURED: Final = (

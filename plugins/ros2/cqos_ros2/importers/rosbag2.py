@@ -1,4 +1,8 @@
-"""Reads `metadata.yaml` of a rosbag2 recording, of every version: as what plays it, records anew, or was recorded.
+"""Reads `metadata.yaml` of a rosbag2 recording as rosbag2 does: as what plays it, records anew, or was recorded.
+
+The version says where the profiles are: nowhere, in a text with YAML in it, or in a list. Within a profile the history says
+whether its values are the integer codes of rmw or words (rosbag2_storage, yaml.hpp and qos.cpp). Before Jazzy, rosbag2 reads
+neither lists nor words.
 
 As the player (if nothing else is asked for), every topic has one publisher with what `ros2 bag play` offers: what the
 recorded publishers offered where they agree, else the default profile. As the recorder, every topic has one subscription
@@ -7,6 +11,7 @@ with what `ros2 bag record` requests. As what was recorded, every topic has the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -30,7 +35,7 @@ from cqos_core.model.system import (
 )
 from cqos_core.packs import Policy, normalise
 from cqos_ros2.dialects import RMW_CODES
-from cqos_ros2.importers.configuration import RosFile
+from cqos_ros2.importers.configuration import RosFile, as_flag
 from cqos_ros2.importers.embedded import read_embedded
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
@@ -43,6 +48,7 @@ from cqos_ros2.policies import (
     LIFESPAN,
     LIVELINESS,
     RAW_SETTINGS,
+    RECORDED_FORM,
     RELIABILITY,
 )
 
@@ -56,6 +62,17 @@ _ROOT: Final = "rosbag2_bagfile_information"
 _PROFILES: Final = "offered_qos_profiles"
 _AS_TEXT, _AS_LIST, _NEWEST = 4, 9, 9
 """The first version with profiles, which are a text with YAML in it; the first with a list; the newest known one."""
+_CANNOT_READ: Final = "rosbag2 cannot read this"
+_WORDS: Final = {
+    HISTORY.name: ("system_default", "keep_last", "keep_all", "unknown"),
+    RELIABILITY.name: ("system_default", "reliable", "best_effort", "best_available", "unknown"),
+    DURABILITY.name: ("system_default", "transient_local", "volatile", "best_available", "unknown"),
+    LIVELINESS.name: ("system_default", "automatic", "manual_by_topic", "best_available", "unknown"),
+}
+"""What rosbag2 reads by name; any other word is `unknown` to it (rmw, qos_string_conversions.c)."""
+_DURATIONS: Final = (DEADLINE.name, LIFESPAN.name, LEASE.name)
+_INTEGER: Final = re.compile(r"[-+]?\d{1,18}", re.ASCII)
+_COUNT: Final = re.compile(r"\d{1,20}", re.ASCII)
 
 _OFFERED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIFESPAN, LIVELINESS, LEASE, AVOID_CONVENTIONS)
 _COMPARED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIVELINESS, LEASE)
@@ -66,7 +83,17 @@ _FEW: Final = 3
 
 
 class _Recording(RosFile):
-    """Reads the description of a recording."""
+    """Reads the description of a recording.
+
+    ``refused`` tells that rosbag2 does not open it.
+    """
+
+    refused = False
+
+    def refuse_bag(self, code: str, message: str, where: Place) -> None:
+        """Report why rosbag2 does not open the recording."""
+        self.refused = True
+        self.note(code, message, where)
 
     def run(self) -> None:
         """Read the topics, as what they are taken for."""
@@ -75,10 +102,12 @@ class _Recording(RosFile):
         if bag is None or self.problems:
             raise InputError(self.problems)
         self.system.name = PurePath(self.source.name).parent.name
-        if wanted == "player":
+        if wanted == "player" and not self.refused:
             _say_unknown(bag.topics, self)
         node = NODES[wanted]
         self.system.participants[node] = Participant(node, place=bag.place)
+        if self.refused and wanted == "player":
+            return  # it plays nothing
         made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
         for topic in bag.topics:
             for endpoint in made(topic, self):
@@ -88,13 +117,17 @@ class _Recording(RosFile):
 
 @dataclass(frozen=True, slots=True)
 class _Topic:
-    """One recorded topic; ``profiles`` is what its publishers offered, empty where that is not known."""
+    """One recorded topic; ``profiles`` is what its publishers offered, empty where that is not known.
+
+    ``form`` is how they are written, a value of the policy of that name.
+    """
 
     name: str
     place: Place
     type: str | None
     messages: int
     profiles: tuple[Settings, ...]
+    form: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +141,7 @@ class _Bag:
 # What the file says
 
 
-def _read_bag(reading: RosFile) -> _Bag | None:
+def _read_bag(reading: _Recording) -> _Bag | None:
     """Read the document; report an unreadable one and return None."""
     documents = read_tree(reading).documents
     if reading.problems:
@@ -121,7 +154,7 @@ def _read_bag(reading: RosFile) -> _Bag | None:
             reading.problem("CQ010", f"a recording's description needs `{_ROOT}`", root)
         return None
     information = _map(found, reading, _ROOT)
-    version = _version(information.get("version"), reading)
+    version = _version(information.get("version"), found, reading)
     topics = information.get("topics_with_message_count")
     if topics is None:
         if isinstance(found, MappingNode):
@@ -130,13 +163,12 @@ def _read_bag(reading: RosFile) -> _Bag | None:
     if not isinstance(topics, SequenceNode):
         reading.problem("CQ009", f"`topics_with_message_count` must be a list, found {described(topics)}", topics)
         return None
-    _check_layout(topics, version, reading)
-    read = [topic for item in topics.items if (topic := _topic(item, reading)) is not None]
+    read = [topic for item in topics.items if (topic := _topic(item, version, reading)) is not None]
     _check_whole(information.get("message_count"), read, reading)
     return _Bag(reading.place(found), tuple(read))
 
 
-def _map(node: Node, reading: RosFile, name: str) -> dict[str, Node]:
+def _map(node: Node, reading: _Recording, name: str) -> dict[str, Node]:
     """Return the entries of a map, by key; report anything else and return none."""
     if isinstance(node, MappingNode):
         return {key: value for key, (_, value) in node.entries.items() if not is_null(value)}
@@ -144,12 +176,16 @@ def _map(node: Node, reading: RosFile, name: str) -> dict[str, Node]:
     return {}
 
 
-def _version(node: Node | None, reading: RosFile) -> int | None:
-    """Return the version, None where none is stated."""
+def _version(node: Node | None, information: Node, reading: _Recording) -> int | None:
+    """Return the version; report if none is stated, and return None."""
     number = whole_number(node) if isinstance(node, ScalarNode) else None
     if node is None or number is None:
         if node is not None:
             reading.problem("CQ011", f"`version` must be a whole number, found {described(node)}", node)
+        elif isinstance(information, MappingNode):
+            reading.refuse_bag(
+                "ROS912", f"the description has no `version`: {_CANNOT_READ}", reading.place(information)
+            )
         return None
     if number > _NEWEST:
         message = f"version {number} is newer than version {_NEWEST}, like which it is read"
@@ -157,30 +193,7 @@ def _version(node: Node | None, reading: RosFile) -> int | None:
     return number
 
 
-def _check_layout(topics: SequenceNode, version: int | None, reading: RosFile) -> None:
-    """Report profiles in the layout of another version: rosbag2 decides by the version alone."""
-    if version is None or version < _AS_TEXT:
-        return
-    wrong = ScalarNode if version >= _AS_LIST else SequenceNode
-    for profiles in filter(None, map(_profiles_of, topics.items)):
-        if isinstance(profiles, wrong):
-            found, wanted = ("a text", "a list") if wrong is ScalarNode else ("a list", "a text with YAML in it")
-            message = f"`{_PROFILES}` is {found}, in version {version} it must be {wanted}: rosbag2 cannot read this"
-            reading.note("ROS913", message, reading.place(profiles))
-            return
-
-
-def _profiles_of(item: Node) -> Node | None:
-    """Return what an item of the list of topics states as its profiles."""
-    for key in ("topic_metadata", _PROFILES):
-        entry = item.entries.get(key) if isinstance(item, MappingNode) else None
-        if entry is None:
-            return None
-        item = entry[1]
-    return item
-
-
-def _topic(item: Node, reading: RosFile) -> _Topic | None:
+def _topic(item: Node, version: int | None, reading: _Recording) -> _Topic | None:
     """Read one item of the list of topics; report a missing name and return None."""
     stated = _map(item, reading, "topics_with_message_count")
     metadata = stated.get("topic_metadata")
@@ -195,45 +208,109 @@ def _topic(item: Node, reading: RosFile) -> _Topic | None:
             reading.problem("CQ010", "`topic_metadata` needs a `name`", name or metadata)
         return None
     count = stated.get("message_count")
+    profiles, form = _recorded(metadata, name, version, reading)
     return _Topic(
         name.text,
         reading.place(name),
         kind.text if isinstance(kind, ScalarNode) and kind.text else None,
         (whole_number(count) if isinstance(count, ScalarNode) else None) or 0,
-        tuple(_profiles(described_by.get(_PROFILES), reading)),
+        profiles,
+        form,
     )
 
 
-def _profiles(node: Node | None, reading: RosFile) -> Iterator[Settings]:
-    """Yield what each recorded publisher offered."""
+def _recorded(
+    metadata: Node, topic: ScalarNode, version: int | None, reading: _Recording
+) -> tuple[tuple[Settings, ...], str]:
+    """Return what each recorded publisher of a topic offered, and how that is written."""
+    _, node = metadata.entries.get(_PROFILES, (None, None)) if isinstance(metadata, MappingNode) else (None, None)
+    if version is not None and version < _AS_TEXT:
+        return (), "codes"  # rosbag2 looks for none
+    if node is None or is_null(node):
+        message = f"topic {shown(topic.text)} has no `{_PROFILES}`: {_CANNOT_READ}"
+        reading.refuse_bag("ROS912", message, reading.place(topic))
+        return (), "codes"
+    as_list = not isinstance(node, ScalarNode)
+    if version is not None and as_list is not (version >= _AS_LIST) and not isinstance(node, MappingNode):
+        stated, wanted = ("a list", "a text with YAML in it") if as_list else ("a text", "a list")
+        message = f"`{_PROFILES}` is {stated}, in version {version} it must be {wanted}: {_CANNOT_READ}"
+        reading.refuse_bag("ROS913", message, reading.place(node))
     if isinstance(node, ScalarNode):
-        node = read_embedded(node, reading, _PROFILES) if node.text.strip() else None
-    if node is None:
-        return
-    if not isinstance(node, SequenceNode):
-        reading.problem("CQ009", f"`{_PROFILES}` must be a list of profiles, found {described(node)}", node)
-        return
-    for item in node.items:
+        if not node.text:
+            return (), "codes"
+        found = read_embedded(node, reading, _PROFILES)
+        if found is None and reading.problems:
+            return (), "codes"
+    else:
+        found = node
+    if not isinstance(found, SequenceNode):
+        what = "nothing" if found is None else described(found)
+        reading.problem("CQ009", f"`{_PROFILES}` must be a list of profiles, found {what}", found or node)
+        return (), "codes"
+    profiles, forms = [], set()
+    for item in found.items:
         if not isinstance(item, MappingNode):
             reading.problem("CQ009", f"a recorded profile must be a map, found {described(item)}", item)
             continue
-        yield dict(_settings(item, reading))
-        if missing := [f"`{name}`" for name in _REQUIRED if name not in item.entries]:
-            message = f"the recorded profile lacks {listed(missing, 'and')}: rosbag2 cannot read this"
-            reading.note("ROS912", message, reading.place(item))
+        coded = _is_coded(item)
+        forms.add("codes" if coded else "words")
+        profiles.append(dict(_settings(item, reading, coded=coded)))
+    return tuple(profiles), "list" if as_list else max(forms, default="codes")
 
 
-def _settings(profile: MappingNode, reading: RosFile) -> Iterator[tuple[str, Setting]]:
-    """Yield what a recorded profile states."""
+def _is_coded(profile: MappingNode) -> bool:
+    """Whether the values of a profile are codes: rosbag2 looks at its history."""
+    _, history = profile.entries.get(HISTORY.name, (None, None))
+    return isinstance(history, ScalarNode) and history.text in RMW_CODES[HISTORY.name]
+
+
+def _settings(profile: MappingNode, reading: _Recording, *, coded: bool) -> Iterator[tuple[str, Setting]]:
+    """Yield what a recorded profile states, as rosbag2 reads it."""
     for name, (key, value) in profile.entries.items():
         if name not in _POLICIES:
             reading.note("ROS905", f"{shown(name)} is no policy that rosbag2 is known to record", reading.place(key))
         elif not is_null(value):
+            text = flow_text(value)
+            if expected := _expected(name, value, coded=coded):
+                beside = " beside a history that is one" if coded and name in _WORDS else ""
+                message = f"{shown(name)} must be {expected}{beside}, found {described(value)}: {_CANNOT_READ}"
+                reading.refuse_bag("ROS915", message, reading.place(value))
+            elif name in _WORDS and not coded and text not in _WORDS[name]:
+                message = f"rosbag2 takes {shown(name)} {described(value)} for `unknown`"
+                advice = f"it reads {listed(f'`{word}`' for word in _WORDS[name][:-1])}"
+                reading.note("ROS916", message, reading.place(value), advice)
+                text = "unknown"
             # What was recorded is never edited.
-            yield name, Setting(flow_text(value), reading.place(value), derived=True)
+            yield name, Setting(text, reading.place(value), derived=True)
+    missing = [name for name in _REQUIRED if name not in profile.entries or is_null(profile.entries[name][1])]
+    _, history = profile.entries.get(HISTORY.name, (None, None))
+    if isinstance(history, ScalarNode) and history.text in {"keep_last", "1"} and DEPTH.name not in profile.entries:
+        missing.append(DEPTH.name)
+    if missing:
+        names = listed((f"`{name}`" for name in missing), "and")
+        reading.refuse_bag("ROS912", f"the recorded profile lacks {names}: {_CANNOT_READ}", reading.place(profile))
 
 
-def _check_whole(total: Node | None, topics: list[_Topic], reading: RosFile) -> None:
+def _expected(name: str, value: Node, *, coded: bool) -> str:
+    """Return what the value of a policy must be for rosbag2 to read it, empty where it is that."""
+    if name in _DURATIONS:
+        parts = (
+            [value.entries.get(part, (None, None))[1] for part in ("sec", "nsec")]
+            if isinstance(value, MappingNode)
+            else []
+        )
+        right = bool(parts) and all(isinstance(part, ScalarNode) and _COUNT.fullmatch(part.text) for part in parts)
+        return "" if right else "a map with whole numbers `sec` and `nsec`"
+    if not isinstance(value, ScalarNode):
+        return "one value"
+    if name == AVOID_CONVENTIONS.name:
+        return "" if as_flag(value) is not None else "true or false"
+    if name == DEPTH.name or (coded and name in _WORDS):
+        return "" if _INTEGER.fullmatch(value.text) else "a number"
+    return ""
+
+
+def _check_whole(total: Node | None, topics: list[_Topic], reading: _Recording) -> None:
     """Say if topics are missing at the end: the number of all messages stands before them."""
     number = whole_number(total) if isinstance(total, ScalarNode) else None
     counted = sum(topic.messages for topic in topics)
@@ -260,7 +337,7 @@ def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, obser
     )
 
 
-def _say_unknown(topics: Sequence[_Topic], reading: RosFile) -> None:
+def _say_unknown(topics: Sequence[_Topic], reading: _Recording) -> None:
     """Report the topics whose offered QoS is unknown."""
     unknown = [topic for topic in topics if not topic.profiles]
     if unknown:
@@ -271,9 +348,9 @@ def _say_unknown(topics: Sequence[_Topic], reading: RosFile) -> None:
         reading.note("ROS910", message, unknown[0].place)
 
 
-def _played(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:
+def _played(topic: _Topic, reading: _Recording) -> Iterator[Endpoint]:
     """Yield the publisher of `ros2 bag play` (rosbag2, `Rosbag2QoS::adapt_offer_to_recorded_offers`)."""
-    settings: Settings = {}
+    settings: Settings = {RECORDED_FORM.name: Setting(topic.form, topic.place, derived=True)}
     differing = [policy.name for policy in _COMPARED if len({_value(policy, each) for each in topic.profiles}) > 1]
     if differing:
         names = listed((f"`{name}`" for name in differing), "and")
@@ -283,7 +360,7 @@ def _played(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:
         reading.note("ROS911", message, topic.place)
     elif topic.profiles:
         first = topic.profiles[0]
-        settings = {policy.name: first[policy.name] for policy in _OFFERED if policy.name in first}
+        settings |= {policy.name: first[policy.name] for policy in _OFFERED if policy.name in first}
         if "unknown" in (_value(policy, first) for policy in _COMPARED):
             # No endpoint can be created with it; rules report that only of settings that go to rclcpp as they are.
             stated = {**_DEFAULT_HISTORY, RAW_SETTINGS.name: "true"}
@@ -291,7 +368,7 @@ def _played(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:
     yield _endpoint(topic, PLAYER, PUBLISHER, settings)
 
 
-def _requested(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
+def _requested(topic: _Topic, reading: _Recording) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
     """Yield the subscription of `ros2 bag record` (rosbag2, `Rosbag2QoS::adapt_request_to_offers`)."""
     settings = {
         policy.name: Setting(FROM_PUBLISHERS, topic.place, derived=True) for policy in (RELIABILITY, DURABILITY)
@@ -299,7 +376,7 @@ def _requested(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:  # noqa: 
     yield _endpoint(topic, RECORDER, SUBSCRIBER, settings)
 
 
-def _published(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:  # noqa: ARG001
+def _published(topic: _Topic, reading: _Recording) -> Iterator[Endpoint]:  # noqa: ARG001
     """Yield the recorded publishers; messages without a known publisher came from at least one."""
     for profile in topic.profiles:
         kept = {name: setting for name, setting in profile.items() if name != DEPTH.name or _keeps_last(profile)}

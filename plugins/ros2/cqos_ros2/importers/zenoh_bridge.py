@@ -14,13 +14,14 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of, stated
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of, stated, walk, whole_number
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.regular import re
 from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Route, Setting
+from cqos_ros2.guarantee_terms import SENDING_AGAIN
 from cqos_ros2.importers.configuration import Configuration
 from cqos_ros2.names import KEY
-from cqos_ros2.policies import FROM_FIRST
+from cqos_ros2.policies import FROM_FIRST, WAIT_BEFORE_CLOSE, ZENOH_TRANSPORT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,6 +51,7 @@ _NAMESPACE: Final = re.compile(r"/|(?:/[^/*$#?]++)++")
 _NODENAME: Final = re.compile(r"(?=.*[A-Za-z0-9_])[^/*$#?]++(?:/[^/*$#?]++)*+")
 _LARGEST_DOMAIN: Final = 232
 _CACHE: Final = "10"
+_WAIT: Final = ("transport", "link", "tx", "queue", "congestion_control", "block", "wait_before_close")
 
 _ANNOUNCED: Final = ("durability", "history", "depth")
 _COPIED: Final = (*_ANNOUNCED, "deadline", "liveliness", "liveliness_lease_duration")
@@ -61,6 +63,13 @@ def _is_json5(source: Source) -> bool:
     if name.endswith((*_YAML, *_JSON)):
         return name.endswith(_JSON)
     return source.data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith((b"{", b"/"))
+
+
+def _below(node: Node | None, *path: str) -> Node | None:
+    """Return what stands below a map at the end of a path, None where there is nothing."""
+    for name in path:
+        node = stated(node, name) if isinstance(node, MappingNode) else None
+    return node
 
 
 class _Reader(Configuration):
@@ -80,9 +89,26 @@ class _Reader(Configuration):
         if found is None:
             self.problem("CQ010", f"there is no `plugins: {{{PLUGIN}: …}}` in it", root)
         else:
-            self.bridge(found[0], self.a_map(found[1], PLUGIN))
+            self.bridge(found[0], self.a_map(found[1], PLUGIN), self.links(plugins))
 
-    def bridge(self, key: ScalarNode, entries: MappingNode) -> None:
+    def links(self, root: MappingNode) -> Settings:
+        """Return what the configuration says of the links of Zenoh, as far as it is clear."""
+        found: Settings = {}
+        ends = [_below(root, name, "endpoints") for name in ("connect", "listen")]
+        locators = [node for node in walk(filter(None, ends)) if isinstance(node, ScalarNode) and "/" in node.text]
+        protocols = {node.text.partition("/")[0].replace("-", "_") for node in locators}
+        if not protocols:
+            found[ZENOH_TRANSPORT.name] = Setting("tcp")  # what a bridge listens to by default
+        elif protocols <= {*SENDING_AGAIN} or protocols == {"udp"}:
+            found[ZENOH_TRANSPORT.name] = Setting(min(protocols), self.place(locators[0]))
+        wait = _below(root, *_WAIT)
+        microseconds = whole_number(wait) if isinstance(wait, ScalarNode) else None
+        if wait is not None and microseconds is not None:
+            text = f"{microseconds}us" if microseconds >= 0 else "infinite"
+            found[WAIT_BEFORE_CLOSE.name] = Setting(text, self.place(wait))
+        return found
+
+    def bridge(self, key: ScalarNode, entries: MappingNode, links: Settings) -> None:
         """Add the two sides of the bridge, and a route for each direction."""
         for name, (own_key, _) in entries.entries.items():
             if name not in _KEYS:
@@ -103,7 +129,7 @@ class _Reader(Configuration):
                 self.refused(f"{number} is no ROS domain", domain, f"expected a number from 0 to {_LARGEST_DOMAIN}")
         own["bridge_cache"] = self.cache(entries)
         place = self.place(key)
-        between: Settings = {"bridge": Setting(node), "rmw": Setting("zenoh_bridge")}
+        between: Settings = {"bridge": Setting(node), "rmw": Setting("zenoh_bridge"), **links}
         self.participant(node, place, own)
         self.participant(wire, place, between)
         self.others(entries)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cqos_core import check
 from cqos_core.cli.app import cli
 from cqos_core.files.loading import read_source, recognise
+from cqos_core.files.merging import merge
 from cqos_core.files.opening import find_files
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.model.problems import InputError, Problem
@@ -94,12 +95,15 @@ EXPECTED = {
         "publisher/odd": "keep_last 10 ? ? infinite infinite ? infinite false",
     },
     "v9_integer_codes.yaml": IMU,
-    "no_version_codes.yaml": IMU,
-    "no_version_words.yaml": IMU,
+    "no_version_codes.yaml": {},
+    "no_version_words.yaml": {},
     "v5_words_in_block_text.yaml": IMU,
-    "v5_list_of_a_converter.yaml": {"publisher/imu": DEFAULT},
+    "v5_list_of_a_converter.yaml": {},
 }
+NO_VERSION = ["ROS912 error 2:3 the description has no `version`: rosbag2 cannot read this"]
 SAID = {
+    "no_version_codes.yaml": NO_VERSION,
+    "no_version_words.yaml": NO_VERSION,
     **{
         f"v{version}_no_qos.yaml": [
             "ROS910 note 11:15 what the publishers of `/chatter` and `/tf` offered was not recorded"
@@ -113,8 +117,7 @@ SAID = {
     "v7_iron.yaml": ["ROS910 note 18:15 what the publishers of `/left` offered was not recorded"],
     "v9_jazzy.yaml": ["ROS910 note 70:15 what the publishers of `/rosout` offered was not recorded"],
     "v5_list_of_a_converter.yaml": [
-        "ROS913 warning 14:31 `offered_qos_profiles` is a list, in version 5 it must be a text with YAML in it: rosbag2 cannot read this",
-        "ROS910 note 11:15 what the publishers of `/imu` offered was not recorded",
+        "ROS913 error 14:31 `offered_qos_profiles` is a list, in version 5 it must be a text with YAML in it: rosbag2 cannot read this",
     ],
 }
 
@@ -181,7 +184,7 @@ def test_the_player_is_one_participant_with_places_of_values_in_the_text():
     assert imu.settings["deadline"].text == "{sec: 9223372036, nsec: 854775807}"
     deadline = pose.settings["deadline"].place
     assert lines[deadline.line - 1][deadline.column - 1 :].startswith("sec: 0\\n    nsec: 200")
-    assert mixed.settings == {}
+    assert list(mixed.settings) == ["recorded_form"]
 
 
 @pytest.mark.parametrize(
@@ -198,13 +201,16 @@ def test_the_player_is_one_participant_with_places_of_values_in_the_text():
 )
 def test_places_in_every_way_to_write_a_profile(text):
     content = minimal(text)
-    setting = bag(content).endpoints[0].settings["reliability"]
+    setting = bag(content, "recorded").endpoints[0].settings["reliability"]
     assert setting.text == "best_effort"
     line = content.split("\n")[setting.place.line - 1]
     assert line[setting.place.column - 1 :].startswith("best_effort")
 
 
-def minimal(profiles, version=""):
+def minimal(profiles, version=None):
+    """A description with these profiles, of a version that has them so."""
+    if version is None:
+        version = f"  version: {9 if profiles.startswith(('[', chr(10), '{')) else 5}\n"
     return (
         f"rosbag2_bagfile_information:\n{version}  topics_with_message_count:\n    - topic_metadata:\n"
         f"        name: /t\n        offered_qos_profiles: {profiles}\n      message_count: 2\n"
@@ -239,7 +245,6 @@ SOON, LATER = {"sec": 1, "nsec": 0}, {"sec": 2, "nsec": 0}
         ({"history": "keep_last", "depth": 3}, True),
         ({"lifespan": LATER}, True),
         ({"avoid_ros_namespace_conventions": "true"}, True),
-        ({"reliability": 2}, True),
         ({"reliability": "reliable"}, False),
         ({"durability": "transient_local"}, False),
         ({"deadline": LATER}, False),
@@ -273,17 +278,132 @@ def test_what_was_recorded_as_unknown_cannot_be_played(policy):
 def test_the_marker_of_best_available_is_read():
     """No running publisher has it, but files edited by hand may."""
     marker = {"sec": 9223372036, "nsec": 854775806}
-    system = bag(minimal(f"[{profile(deadline=marker, reliability=4)}]"))
+    system = bag(minimal(f"[{profile(deadline=marker, reliability='best_available')}]"))
     assert rows(system)["publisher/t"].startswith("keep_last 10 reliable volatile ?")
 
 
-@pytest.mark.parametrize("policy", ["reliability", "history", "durability", "liveliness"])
+LISTENER = Source("a.yaml", b"cqos: 1\nprotocol: ros2\nparticipants: {ui: {subscribes: {/t: {}}}}\n")
+CODES = {"history": 3, "reliability": 1, "durability": 2, "liveliness": 1}
+
+
+@pytest.mark.parametrize("policy", ["reliability", "durability", "liveliness"])
 def test_codes_that_mean_nothing_are_findings_with_their_place(policy):
-    content = minimal(f"[{profile(**{policy: 42})}]")
+    content = minimal(f"[{profile(**{**CODES, policy: 42})}]")
     report = check(bag(content, "recorded"))
     (place,) = (str(each.place) for each in report.findings if each.code == "CQ203")
     line, column = map(int, place.split(":")[1:3])
     assert content.split("\n")[line - 1][column - 1 :].startswith("42")
+
+
+# As rosbag2 reads values: the history says whether they are codes or words
+
+
+@pytest.mark.parametrize("policy", ["reliability", "history", "durability", "liveliness"])
+@pytest.mark.parametrize(
+    "word", ["42", "1", "Reliable", "KEEP_LAST", "best-effort", "RMW_QOS_POLICY_DURABILITY_VOLATILE"]
+)
+def test_a_word_that_rosbag2_does_not_know_is_unknown_to_it(policy, word):
+    """Also a code beside a history in words; but a code as history makes codes of the others."""
+    if (policy, word) == ("history", "1"):
+        return
+    content = minimal(f"[{profile(**{policy: word})}]")
+    system = bag(content)
+    (note,) = system.notes
+    assert (note.code, note.severity) == ("ROS916", "warning")
+    assert content.split("\n")[note.place.line - 1][note.place.column - 1 :].startswith(word)
+    # The player has a history of its own.
+    assert check(merge([read_source(LISTENER), system])).verdict == (
+        "compatible" if policy == "history" else "incompatible"
+    )
+
+
+def test_manual_by_node_in_words_is_unknown_to_rosbag2():
+    assert [note.code for note in bag(minimal(f"[{profile(liveliness='manual_by_node')}]")).notes] == ["ROS916"]
+
+
+@pytest.mark.parametrize("policy", ["reliability", "durability", "liveliness"])
+def test_a_word_beside_a_history_in_codes_is_refused(policy):
+    content = minimal(f"[{profile(**{**CODES, policy: 'system_default'})}]")
+    (note,) = bag(content).notes
+    assert (note.code, note.severity) == ("ROS915", "error")
+
+
+def test_codes_in_a_list_are_codes():
+    """No rosbag2 writes them, but Jazzy and newer read them."""
+    system = bag(minimal(f"[{profile(**CODES)}]"))
+    assert not system.notes
+    assert rows(system)["publisher/t"] == DEFAULT
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"deadline": "infinite"},
+        {"deadline": 1000},
+        {"lifespan": {"sec": 1}},
+        {"lifespan": {"sec": -1, "nsec": 0}},
+        {"liveliness_lease_duration": {"sec": 0.5, "nsec": 0}},
+        {"depth": "many"},
+        {"avoid_ros_namespace_conventions": "perhaps"},
+        {"reliability": ["reliable"]},
+    ],
+)
+def test_values_of_another_kind_are_refused(changes):
+    assert [note.code for note in bag(minimal(f"[{profile(**changes)}]")).notes] == ["ROS915"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        minimal(f"[{profile()}]", ""),
+        minimal(f"[{profile()}]", "  version: 5\n"),
+        minimal(f"'[{profile(**CODES)}]'", "  version: 9\n"),
+        minimal(f"[{profile(durability='~')}]"),
+        minimal(f"[{profile(deadline='infinite')}]"),
+        minimal(f"[{profile(**{**CODES, 'durability': 'volatile'})}]"),
+        minimal("~"),
+    ],
+)
+def test_of_what_rosbag2_does_not_open_nothing_is_compatible(text):
+    report = check(merge([read_source(LISTENER), bag(text)]))
+    (error,) = [finding for finding in report.findings if finding.severity == "error"]
+    assert report.verdict == "unknown"
+    assert error.code in {"ROS912", "ROS913", "ROS915"}
+
+
+@pytest.mark.parametrize("missing", ["history", "reliability", "deadline", "avoid_ros_namespace_conventions"])
+def test_a_value_of_nothing_is_missing(missing):
+    assert [note.code for note in bag(minimal(f"[{profile(**{missing: '~'})}]")).notes] == ["ROS912"]
+
+
+@pytest.mark.parametrize(("history", "lacks"), [("keep_last", True), ("keep_all", False), ("unknown", False)])
+def test_keep_last_needs_a_depth(history, lacks):
+    text = minimal(f"[{profile(history=history)}]").replace("depth: 0, ", "")
+    assert [note.code for note in bag(text).notes] == (["ROS912"] if lacks else [])
+
+
+@pytest.mark.parametrize("version", [0, 1, 2, 3])
+def test_before_version_4_profiles_are_not_read(version):
+    kept = profile(durability="transient_local")
+    system = bag(minimal(f"[{kept}]", f"  version: {version}\n"))
+    assert rows(system) == {"publisher/t": DEFAULT}
+    assert [note.code for note in system.notes] == ["ROS910"]
+
+
+@pytest.mark.parametrize(
+    ("form", "humble", "jazzy", "unset"),
+    [
+        (lambda: minimal(f'"[{profile(**CODES)}]"'), "compatible", "compatible", "compatible"),
+        (lambda: minimal(f'"[{profile()}]"'), "incompatible", "compatible", "unknown"),
+        (lambda: minimal(f"[{profile()}]"), "incompatible", "compatible", "compatible"),
+        (lambda: minimal(f"[{profile(**CODES)}]"), "incompatible", "compatible", "compatible"),
+    ],
+)
+def test_which_distribution_plays_it(form, humble, jazzy, unset):
+    for distro, verdict in (("humble", humble), ("iron", humble), ("jazzy", jazzy), ("rolling", jazzy), ("", unset)):
+        options = {"ros2": {"distro": distro}} if distro else {}
+        system = merge([read_source(LISTENER), bag(form())])
+        assert check(system, options=options).verdict == verdict, distro
 
 
 # As the recorder, and as what was recorded
@@ -342,10 +462,25 @@ def test_switches_that_make_no_sense_are_refused(switches):
 # Odd, cut off, mixed and hostile files
 
 
-@pytest.mark.parametrize("version", ["", "  version: 5\n", "  version: 9\n"])
-@pytest.mark.parametrize("nothing", ['""', "''", "[]", "'[]'", "", "~", "null", '"# nothing"', "|\n"])
+@pytest.mark.parametrize(
+    ("version", "nothing"),
+    [(5, '""'), (5, "''"), (5, "'[]'"), (5, "|\n"), (9, "[]"), (3, ""), (3, "~"), (3, '"# nothing"')],
+)
 def test_every_way_to_say_that_nothing_is_known(nothing, version):
-    assert rows(bag(minimal(nothing, version))) == {"publisher/t": DEFAULT}
+    system = bag(minimal(nothing, f"  version: {version}\n"))
+    assert rows(system) == {"publisher/t": DEFAULT}
+    assert [note.code for note in system.notes] == ["ROS910"]
+
+
+@pytest.mark.parametrize("version", [4, 5, 8, 9, 10])
+@pytest.mark.parametrize("nothing", ["", "~", "null"])
+def test_profiles_that_are_missing_are_refused(nothing, version):
+    codes = [note.code for note in bag(minimal(nothing, f"  version: {version}\n")).notes]
+    assert codes == [*(["ROS914"] if version > 9 else []), "ROS912"]
+
+
+def test_a_text_without_a_list_is_refused():
+    assert problems(minimal('"# nothing"')) == [("CQ009", 6, 31)]
 
 
 @pytest.mark.parametrize(
@@ -360,8 +495,8 @@ def test_layouts_of_another_version(version, text, code):
 def test_odd_profiles_are_warnings():
     system = bag(minimal("[{history: keep_last, depth: 1, colour: red, durability: ~}]"))
     assert said(system) == [
-        "ROS905 warning 5:63 `colour` is no policy that rosbag2 is known to record",
-        "ROS912 warning 5:32 the recorded profile lacks `reliability`, `deadline`, `lifespan`, `liveliness`, `liveliness_lease_duration` and `avoid_ros_namespace_conventions`: rosbag2 cannot read this",
+        "ROS905 warning 6:63 `colour` is no policy that rosbag2 is known to record",
+        "ROS912 error 6:32 the recorded profile lacks `reliability`, `durability`, `deadline`, `lifespan`, `liveliness`, `liveliness_lease_duration` and `avoid_ros_namespace_conventions`: rosbag2 cannot read this",
     ]
 
 
@@ -388,14 +523,14 @@ def test_topics_that_are_cut_off_are_missed():
             ("CQ009", 1, 59), ("CQ010", 1, 62), ("CQ009", 1, 83)]),
         ("rosbag2_bagfile_information: {topics_with_message_count: [{topic_metadata: {}}]}\n", [("CQ010", 1, 76)]),
         ("rosbag2_bagfile_information: {topics_with_message_count: [{topic_metadata: {name: []}}]}\n", [("CQ010", 1, 83)]),
-        (minimal("{history: 3}"), [("CQ009", 5, 31)]),
-        (minimal("[3]"), [("CQ009", 5, 32)]),
-        (minimal("'- 3'"), [("CQ009", 5, 34)]),
-        (minimal("a text"), [("CQ009", 5, 31)]),
-        (minimal("'- {history: 3'"), [("CQ001", 5, 31)]),
-        (minimal('"- history: 3\\n- \\u0000"'), [("CQ001", 5, 31)]),
-        (minimal('"- &a [*a]"'), [("CQ002", 5, 31)]),
-        (minimal(f'"{"[" * 200}"'), [("CQ002", 5, 31)]),
+        (minimal("{history: 3}"), [("CQ009", 6, 31)]),
+        (minimal("[3]"), [("CQ009", 6, 32)]),
+        (minimal("'- 3'"), [("CQ009", 6, 34)]),
+        (minimal("a text"), [("CQ009", 6, 31)]),
+        (minimal("'- {history: 3'"), [("CQ001", 6, 31)]),
+        (minimal('"- history: 3\\n- \\u0000"'), [("CQ001", 6, 31)]),
+        (minimal('"- &a [*a]"'), [("CQ002", 6, 31)]),
+        (minimal(f'"{"[" * 200}"'), [("CQ002", 6, 31)]),
         ("rosbag2_bagfile_information:\n\ttopics: 1\n", [("CQ001", 2, 1)]),
         ("rosbag2_bagfile_information: {a: 1, a: 2}\n", [("CQ005", 1, 37)]),
         ((CASES / "v5_humble.yaml").read_text().partition("  durability")[0], [("CQ001", 14, 31)]),
@@ -407,7 +542,7 @@ def test_mistakes_are_problems_with_their_place(text, expected):
 
 def test_a_text_with_a_thousand_faults_is_one_problem():
     many = "\\n".join(f"a{number}: *b" for number in range(1200))
-    assert problems(minimal(f'"{many}"')) == [("CQ017", 5, 31)]
+    assert problems(minimal(f'"{many}"')) == [("CQ017", 6, 31)]
 
 
 SNIPPETS = [

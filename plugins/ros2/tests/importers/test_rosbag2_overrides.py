@@ -23,8 +23,9 @@ CASES = Path(__file__).parent / "cases" / "rosbag2_overrides"
 FILES = sorted(CASES.iterdir())
 BAG = """\
 rosbag2_bagfile_information:
+  version: 9
   topics_with_message_count:
-    - topic_metadata: {name: /imu}
+    - topic_metadata: {name: /imu, offered_qos_profiles: []}
     - topic_metadata:
         name: /camera/image
         offered_qos_profiles:
@@ -37,7 +38,7 @@ rosbag2_bagfile_information:
           liveliness: manual_by_topic
           liveliness_lease_duration: {sec: 1, nsec: 0}
           avoid_ros_namespace_conventions: false
-    - topic_metadata: {name: /map}
+    - topic_metadata: {name: /map, offered_qos_profiles: []}
 """
 POLICIES = (
     *("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness"),
@@ -112,7 +113,7 @@ def test_what_was_recorded_is_not_overridden():
 
 def row_of_recorded():
     switches = {"rosbag2": {"as": "recorded"}}
-    bag = BAG.replace("{name: /imu}", "{name: /imu}\n      message_count: 1")
+    bag = BAG.replace("/imu, offered_qos_profiles: []}", "/imu, offered_qos_profiles: []}\n      message_count: 1")
     system = read_source(Source("metadata.yaml", bag.encode()), None, switches)
     merged = merge([system, overrides("/imu: {depth: 3}\n")])
     return row(next(e for e in Resolver(merged, {"ros2": PACK}.get, None).run().endpoints if e.shown == "/imu"))

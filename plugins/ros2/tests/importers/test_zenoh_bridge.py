@@ -162,6 +162,9 @@ class TestNeeds:
 
     def test_where_routes_do_not_block_zenoh_may_drop(self):
         text = nodes("", "needs: {latest: true}")
+        # The bridge waits for 5 s; then its transport closes, and what is sent until it opens again is lost.
+        assert loud(check(together(text))) == [("warning", "ROS523", "scan")]
+        text += "options: {ros2: {longest_congestion: 4s}}\n"
         assert loud(check(together(text))) == []
         assert loud(check(together(text, f"{ROBOT}, reliable_routes_blocking: false"))) == [
             ("warning", "ROS523", "scan")
@@ -328,3 +331,42 @@ class TestExpressions:
         assert check(together(nodes("", ""), allowed)).verdict in {"compatible", "unknown"}
         denied = f"{ROBOT}, deny: {{publishers: ['/scan', '(?x)/ map']}}"
         assert ("warning", "ROS401", "/scan") in loud(check(together(nodes("", ""), denied)))
+
+
+class TestLinks:
+    """What the configuration says of the links below Zenoh."""
+
+    KEPT = "depth: 1, durability: transient_local"
+
+    def report(self, zenoh):
+        system = [
+            Source("nodes.yaml", ("cqos: 1\nprotocol: ros2\nparticipants:\n" + nodes(self.KEPT, self.NEEDS)).encode()),
+            *(
+                Source(f"{name}.json5", f"{{{zenoh}, plugins: {{ros2dds: {{{about}}}}}}}".encode())
+                for name, about in (("robot", ROBOT), ("desk", DESK))
+            ),
+        ]
+        return check(merge([read_source(source) for source in system]))
+
+    NEEDS = f"{KEPT}, needs: {{late_join: 1}}"
+
+    @pytest.mark.parametrize(
+        ("zenoh", "verdict"),
+        [
+            ('mode: "peer"', "compatible"),
+            ('connect: {endpoints: ["tcp/10.0.0.1:7447"]}', "compatible"),
+            ('connect: {endpoints: {peer: ["unixsock-stream/a"], router: ["tls/10.0.0.1:7447"]}}', "compatible"),
+            ('connect: {endpoints: ["udp/10.0.0.1:7447"]}', "incompatible"),
+            ('connect: {endpoints: ["udp/10.0.0.1:7447"]}, listen: {endpoints: ["tcp/[::]:7447"]}', "unknown"),
+            ('connect: {endpoints: ["carrier_pigeon/here"]}', "unknown"),
+        ],
+    )
+    def test_the_protocol_of_the_endpoints_decides_what_is_sent_again(self, zenoh, verdict):
+        assert self.report(zenoh).verdict == verdict
+
+    @pytest.mark.parametrize(("wait", "text"), [("60000000", "60000000us"), ("-1", "infinite")])
+    def test_how_long_a_publisher_waits_is_read(self, wait, text):
+        block = f"{{link: {{tx: {{queue: {{congestion_control: {{block: {{wait_before_close: {wait}}}}}}}}}}}}}"
+        source = Source("robot.json5", f"{{transport: {block}, plugins: {{ros2dds: {{{ROBOT}}}}}}}".encode())
+        (wire,) = [each for name, each in read_source(source).participants.items() if name.endswith("/zenoh")]
+        assert wire.settings["wait_before_close"].text == text
