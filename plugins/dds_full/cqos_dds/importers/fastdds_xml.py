@@ -24,7 +24,9 @@ from cqos_core.model.system import (
     Setting,
     Topic,
 )
+from cqos_dds.extension_policies import TOPIC_KIND
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
+from cqos_dds.importers.unmodelled import FAST
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
 from cqos_dds.kept_policies import (
     MAX_INSTANCES,
@@ -83,6 +85,9 @@ def read(source: Source, context: ReadContext) -> System:
 class _File(XmlReading):
     """Reads one file."""
 
+    not_deciding = FAST
+    whole_paths = True
+
     def read(self, root: Element) -> System:
         """Read all profiles."""
         if local(root) not in {"dds", "profiles"}:
@@ -106,9 +111,12 @@ class _File(XmlReading):
             forms = _FORMS.get(local(child))
             if forms is None:
                 self.pass_over(child, f"{part}/{local(child)}")
+                self.not_modelled(child, local(child), settings)
                 continue
             if local(child) == "topic":
                 for each in [each for each in elements(child) if local(each) in _OF_TOPIC]:
+                    if local(each) == "kind":
+                        self.value(each, TOPIC_KIND, "topic/kind", settings)
                     element.set(local(each), text_of(each))
                     child.remove(each)
             self.policies(child, forms, "", settings)
