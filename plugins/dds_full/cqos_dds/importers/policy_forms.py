@@ -185,7 +185,8 @@ SPELLINGS: Final = {
     "participant_qos": "domain_participant_qos",
     "domainparticipant_qos": "domain_participant_qos",
 }
-OTHER_ENTITIES: Final = {"topic_qos": "topic", "domain_participant_qos": "participant"}
+PARTICIPANT: Final = "domain_participant_qos"
+OTHER_ENTITIES: Final = {"topic_qos": "topic", PARTICIPANT: "participant"}
 """What has QoS that no endpoint takes values from."""
 OF_ENTITIES: Final = {
     part: tuple(each.name for form in OMG.values() for each in form.values() if entity in each.entities)
