@@ -58,18 +58,17 @@ def lay_leases(profiles: Iterable[ParticipantProfile], implementations: Sequence
     found = [*profiles]
     default = next((each.lease for each in found if each.is_default), None)
     differing = [
-        each
+        (each.name, each.lease)
         for each in found
         if not each.is_default and each.lease is not None and (default is None or each.lease.text != default.text)
     ]
     setting = default
-    for each in differing[:1]:
-        stated = each.lease.text if each.lease is not None and each.lease.text else "what is not known"
+    for name, lease in differing[:1]:
         cause = (
-            f"the participant profile `{each.name}` sets the lease to {stated}, and which participants use it is not known; "
-            "state `participant_lease` at the participants"
+            f"the participant profile `{name}` sets the lease to {lease.text or 'what is not known'}, and which participants use it "
+            "is not known; state `participant_lease` at the participants"
         )
-        setting = Setting("", each.lease and each.lease.place, unknown=cause)
+        setting = Setting("", lease.place, unknown=cause)
     if setting is None:
         return
     for implementation in implementations:

@@ -137,7 +137,7 @@ def undecided(element: Element, path: str, table: dict[str, str]) -> Iterator[st
     written = f"{path}={text_of(element).lower()}"
     if any(fnmatchcase(path, pattern) or fnmatchcase(written, pattern) for pattern in table):
         return
-    inner = elements(element)
+    inner = [*elements(element)]
     if not inner or not any(pattern.startswith(f"{path}/") for pattern in table):
         yield path
         return
