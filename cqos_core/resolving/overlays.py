@@ -154,7 +154,7 @@ def laid_on_participant(
         left_open = {
             index: stated
             for index, stated in found.items()
-            if not any(index in layer.settings for layer in participant.layers)
+            if not any(index in each.settings for each in participant.layers if each.overlay != "may_hold")
         }
         layer = Layer(overlay.name, left_open, overlay="holds" if certain else "may_hold")
         values = dict(participant.values)
@@ -191,7 +191,7 @@ def holds(overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
 
 
 def _is_of_participants(name: str, pack: RulePack) -> bool:
-    return pack.find("participant", name) is not None
+    return pack.find("participant", name) is not None and pack.find(ENDPOINT, name) is None
 
 
 def _unseen(layer: Layer, pack: RulePack) -> Layer:

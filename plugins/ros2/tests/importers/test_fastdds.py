@@ -299,3 +299,17 @@ class TestLeaseOfParticipants:
     def test_a_lease_of_one_domain_is_not_known_for_all(self):
         xml = '<CycloneDDS><Domain Id="3"><Discovery><LeaseDuration>300 s</LeaseDuration></Discovery></Domain></CycloneDDS>'
         assert self.verdict(xml, rmw="cyclonedds") == "unknown"
+
+    def test_the_files_of_two_middlewares_hold_each_with_its_own(self):
+        fast = profiles(LEASE.format('is_default_profile="true"').replace("300", "5"))
+        cyclone = "<CycloneDDS><Domain><Discovery><LeaseDuration>5 s</LeaseDuration></Discovery></Domain></CycloneDDS>"
+        design = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/scan: {}}}, b: {subscribes: {/scan: {needs: {liveness: 6s}}}}}"
+        sources = [Source("d.yaml", design.encode()), Source("f.xml", fast.encode()), Source("c.xml", cyclone.encode())]
+        for order in (sources, [sources[0], sources[2], sources[1]]):
+            whole = merge([read_source(source, beside={"ros2"}) for source in order])
+            report = check(whole, options={"ros2": {"rmw": "cyclonedds"}})
+            assert str(report.verdict) == "compatible"
+            (finding,) = [each for each in check(whole).findings if each.code == "ROS521"]
+            assert {world: str(found) for world, found in finding.worlds.items()}.get(
+                "ros2.rmw=cyclonedds", "compatible"
+            ) == "compatible"
