@@ -165,7 +165,7 @@ def test_endpoint_rules_are_asked_of_every_endpoint(words, data):
                 if not spoken.unknown:
                     expected.setdefault(spoken.bound.rule.code, set()).update(each.id for each in members.endpoints)
     # Profiles that no endpoint uses are tried with endpoints that the system does not have.
-    own = {each.id for each in system.endpoints}
+    own = {each.id for each in resolve(system, WHERE.find_pack).endpoints}
     reported: dict[str, set[str]] = {}
     for finding in report.findings:
         if scopes.get(finding.code) == "endpoint" and own & {*finding.endpoints}:
