@@ -3,7 +3,8 @@
 import pytest
 
 from cqos_core import Session, check
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.trial import tried_out, unused_profiles
+from cqos_core.files.merging import merge
 from cqos_core.model.system import ProfileRef, Scope
 from tests.test_profile_scopes import profile, ref
 from tests.worlds import POST, reader, world, writer
@@ -107,3 +108,64 @@ def test_a_session_says_the_same():
     session.put_participant(world(writer("t", "w")).participants["w"])
     session.put(writer("t", "w"))
     assert session.report().groups == ()
+
+
+WHOLE = (writer("t", "w"), reader("t", "r"))
+LOST = (profile("lost", ProfileRef("nowhere"), care="plain"),)
+CIRCLE = (profile("a", ref("b"), care="plain"), profile("b", ref("a")))
+
+
+def errors(report):
+    """What keeps ends from being created or from matching; hypothetical pairs that do not fit are warnings."""
+    return {
+        (each.code, str(each.severity), each.message)
+        for each in report.findings
+        if each.severity == "error" or each.verdict == "incompatible"
+    }
+
+
+@pytest.mark.parametrize("library", [APART, LOST, CIRCLE, (*APART, *LOST, *CIRCLE)])
+def test_a_broken_library_has_the_same_errors_beside_a_system(library):
+    alone, beside = report(*library), check(world(*WHOLE, *library), packs=[POST])
+    assert errors(alone)
+    assert errors(beside) == errors(alone)
+    assert (str(beside.verdict), beside.hypothetical) == ("compatible", alone.hypothetical)
+    assert beside.pair_count == 1
+
+
+def test_a_library_keeps_its_protocol_beside_a_system_of_another():
+    other = world(writer("t", "x"), protocol="other")
+    whole = merge([world(*APART), other])
+    assert whole.protocol is None
+    assert errors(check(whole, packs=[POST])) >= errors(report(*APART))
+
+
+def test_a_profile_that_endpoints_use_is_not_tried_by_itself():
+    used = check(world(writer("t", "w", "alike"), reader("t", "r", "alike"), ALIKE), packs=[POST])
+    assert used.hypothetical == 0
+    base, better = profile("base", care="plain"), profile("better", ref("base"), sealed=True)
+    assert (
+        check(world(writer("t", "w", "better"), reader("t", "r", "better"), base, better), packs=[POST]).hypothetical
+        == 0
+    )
+
+
+def test_a_role_in_which_no_endpoint_uses_a_profile_is_tried():
+    found = unused_profiles(world(writer("t", "w", "alike"), ALIKE))
+    assert ends(found) == [("alike/subscriber", "alike")]
+
+
+def test_what_is_not_known_of_an_unused_profile_is_no_finding_beside_a_system():
+    assert not errors(check(world(*WHOLE, profile("open", care="unknown")), packs=[POST]))
+
+
+def test_a_session_tries_a_profile_that_is_no_longer_used():
+    session = Session(world(writer("t", "w", "apart"), reader("t", "r", "apart"), *APART), packs=[POST])
+    assert session.report().hypothetical == 0
+    session.put(writer("t", "w"))
+    session.put(reader("t", "r"))
+    assert session.report() == check(session.system, packs=[POST])
+    assert session.report().hypothetical == 1
+    session.put(writer("t", "w", "apart"))
+    session.remove("r")
+    assert session.report() == check(session.system, packs=[POST])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.topic import TopicResult, check_topic
+from cqos_core.checking.trial import unused_profiles
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline, resolve_all
@@ -347,6 +348,34 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: called before each topic with how many of how many are judged.
     """
+    report = _checked(system, context, step)
+    apart = unused_profiles(system, context.default_protocol)
+    return report if apart is None else _with_unused(report, _checked(apart, context))
+
+
+def _with_unused(report: Report, apart: Report) -> Report:
+    """Add what is wrong with profiles that no endpoint uses, and how many pairs of them were tried.
+
+    Notes and what is not known matter to who uses a profile; a cause that the report has already is no second finding.
+    """
+    known = {_cause(each) for each in report.findings}
+    wrong = [
+        each
+        for each in apart.findings
+        if (each.severity is Severity.ERROR or each.verdict is Verdict.INCOMPATIBLE) and _cause(each) not in known
+    ]
+    findings = in_order([*report.findings, *wrong]) if wrong else report.findings
+    return replace(report, findings=findings, hypothetical=apart.hypothetical)
+
+
+def _cause(finding: Finding) -> tuple[object, ...]:
+    """Return the rule and the places of the values that it found fault with, or its message where it has none."""
+    places = {fact.place for side in finding.sides for fact in side.facts if fact.place is not None}
+    return (finding.code, frozenset(places) or finding.message)
+
+
+def _checked(system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None) -> Report:
+    """Check one system without the profiles that no endpoint uses."""
     with uncollected(len(system.endpoints)):
         bulk = BulkTopics(reporting_on_ends(), lambda ends: check_topic(ends).outcomes)
         pipeline = Pipeline(system, context, partial(resolve_all, bulk=bulk if may_be_in_bulk(system) else None))

@@ -5,7 +5,7 @@ A session's report equals that of a fresh check, always.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import fields, replace
@@ -16,7 +16,7 @@ from cqos_core.checking.checker import assemble, check_system, judge_topics, mad
 from cqos_core.checking.edits import Edits
 from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.trial import tried_out, unused_profiles
 from cqos_core.files.reading import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
@@ -88,6 +88,7 @@ class Session(Edits):
         self._stale = True
         self._opened = False
         self._touched: dict[str, None] = {}
+        self._uses = Counter[tuple[str, str]]()
         self._counts = Counts()
         self._pending = _Revision(0, Difference(), Difference(), self._counts, self._counts)
         self._revisions = deque[_Revision](maxlen=_REMEMBERED)
@@ -129,14 +130,22 @@ class Session(Edits):
         self._whole = None
 
     def _edit_endpoint(self, verb: str, value: Any) -> None:
+        name = value.id if verb == "put" else value
+        before = self._endpoints.find(name)
+        several = name in self._endpoints.twice
         if verb == "put":
             if wrong := [*faults_of(value, self._rest.participants)]:
                 raise InputError(wrong)
             self._endpoints.put(value)
-            self._touched[value.id] = None
+            self._uses.update(_uses(value))
         else:
             self._endpoints.remove(value)
-            self._touched[value] = None
+        self._touched[name] = None
+        if before is not None:
+            gone = _uses(before[1])
+            self._uses.subtract(gone)
+            # A profile that is no longer used is tried by itself.
+            self._stale = self._stale or several or any(self._uses[use] <= 0 for use in gone)
 
     def _set_option(self, pack: str, name: str, text: str | None) -> None:
         options = self._rest.options.setdefault(pack, {})
@@ -229,9 +238,10 @@ class Session(Edits):
         """Resolve all endpoints again, and judge the topics that this makes others."""
         known = self._known() if self._opened else ([], [])
         whole = self._stated()
+        self._uses = Counter(use for each in self._endpoints for use in _uses(each))
         with uncollected(len(whole.endpoints)):
             tried = tried_out(whole, self._context.default_protocol)
-            if tried is not whole:
+            if tried is not whole or unused_profiles(whole, self._context.default_protocol) is not None:
                 self._quick, self._results, self._topics = None, {}, {}
                 self._last = made(check_system(tried, self._context))
                 self.judged = self._last.topics
@@ -274,6 +284,11 @@ class Session(Edits):
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
 """What a participant says beside its settings, which are in its layers."""
+
+
+def _uses(endpoint: Endpoint) -> list[tuple[str, str]]:
+    """The profiles that an endpoint names, each with its role."""
+    return [(ref.name, endpoint.role) for ref in endpoint.profiles]
 
 
 def _contents(endpoints: Sequence[Resolved]) -> list[tuple[object, ...]]:

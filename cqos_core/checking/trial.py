@@ -6,7 +6,7 @@ its profiles can be created, and both ends of a topic with the same profile are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Final
@@ -57,11 +57,57 @@ def tried_out(system: System, protocol: str | None = None) -> System:
     return made
 
 
-def _try(profile: Profile, pattern: str, system: System) -> None:
+def unused_profiles(system: System, protocol: str | None = None) -> System | None:
+    """Return a hypothetical system that tries the profiles which no endpoint of ``system`` uses; None where there are none.
+
+    A profile is tried in the roles in which neither an endpoint nor a profile that an endpoint uses takes values from it.
+    """
+    if system.hypothetical or not system.profiles or not (system.endpoints or system.bridges):
+        return None
+    used = _used(system)
+    parts = {ref.name for each in system.profiles.values() for ref in each.base if ref.scope.part is not None}
+    open_roles = {
+        name: [role for role in (PUBLISHER, SUBSCRIBER) if (name, role) not in used]
+        for name, each in system.profiles.items()
+        if name not in parts and (each.protocol or system.protocol or protocol) is not None
+    }
+    if not any(open_roles.values()):
+        return None
+    made = replace(
+        system,
+        topics={},
+        participants={},
+        endpoints=[],
+        overlays=[],
+        bridges={},
+        notes=[],
+        flows=(),
+        processes={},
+        chains={},
+        links={},
+        hypothetical=True,
+    )
+    for name, roles in open_roles.items():
+        for pattern in _patterns(name, system) if roles else ():
+            _try(system.profiles[name], pattern, made, roles)
+    return made if made.endpoints else None
+
+
+def _used(system: System) -> set[tuple[str, Role]]:
+    """Return the profiles that endpoints take values from, each with the role in which they do."""
+    named = {(ref.name, each.role) for each in system.endpoints for ref in each.profiles}
+    both: list[ProfileRef] = [ref for broker in system.brokers.values() for ref in broker.profiles]
+    for bridge in system.bridges.values():
+        both += [ref for route in bridge.routes for end in (route.source, route.target) for ref in end.profiles]
+    named |= {(ref.name, role) for ref in both for role in (PUBLISHER, SUBSCRIBER)}
+    return named | {(ref.name, role) for name, role in named for ref in _bases(name, system)}
+
+
+def _try(profile: Profile, pattern: str, system: System, among: Sequence[Role] = (PUBLISHER, SUBSCRIBER)) -> None:
     topic = _topic(pattern, profile.name)
     if topic in system.topics:
         return  # what another profile does on this topic is not to be mixed up with it
-    roles = [role for role in (PUBLISHER, SUBSCRIBER) if _says_something(profile, role, topic, system)]
+    roles = [role for role in among if _says_something(profile, role, topic, system)]
     if not roles:
         return
     system.topics[topic] = Topic(topic, external=len(roles) == 1, place=profile.place)
@@ -69,7 +115,7 @@ def _try(profile: Profile, pattern: str, system: System) -> None:
     for role in roles:
         used = (ProfileRef(profile.name, profile.place),)
         name = f"{profile.name}/{role}{where}"
-        system.participants[name] = Participant(name, place=profile.place)
+        system.participants[name] = Participant(name, profile.protocol, place=profile.place)
         system.endpoints.append(
             Endpoint(id=name, role=role, topic=topic, participant=name, profiles=used, place=profile.place)
         )

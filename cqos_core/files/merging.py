@@ -66,7 +66,15 @@ def merge(systems: Sequence[System]) -> System:
     _join_addresses(whole)
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
+    if whole.protocol is None:
+        _keep_protocols_of_profiles(whole, systems)
     return whole
+
+
+def _keep_protocols_of_profiles(whole: System, systems: Sequence[System]) -> None:
+    """Let each profile state the protocol of the file that has it."""
+    for name, protocol in ((name, each.protocol) for each in systems for name in each.profiles):
+        whole.profiles[name] = replace(whole.profiles[name], protocol=protocol)
 
 
 def _with_callers(systems: list[System]) -> list[System]:

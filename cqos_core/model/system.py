@@ -171,13 +171,18 @@ class ProfileRef(Constant):
 
 @dataclass(slots=True)
 class Profile:
-    """A named bundle of settings stated in the input; `base` profiles come first, nearer values win."""
+    """A named bundle of settings stated in the input; `base` profiles come first, nearer values win.
+
+    Attributes:
+        protocol: that of the file, where files of several protocols are one system; None: that of the system.
+    """
 
     name: str
     settings: Settings
     base: tuple[ProfileRef, ...] = ()
     place: Place | None = None
     room: Room | None = None
+    protocol: str | None = None
 
 
 @dataclass(slots=True)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.values import Depends, is_plain
+from cqos_core.language.values import Anything, Depends, is_plain
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity
-from cqos_core.resolving.reader import word_of
+from cqos_core.model.system import PUBLISHER
+from cqos_core.resolving.reader import ValueSource, either, meant_by_option, word_of
 from cqos_core.resolving.resolved import Layer
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ class Overlays:
         self._reader = reader
         self._by_topic = NameIndex((overlay.topic, index) for index, overlay in enumerate(system.overlays))
         self.used: set[int] = set()
+        self._of_participants: set[int] = set()
         self._laid: set[int] = set()
         self._layers: dict[tuple[int, int], Layer] = {}
         self._took_effect: set[tuple[int, int]] = set()
@@ -49,31 +52,19 @@ class Overlays:
         topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
         for index in self._by_topic.matching(*topics):
             overlay = self._system.overlays[index]
-            if (
+            if overlay.settings and all(_is_of_participants(name, pack) for name in overlay.settings):
+                self._of_participants.add(index)
+            elif (
                 overlay.protocol in {None, pack.id}
                 and overlay.role in {None, endpoint.role}
                 and any(covers(overlay.participant, address) for address in addresses)
                 and (overlay.entity is None or overlay.entity == endpoint.id)
-                and self._holds(overlay, participant) is not False
+                and holds(overlay, participant) is not False
             ):
                 self.used.add(index)
                 if not endpoint.observed or _unseen(self._layer(index, pack), pack).settings:
                     self._laid.add(index)
                     yield index
-
-    def _holds(self, overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
-        """Whether the option under which an overlay holds has its value; None where that is not known."""
-        if overlay.when is None:
-            return True
-        option, wanted = overlay.when
-        pack = participant.pack
-        index = pack.vocabulary.indices.get(("option", option))
-        if index is None:
-            return False
-        value, expected = participant.values[index], pack.policies[index].domain.parse(wanted)
-        if isinstance(value, Depends):
-            return None if any(case == expected for _, case in value.cases) else False
-        return value == expected if is_plain(value) else None
 
     def lay(
         self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant, *, observed: bool
@@ -83,15 +74,13 @@ class Overlays:
         pack = participant.pack
         read = ((index, self._system.overlays[index], self._layer(index, pack)) for index in overlays)
         covering = [(index, overlay, _unseen(layer, pack) if observed else layer) for index, overlay, layer in read]
-        over = [
-            layer for _, overlay, layer in reversed(covering) if not overlay.fills and self._holds(overlay, participant)
-        ]
+        over = [layer for _, overlay, layer in reversed(covering) if not overlay.fills and holds(overlay, participant)]
         stated = [own, *over, *beneath]
         certain = list(stated)
         possible: dict[tuple[str, str], list[Layer]] = {}
         for index, overlay, found in covering:
             layer = self._filling(index, found, stated, pack) if overlay.fills else found
-            if not self._holds(overlay, participant):
+            if not holds(overlay, participant):
                 possible.setdefault(overlay.when or ("", ""), []).insert(0, layer)
             elif overlay.fills:
                 certain.insert(0, layer)
@@ -116,9 +105,10 @@ class Overlays:
         layer = self._layers.get((id(pack), index))
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
-            found, unread = self._reader.recognise(
-                pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", []
-            )
+            of_endpoints = {
+                name: each for name, each in overlay.settings.items() if not _is_of_participants(name, pack)
+            }
+            found, unread = self._reader.recognise(pack, (ENDPOINT,), of_endpoints, dialect, overlay.name, "system", [])
             layer = self._layers[id(pack), index] = Layer(
                 overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room
             )
@@ -127,6 +117,8 @@ class Overlays:
     def report(self) -> None:
         """Report overlays, and settings of theirs, that are without effect."""
         for index, overlay in enumerate(self._system.overlays):
+            if index in self._of_participants:
+                continue
             if index not in self.used:
                 message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
                 self._reader.say("CQ214", message, overlay.place, "system")
@@ -143,6 +135,63 @@ class Overlays:
                 )
                 advice = f"state `{overlay.fills[0]}` where it is to decide"
                 self._reader.say("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
+
+
+def laid_on_participant(
+    participant: ResolvedParticipant, overlays: Sequence[Overlay], reader: SettingsReader
+) -> ResolvedParticipant:
+    """Return a participant with what overlays set of participants, where nothing else states it."""
+    pack, owner = participant.pack, participant.participant
+    addresses = (pack.meeting.address(owner.id, participant.texts), owner.id)
+    for overlay in overlays:
+        settings = {name: each for name, each in overlay.settings.items() if _is_of_participants(name, pack)}
+        certain = holds(overlay, participant) if settings and overlay.protocol in {None, pack.id} else False
+        if certain is False or not any(pack.meeting.covers(overlay.participant, each) for each in addresses):
+            continue
+        dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
+        # Every name is one that the pack knows, so nothing is left over that may set something else.
+        found, _ = reader.recognise(pack, ("participant",), settings, dialect, overlay.name, "system", [])
+        left_open = {
+            index: stated
+            for index, stated in found.items()
+            if not any(index in each.settings for each in participant.layers if each.overlay != "may_hold")
+        }
+        layer = Layer(overlay.name, left_open, overlay="holds" if certain else "may_hold")
+        values = dict(participant.values)
+        for index, stated in left_open.items():
+            whose = f"participant `{owner.label or owner.id}`"
+            reading = ValueSource(PUBLISHER, (layer,), values, dialect, whose, owner.place)
+            unknown = stated.setting.unknown
+            # Without a finding: only a rule that reads the value has to say that it is not known.
+            value = Anything(unknown) if isinstance(unknown, str) and unknown else reader.value(pack, index, reading)
+            values[index] = value if certain else either(participant, overlay.when or ("", ""), value, values[index])
+        around = participant.surroundings
+        participant = replace(
+            participant,
+            surroundings=replace(around, values=values, unstated={}),
+            layers=(*participant.layers, layer),
+        )
+    return participant
+
+
+def holds(overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
+    """Whether the option under which an overlay holds has its value; None where that is not known."""
+    if overlay.when is None:
+        return True
+    option, wanted = overlay.when
+    pack = participant.pack
+    index = pack.vocabulary.indices.get(("option", option))
+    if index is None:
+        return False
+    value, expected = participant.values[index], meant_by_option(pack.policies[index], wanted)
+    if isinstance(value, Depends):
+        cases = [case in expected for _, case in value.cases]
+        return True if all(cases) else None if any(cases) else False
+    return value in expected if is_plain(value) else None
+
+
+def _is_of_participants(name: str, pack: RulePack) -> bool:
+    return pack.find("participant", name) is not None and pack.find(ENDPOINT, name) is None
 
 
 def _unseen(layer: Layer, pack: RulePack) -> Layer:

@@ -87,7 +87,12 @@ class Participants:
                 remember(memory, key, shared)
         if broker is not None:
             layers += self._broker_layers(broker, pack)
-        return ResolvedParticipant(participant, pack, shared, layers, broker)
+        found = ResolvedParticipant(participant, pack, shared, layers, broker)
+        if self._system.overlays:
+            from cqos_core.resolving.overlays import laid_on_participant
+
+            found = laid_on_participant(found, self._system.overlays, self._reader)
+        return found
 
     def _options(self, pack: RulePack) -> Layer:
         """The system's options for a pack."""

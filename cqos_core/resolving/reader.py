@@ -391,8 +391,8 @@ def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value,
     option = participant.values[index]
     if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
         return Anything(f"it depends on option {when[0]}", code=getattr(option, "code", ""))
-    expected = pack.policies[index].domain.parse(when[1])
-    cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
+    expected = meant_by_option(pack.policies[index], when[1])
+    cases = ((name, then if case in expected else otherwise) for name, case in option.cases)
     return Depends(
         option.on,
         tuple(
@@ -400,6 +400,12 @@ def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value,
             for name, value in cases
         ),
     )
+
+
+def meant_by_option(policy: Policy, text: str) -> tuple[Value, ...]:
+    """Return the values of an option that a text stands for: a vendor's name stands for all its versions."""
+    meaning = policy.words.get(normalise(text))
+    return tuple(map(policy.domain.parse, meaning.values if isinstance(meaning, OneOf) else (text,)))
 
 
 def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenValue | None:

@@ -26,7 +26,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for name, summary in _READ:
         claim = f"cqos_dds.importers.detect:claims_{name}"
         reader = f"cqos_dds.importers.{name}:read"
-        inserter = "cqos_dds.exporters.editing:insert"
+        inserter = "" if name == "cyclonedds_xml" else "cqos_dds.exporters.editing:insert"
         shares = name == "dds_xml"
         register(ImporterInfo(name, summary, (".xml",), claim, reader, inserter=inserter, shares_names=shares))
 
@@ -41,6 +41,7 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 _READ = (
     ("dds_xml", "DDS-XML: libraries of QoS, domains, participants and applications"),
     ("fastdds_xml", "XML profiles of Fast DDS, as programs of DDS use them"),
+    ("cyclonedds_xml", "Configurations of Cyclone DDS (CYCLONEDDS_URI): the lease of participants"),
 )
 _WRITTEN = (
     (

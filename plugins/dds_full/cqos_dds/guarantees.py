@@ -25,6 +25,7 @@ from cqos_core.packs import (
     requested,
     topic,
 )
+from cqos_dds.extension_policies import DISABLE_POSITIVE_ACKS
 from cqos_dds.guarantee_terms import (
     DURABLE,
     KEPT,
@@ -155,6 +156,14 @@ LOSS_FREE: Final = (
         because="a keep_last reader replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
         help=f"{STATE_REPAIR}; {STATE_TAKEN}",
+    ),
+    gives(
+        "loss_free",
+        ~as_condition(offered(DISABLE_POSITIVE_ACKS)),
+        code="DDS565",
+        name="loss-without-positive-acks",
+        because="a writer without positive acks forgets samples after a time, whether they have arrived or not",
+        clause="Fast DDS, DisablePositiveACKsQosPolicy",
     ),
     gives(
         "loss_free",

@@ -85,3 +85,46 @@ class Representations(Names):
     def expected(self) -> str:
         """Give the names."""
         return f"a list of {', '.join(self.known)}"
+
+
+class Compressions(Names):
+    """Ids of compression algorithms, as a list or as the bit mask of RTI Connext."""
+
+    known: Final = ("zlib", "bzip2", "lz4")
+
+    def candidates(self) -> tuple[tuple[str, ...], ...]:
+        """Give the lists from which fixes choose."""
+        return (), *((name,) for name in self.known), self.known
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read ``[lz4]``, ``ZLIB|LZ4``, ``DDS_COMPRESSION_ID_LZ4_BIT``, ``MASK_ALL`` and ``0x4``; in the order of the bits."""
+        parts = [part for name in super().parse(text) for part in re.split(r"[|,]", name)]
+        found = {each for part in parts for each in self._named(part)}
+        return tuple(name for name in self.known if name in found)
+
+    def mask(self, value: tuple[str, ...]) -> str:
+        """Write the mask as the XML of RTI Connext does."""
+        return "|".join(name.upper() for name in value) or "MASK_NONE"
+
+    def _named(self, written: str) -> tuple[str, ...]:
+        name = normalise(written).removeprefix("dds_").removeprefix("compression_id_").removesuffix("_bit")
+        if name in self.known:
+            return (name,)
+        if name in {"mask_all", "all"}:
+            return self.known
+        if name in {"mask_none", "none", ""}:
+            return ()
+        bits = int(name, 0) if re.fullmatch(r"0x[0-9a-f]{1,8}|[0-9]{1,10}", name) else None
+        if bits is None:
+            message = f"`{written}` is no compression algorithm"
+            raise InvalidValueError(message, self.expected())
+        return tuple(each for index, each in enumerate(self.known) if bits >> index & 1)
+
+    def word(self, text: str) -> str:
+        """Read ``default`` and ``MASK_DEFAULT`` as the word, anything else as its own text."""
+        name = normalise(text).removeprefix("dds_").removeprefix("compression_id_")
+        return "default" if name == "mask_default" else name
+
+    def expected(self) -> str:
+        """Give the names."""
+        return f"a list of {', '.join(self.known)}"

@@ -37,7 +37,6 @@ NOT_CHECKED: Final = (
     "whether participants with unicast peers alone find each other again once a lease has run out",
     "samples written while endpoints are still discovering each other at start-up",
     "whether data types of one name are assignable to each other",
-    "policies that only one implementation has, such as disable_positive_acks",
 )
 
 TIMING: Final = Timing(

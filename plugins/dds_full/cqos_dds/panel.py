@@ -38,6 +38,7 @@ _LIFECYCLE: Final = (
     "reader_data_lifecycle.autopurge_disposed_samples_delay",
     "entity_factory",
 )
+_EXTENSIONS: Final = ("disable_positive_acks", "topic_kind", "compression_ids", "extensions")
 _DATA: Final = ("user_data", "group_data", "topic_data")
 _HISTORY: Final = {
     "keep_last": "The last samples of each instance are kept, as many as the depth says.",
@@ -54,7 +55,7 @@ PANEL: Final = Panel(
         "Timing": _TIMING,
         "Liveliness": _LIVELINESS,
         "Ownership and order": ("ownership", "ownership_strength", "destination_order", *_ACCESS),
-        "Matching": ("partition", "data_representation", "type_information", *_TYPE_RULES),
+        "Matching": ("partition", "data_representation", "type_information", *_TYPE_RULES, *_EXTENSIONS),
         "Limits": (*_LIMITS, "transport_priority", "taken_every"),
         "Durability service": _SERVICE,
         "Lifecycle": _LIFECYCLE,
@@ -66,7 +67,7 @@ PANEL: Final = Panel(
     advanced=(
         *("latency_budget", "time_based_filter", "liveliness.announcement_period"),
         *("destination_order", "data_representation", "type_information", "transport_priority", "taken_every"),
-        *(*_ACCESS, *_TYPE_RULES, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
+        *(*_ACCESS, *_TYPE_RULES, *_EXTENSIONS, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
         *("keyed", "size", "sole_writer", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
     ),
     labels={
@@ -96,6 +97,9 @@ PANEL: Final = Panel(
         "reader_data_lifecycle.autopurge_disposed_samples_delay": "Purge delay after disposal",
         "entity_factory": "Enable at once",
         "type": "Data type",
+        "topic_kind": "Kind of the topic",
+        "compression_ids": "Compression",
+        "extensions": "QoS that is not modelled",
     },
     values={
         "reliability": {
@@ -140,6 +144,12 @@ PANEL: Final = Panel(
             "mutable": "Members may be added and removed anywhere.",
         },
         "implementation": {"standard": "Judged by the texts of the standard alone."},
+        "topic_kind": {"no_key": "The data type has no key.", "with_key": "The data type has a key."},
+        "extensions": {
+            "none": "No other QoS decides whether the ends match.",
+            "refusing": "Other QoS keeps the ends from matching.",
+            "unknown": "The QoS has elements that C-QoS does not model.",
+        },
         "latched": {"true": "A late reader needs the last sample.", "false": "It needs none from before."},
     },
     value_labels={

@@ -20,6 +20,7 @@ from cqos_core.packs import (
     Text,
     by_option,
 )
+from cqos_dds.extension_policies import COMPRESSION, DISABLE_POSITIVE_ACKS, EXTENSIONS, TOPIC_KIND
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 from cqos_dds.kept_policies import (
     AUTODISPOSE,
@@ -330,6 +331,10 @@ POLICIES: Final = (
     GROUP_DATA,
     TOPIC_DATA,
     ANNOUNCEMENT_PERIOD,
+    DISABLE_POSITIVE_ACKS,
+    TOPIC_KIND,
+    COMPRESSION,
+    EXTENSIONS,
     TAKEN_EVERY,
     TOPIC_TYPE,
     KEYED,

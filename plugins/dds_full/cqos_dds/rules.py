@@ -15,6 +15,8 @@ from typing import Final
 
 from cqos_core.packs import (
     Condition,
+    Literal,
+    as_condition,
     call,
     define,
     first,
@@ -29,6 +31,7 @@ from cqos_core.packs import (
     subscriber,
     topic,
 )
+from cqos_dds.extension_policies import COMPRESSION, DISABLE_POSITIVE_ACKS, EXTENSIONS, TOPIC_KIND
 from cqos_dds.implementations import (
     FAST_DDS,
     IMPLEMENTATION,
@@ -98,6 +101,14 @@ def takes_encoding(end_is: Callable[..., Condition]) -> Condition:
     takes = ENCODING_FITS | (end_is("opendds") & SOME_ENCODING_FITS) | end_is(*NO_REPRESENTATION)
     return define(f"{end_is.__name__.removesuffix('_is')}_takes_encoding", takes)
 
+
+COMPRESSES_NOT: Final = define("compresses_not", offered(COMPRESSION) == "[]")
+COMPRESSES_BY_SEVERAL: Final = define(
+    "compresses_by_several",
+    (in_(Literal("zlib"), offered(COMPRESSION)) & in_(Literal("bzip2"), offered(COMPRESSION)))
+    | (in_(Literal("zlib"), offered(COMPRESSION)) & in_(Literal("lz4"), offered(COMPRESSION)))
+    | (in_(Literal("bzip2"), offered(COMPRESSION)) & in_(Literal("lz4"), offered(COMPRESSION))),
+)
 
 REQUEST_OFFER: Final = (
     requires(
@@ -183,6 +194,28 @@ REQUEST_OFFER: Final = (
         name="data-representation-not-accepted",
         because="the writer encodes by the first representation of its list, which the reader does not understand",
         clause="DDS-XTypes 1.3, 7.6.3.1",
+    ),
+    requires(
+        offered(DISABLE_POSITIVE_ACKS) | ~as_condition(requested(DISABLE_POSITIVE_ACKS)),
+        code="DDS113",
+        name="positive-acks-disabled-by-the-reader-alone",
+        because="the writer waits for acknowledgements that a reader without positive acks never sends",
+        clause="Fast DDS, DisablePositiveACKsQosPolicy; seen by running Fast DDS 2.9.1",
+    ),
+    requires(
+        COMPRESSES_NOT | overlaps(offered(COMPRESSION), requested(COMPRESSION)),
+        code="DDS114",
+        name="compression-not-accepted",
+        because="the writer compresses samples by an algorithm that the reader does not take",
+        clause="RTI Connext, User's Manual, DATA_REPRESENTATION QosPolicy",
+    ),
+    requires(
+        (offered(EXTENSIONS) == "none") & (requested(EXTENSIONS) == "none"),
+        code="DDS115",
+        name="extension-refuses",
+        because="QoS that C-QoS does not model keeps one end from matching",
+        clause="C-QoS, elements that are not modelled",
+        help="state `extensions: none` where the elements decide nothing",
     ),
 )
 
@@ -279,6 +312,16 @@ CREATION: Final = (
         creation=True,
     ),
     forbids(
+        COMPRESSES_BY_SEVERAL,
+        code="DDS311",
+        name="several-compression-ids-offered",
+        because=INCONSISTENT + "a writer compresses by one algorithm at most",
+        clause="RTI Connext, API Reference, CompressionSettings_t",
+        severity="error",
+        creation=True,
+        fixes=("compression_ids",),
+    ),
+    forbids(
         (
             (offered(SERVICE_MAX_SAMPLES) == 0)
             | (offered(SERVICE_MAX_INSTANCES) == 0)
@@ -319,6 +362,16 @@ MEETING: Final = (
         clause="DDS 1.4, 2.2.2.3",
         severity="error",
         always=True,
+    ),
+    matched_if(
+        offered(TOPIC_KIND) == requested(TOPIC_KIND),
+        code="DDS406",
+        name="topic-kind-mismatch",
+        because="a writer of a data type with a key and a reader of one without never match, and no status reports it",
+        clause="DDSI-RTPS 2.5, 9.3.1.2; seen by running Fast DDS 2.9.1",
+        severity="error",
+        always=True,
+        help="state the kind that the data type has at both ends",
     ),
     matched_if(
         PUBLISHER_MEETS | SUBSCRIBER_MEETS,

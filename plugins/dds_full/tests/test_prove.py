@@ -50,6 +50,21 @@ def test_fast_dds_reports_incompatible_values_behind_a_split_of_partitions():
     assert (apart.matched, apart.refused) == (False, ("reliability",))
 
 
+@pytest.mark.parametrize(("writer", "reader"), [("false", "true"), ("true", "false"), ("true", "true")])
+def test_fast_dds_refuses_a_reader_that_alone_sends_no_positive_acks(writer, reader):
+    """The fact behind DDS113."""
+    if (why := fast.PROVER.missing()) and os.environ.get("CI") != "true":
+        pytest.skip(why)
+    ends = (
+        End(name, {"disable_positive_acks": acks, "reliability": "reliable", "history": "keep_all"})
+        for name, acks in (("w", writer), ("r", reader))
+    )
+    run = fast.PROVER.prove(Plan("dds", "t", *ends))
+    fits = writer == "true" or reader == "false"
+    assert (run.matched, run.refused) == (fits, () if fits else ("disable_positive_acks",))
+    assert len(run.arrived) == (len(run.sent) if fits else 0)
+
+
 def test_a_killed_caller_leaves_no_program_behind():
     caller = subprocess.Popen([sys.executable, "-c", CALLER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     pids = [int(pid) for pid in caller.stdout.readline().split()]

@@ -20,7 +20,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for detect, importers in (("detect_observed", _OBSERVED), ("detect_config", _CONFIGURED)):
         for name, summary, suffixes, module in importers:
             claim = f"cqos_ros2.importers.{detect}:claims_{name}"
-            over = "ros2" if name == "fastdds" else ""
+            over = "ros2" if name in {"fastdds", "cyclonedds"} else ""
             reader = f"cqos_ros2.importers.{module}:read"
             declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
             register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=declines, inserter=inserter))
@@ -95,4 +95,5 @@ _CONFIGURED = (
     ("nodl", "NoDL documents, the interface of one node each", (".nodl.yaml",), "nodl"),
     ("ros2_model", "Component models of RosTooling", (".ros2",), "ros2_model"),
     ("fastdds", "XML profiles of Fast DDS, laid over nodes of ROS 2", (".xml",), "fastdds_xml"),
+    ("cyclonedds", "Configurations of Cyclone DDS, laid over nodes of ROS 2", (".xml",), "cyclonedds_xml"),
 )

@@ -132,6 +132,9 @@ def _stated(text: str, element: _Element, policy: Policy, value: str) -> str | N
     if not same:
         return _put(text, holder, f"<{made}>{inner}</{made}>", _behind(tag, [*form.elements]))
     known = form.elements[same[-1].local]
+    first = name.partition("/")[0]
+    if first != name and any(each.local == first for each in same[-1].children):
+        return None  # a path that begins in an element that is there already
     there = [each for each in same[-1].children if known.get(each.local) is policy]
     if there:
         return text[: there[-1].start] + inner + text[there[-1].end :]

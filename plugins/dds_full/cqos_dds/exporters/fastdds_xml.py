@@ -18,6 +18,7 @@ from cqos_dds.exporters.xml_form import (
     stated,
     unsayable,
 )
+from cqos_dds.extension_policies import TOPIC_KIND
 from cqos_dds.importers.policy_forms import FAST_QOS, FAST_TOPIC
 from cqos_dds.policies import KEYED
 from cqos_dds.requested_policies import DURABILITY
@@ -87,14 +88,17 @@ def write(system: System, context: ExportContext) -> Exported:
 def _topic(form: XmlWriter, above: Element, part: Resolved, values: Stated, whose: str, *, named: bool) -> set[str]:
     """Write what stands below ``topic``; return the names of the policies that do."""
     topic = form.below(above, "topic")
+    kind = values.get(TOPIC_KIND.name)
+    if kind is not None:
+        form.below(topic, "kind").text = str(kind).upper()
     if named:
         keyed = part.profile.values[part.pack.vocabulary.indices["topic", KEYED.name]]
-        if isinstance(keyed, int):
+        if isinstance(keyed, int) and kind is None:
             form.below(topic, "kind").text = "WITH_KEY" if keyed else "NO_KEY"
         form.below(topic, "name").text = part.key
         if part.endpoint.type and not unsayable(part.endpoint.type):
             form.below(topic, "dataType").text = part.endpoint.type
-    written = form.policies(topic, FAST_TOPIC, values, whose)
+    written = {TOPIC_KIND.name} | form.policies(topic, FAST_TOPIC, values, whose)
     if not len(topic):
         above.remove(topic)
     return written

@@ -11,6 +11,7 @@ from lxml import etree
 
 from cqos_core.files.exporting import judged_by
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
+from cqos_dds.kinds import Compressions
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 
 if TYPE_CHECKING:
@@ -99,10 +100,13 @@ def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | Non
 
 
 def complete(values: Stated, part: Resolved, forms: Mapping[str, Mapping[str, Policy]]) -> None:
-    """Add to policies that are stated in part what else they have: not every implementation has defaults for fields."""
+    """Add to policies that are stated in part what else they have: not every implementation has defaults for fields.
+
+    A field on a path is an extension, which other implementations refuse.
+    """
     for form in forms.values():
         if any(policy.name in values for policy in form.values()):
-            for policy in form.values():
+            for policy in (each for field, each in form.items() if "/" not in field):
                 value = plain(policy, part.profile.values[part.pack.vocabulary.indices[policy.level, policy.name]])
                 if policy.level == ENDPOINT and part.role in policy.roles and value is not None:
                     values.setdefault(policy.name, value)
@@ -152,14 +156,19 @@ class XmlWriter:
             if fields:
                 holder = self.below(above, tag)
                 for field, policy in fields.items():
-                    self.value(self.below(holder, field), policy, values[policy.name], whose)
+                    element = holder
+                    for tag_of_part in field.split("/"):
+                        element = self.below(element, tag_of_part)
+                    self.value(element, policy, values[policy.name], whose)
                     written.add(policy.name)
         return written
 
     def value(self, element: Element, policy: Policy, value: str | tuple[str, ...] | int, whose: str) -> None:
         """Write one value."""
         domain, spelling = policy.domain, self.spelling
-        if isinstance(domain, Names):
+        if isinstance(domain, Compressions):
+            element.text = domain.mask(value)  # type: ignore[arg-type]
+        elif isinstance(domain, Names):
             names = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
             for name in names:
                 shown = name

@@ -20,6 +20,7 @@ _FAST: Final = regular_expression(
     _ELEMENT
     + rb"(?:profiles(?=[\s>/])|(?:data_writer|data_reader|publisher|subscriber|participant)\s[^<>]*profile_name)"
 )
+_CYCLONE: Final = regular_expression(_ELEMENT + rb"[Cc][Yy][Cc][Ll][Oo][Nn][Ee][Dd][Dd][Ss](?=[\s>/])")
 _TYPES: Final = regular_expression(_ELEMENT + rb"types[\s>/]")
 
 
@@ -46,6 +47,14 @@ def claims_fastdds_xml(name: str, head: bytes) -> bool:
     return (
         _ROOT.match(text, root) is not None and _FAST.search(text, root) is not None and not claims_dds_xml(name, head)
     )
+
+
+def claims_cyclonedds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether this is a configuration of Cyclone DDS."""
+    if b"<" not in head:
+        return False
+    text, root = _read(head)
+    return _CYCLONE.match(text, root) is not None
 
 
 def _read(head: bytes) -> tuple[bytes, int]:

@@ -20,7 +20,8 @@ from cqos_core.model.system import (
     Setting,
     Topic,
 )
-from cqos_dds.importers.policy_forms import OF_ENTITIES, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
+from cqos_dds.importers.leases import CONNEXT, LEASE, lease_in
+from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import flag, not_set
 
@@ -242,6 +243,8 @@ class Entities:
         elif lost:
             cause = f"the domain of `{chain.name}` is not defined in this file"
             owner.settings["domain"] = Setting("", self.reading.place(where), unknown=cause, reported=lost)
+        if (lease := self.lease(chain)) is not None:
+            owner.settings[LEASE] = lease
         self.reading.system.participants[owner.id] = owner
         around = [link for each in (domain, chain) if each is not None for link in each.links]
         topics = _Chain(around).named("topic")
@@ -252,6 +255,17 @@ class Entities:
                     self.endpoint(owner, side, group, endpoint, topics, types, known=not lost)
         for _, element in chain.links:
             self.unread(element)
+
+    def lease(self, chain: _Chain) -> Setting | None:
+        """Return the lease that the QoS of a participant states, itself or by its bases; None where none does."""
+        for name, element in reversed(chain.links):
+            for qos in [each for each in elements(element) if part_of(each) == PARTICIPANT]:
+                own = lease_in(qos, CONNEXT, self.reading)
+                bases = [] if own is not None else self.profiles.bases(qos, name.rpartition(SEPARATOR)[0])
+                found = (own, *(self.profiles.lease_of(ref.name) for ref in reversed(bases)))
+                if (lease := next((each for each in found if each is not None), None)) is not None:
+                    return lease
+        return None
 
     def domain(self, chain: _Chain) -> tuple[_Chain | None, str]:
         """Return the domain that a participant is in, else the code of the note that it is missing."""

@@ -24,8 +24,12 @@ from cqos_core.model.system import (
     Setting,
     Topic,
 )
+from cqos_dds.extension_policies import TOPIC_KIND
+from cqos_dds.importers.leases import FAST as FAST_LEASE
+from cqos_dds.importers.leases import ParticipantProfile, lay_leases, lease_in
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
-from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
+from cqos_dds.importers.unmodelled import FAST
+from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, flag, not_set
 from cqos_dds.kept_policies import (
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
@@ -83,6 +87,9 @@ def read(source: Source, context: ReadContext) -> System:
 class _File(XmlReading):
     """Reads one file."""
 
+    not_deciding = FAST
+    whole_paths = True
+
     def read(self, root: Element) -> System:
         """Read all profiles."""
         if local(root) not in {"dds", "profiles"}:
@@ -90,11 +97,18 @@ class _File(XmlReading):
             self.problem("CQ001", message, root, "expected `dds` or `profiles`")
         self.system.options[PROTOCOL] = {_IMPLEMENTATION: Setting(_FAST_DDS, self.place(root))}
         within = [root, *children(root, "profiles")]
+        participants = []
         for element in (child for above in within for child in elements(above)):
-            if local(element) in _ROLES and element.get("profile_name") is not None:
+            if local(element) == "participant":
+                self.pass_over(element, "participant")
+                is_default = flag(element.get("is_default_profile"))
+                lease = lease_in(element, FAST_LEASE, self)
+                participants.append(ParticipantProfile(element.get("profile_name") or "", is_default, lease))
+            elif local(element) in _ROLES and element.get("profile_name") is not None:
                 self.profile(element)
             elif local(element) not in {"profiles", "types"}:
                 self.pass_over(element, local(element))
+        lay_leases(participants, (_FAST_DDS,), self)
         return self.finish()
 
     def profile(self, element: Element) -> None:
@@ -106,9 +120,12 @@ class _File(XmlReading):
             forms = _FORMS.get(local(child))
             if forms is None:
                 self.pass_over(child, f"{part}/{local(child)}")
+                self.not_modelled(child, local(child), settings)
                 continue
             if local(child) == "topic":
                 for each in [each for each in elements(child) if local(each) in _OF_TOPIC]:
+                    if local(each) == "kind":
+                        self.value(each, TOPIC_KIND, "topic/kind", settings)
                     element.set(local(each), text_of(each))
                     child.remove(each)
             self.policies(child, forms, "", settings)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_dds.extension_policies import COMPRESSION, DISABLE_POSITIVE_ACKS
 from cqos_dds.kept_policies import (
     AUTODISPOSE,
     AUTOPURGE_DISPOSED,
@@ -80,6 +81,7 @@ _TYPE_CONSISTENCY: Final = {
     "prevent_type_widening": PREVENT_TYPE_WIDENING,
     "force_type_validation": FORCE_TYPE_VALIDATION,
 }
+_REPRESENTATION: Final = {"value": DATA_REPRESENTATION, "compression_settings/compression_ids": COMPRESSION}
 
 OMG: Final[dict[str, dict[str, Policy]]] = {
     "reliability": {"kind": RELIABILITY, "max_blocking_time": MAX_BLOCKING_TIME},
@@ -98,8 +100,8 @@ OMG: Final[dict[str, dict[str, Policy]]] = {
     "durability_service": _SERVICE,
     "presentation": {"access_scope": ACCESS_SCOPE, "coherent_access": COHERENT, "ordered_access": ORDERED},
     "partition": {"name": PARTITION},
-    "representation": {"value": DATA_REPRESENTATION},
-    "data_representation": {"value": DATA_REPRESENTATION},
+    "representation": _REPRESENTATION,
+    "data_representation": _REPRESENTATION,
     "type_consistency": _TYPE_CONSISTENCY,
     "type_consistency_enforcement": _TYPE_CONSISTENCY,
     "writer_data_lifecycle": {"autodispose_unregistered_instances": AUTODISPOSE},
@@ -112,7 +114,7 @@ OMG: Final[dict[str, dict[str, Policy]]] = {
     "group_data": {"value": GROUP_DATA},
     "entity_factory": {"autoenable_created_entities": ENTITY_FACTORY},
 }
-"""Element of a policy to its fields, in DDS-XML."""
+"""Element of a policy to its fields, in DDS-XML; a field may stand deeper, on a path."""
 
 FAST_QOS: Final[dict[str, dict[str, Policy]]] = {
     "reliability": OMG["reliability"],
@@ -129,6 +131,7 @@ FAST_QOS: Final[dict[str, dict[str, Policy]]] = {
     "partition": {"names": PARTITION},
     "userData": OMG["user_data"],
     "groupData": OMG["group_data"],
+    "disablePositiveAcks": {"enabled": DISABLE_POSITIVE_ACKS},
 }
 """Element of a policy below ``qos`` to its fields, in profiles of Fast DDS."""
 
@@ -182,7 +185,8 @@ SPELLINGS: Final = {
     "participant_qos": "domain_participant_qos",
     "domainparticipant_qos": "domain_participant_qos",
 }
-OTHER_ENTITIES: Final = {"topic_qos": "topic", "domain_participant_qos": "participant"}
+PARTICIPANT: Final = "domain_participant_qos"
+OTHER_ENTITIES: Final = {"topic_qos": "topic", PARTICIPANT: "participant"}
 """What has QoS that no endpoint takes values from."""
 OF_ENTITIES: Final = {
     part: tuple(each.name for form in OMG.values() for each in form.values() if entity in each.entities)

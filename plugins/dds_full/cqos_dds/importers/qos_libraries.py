@@ -15,7 +15,17 @@ from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
 from cqos_core.packs import normalise
-from cqos_dds.importers.policy_forms import OF_ENTITIES, OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
+from cqos_dds.importers.leases import CONNEXT, ParticipantProfile, lay_leases, lease_in
+from cqos_dds.importers.policy_forms import (
+    OF_ENTITIES,
+    OMG,
+    OTHER_ENTITIES,
+    PARTICIPANT,
+    PARTS,
+    READER,
+    SPELLINGS,
+    WRITER,
+)
 from cqos_dds.importers.xml_values import flag, not_set
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
@@ -59,12 +69,14 @@ class QosLibraries:
 
     Attributes:
         default: name of the profile that counts where an entity of the file names none.
+        leases: the leases of participants, by the profile that states them.
     """
 
     def __init__(self, reading: XmlReading) -> None:
         self.reading = reading
         self.stated: dict[str, _Stated] = {}
         self.default: str | None = None
+        self.leases: dict[str, Setting] = {}
 
     def library(self, element: Element) -> None:
         """Read one ``qos_library``."""
@@ -90,6 +102,7 @@ class QosLibraries:
                 stated.parts.setdefault(part, []).append(child)
             elif part in OTHER_ENTITIES:
                 self.other(child, part)
+                self.lease(child, name)
             elif local(child) != "base_name":
                 self.not_read(child, stated)
 
@@ -106,6 +119,7 @@ class QosLibraries:
         part = part_of(element)
         if part in OTHER_ENTITIES:
             self.other(element, part)
+            self.lease(element, _full((element.get("name") or "").strip(), library))
             return
         name = _full(self.reading.name(element), library)
         known = self.stated.get(name)
@@ -125,6 +139,26 @@ class QosLibraries:
     def other(self, element: Element, part: str) -> None:
         """Read what no endpoint takes values from, for what is wrong with it."""
         self.reading.policies(element, OMG, OTHER_ENTITIES[part], {})
+
+    def lease(self, element: Element, profile: str) -> None:
+        """Remember the lease that the QoS of participants in a profile states."""
+        lease = lease_in(element, CONNEXT, self.reading) if part_of(element) == PARTICIPANT else None
+        if lease is not None:
+            self.leases[profile] = lease
+
+    def lease_of(self, profile: str, seen: frozenset[str] = frozenset()) -> Setting | None:
+        """Return the lease of participants that a profile or one of its bases states."""
+        if profile in self.leases or profile in seen or profile not in self.stated:
+            return self.leases.get(profile)
+        bases = reversed(self.stated[profile].base)
+        found = (self.lease_of(ref.name, seen | {profile}) for ref in bases)
+        return next((lease for lease in found if lease is not None), None)
+
+    def lay_leases(self) -> None:
+        """Lay the lease of the default profile over the participants."""
+        named = dict.fromkeys((*self.leases, *([self.default] if self.default is not None else ())))
+        profiles = [ParticipantProfile(name, name == self.default, self.lease_of(name)) for name in named]
+        lay_leases(profiles, ("connext", "standard"), self.reading)
 
     def bases(self, element: Element, library: str) -> list[ProfileRef]:
         """Return what a profile, or a single QoS, is based on; a later one wins over an earlier one."""
@@ -172,6 +206,7 @@ class QosLibraries:
         for stated in self.stated.values():
             refs = [ref for part, each in stated.parts.items() for ref in self.parts(stated, part, each)]
             self.add(Profile(stated.name, {}, (*stated.base, *refs, *stated.lost), stated.place))
+        self.lay_leases()
 
     def parts(self, stated: _Stated, part: str, qos: list[Element]) -> list[ProfileRef]:
         """Make the parts of one profile for one entity; filters come first, in order, then what has none."""

@@ -19,6 +19,7 @@ from cqos_core.packs.elements import ElementReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
+from cqos_dds.importers.unmodelled import DDS_XML, leave_unknown, undecided
 from cqos_dds.requested_policies import DATA_REPRESENTATION
 
 if TYPE_CHECKING:
@@ -49,10 +50,14 @@ class XmlReading(ElementReading):
 
     Attributes:
         files: by their first element the names of other files whose elements are used.
+        not_deciding: paths of elements that no policy models and that change no match and no delivery.
+        whole_paths: these paths begin with the element above the QoS.
     """
 
     protocol = PROTOCOL
     codes = {info.code: info for info in CODES}  # noqa: RUF012 - a table
+    not_deciding = DDS_XML
+    whole_paths = False
 
     def __init__(self, source: Source, context: ReadContext) -> None:
         super().__init__(source, context)
@@ -114,6 +119,8 @@ class XmlReading(ElementReading):
             if form is None:
                 near = self.unknown(element, path, forms)
                 self.not_read(element, forms[near] if near else {}, entity, settings)
+                if near is None:
+                    self.not_modelled(element, path, settings)
                 continue
             fitting = [policy for policy in form.values() if not entity or entity in policy.entities]
             if not fitting and (local(element), entity) not in _ALSO_ELSEWHERE:
@@ -143,19 +150,35 @@ class XmlReading(ElementReading):
             if not entity or entity in policy.entities:
                 settings.setdefault(policy.name, Setting("", self.place(element), unknown=cause, reported="DDS902"))
 
+    def not_modelled(self, element: Element, path: str, settings: Settings) -> None:
+        """Leave unknown what an element that no policy models may decide."""
+        paths = [*undecided(element, path if self.whole_paths else path.partition("/")[2], self.not_deciding)]
+        if paths:
+            leave_unknown(settings, paths, self.place(element))
+
     def fields(self, above: Element, form: Mapping[str, Policy], path: str, settings: Settings) -> None:
         """Read the fields of one policy; the text of an element that has no fields is its one field."""
-        if len(form) == 1 and not any(local(each) in form for each in elements(above)):
-            (policy,) = form.values()
+        first, *others = form.values()
+        if not others and not any(local(each) in form for each in elements(above)):
+            policy = first
             if text_of(above) or (isinstance(policy.domain, Duration) and fields_of_duration(above)):
                 self.value(above, policy, path, settings)
                 return
         for element in elements(above):
             field = form.get(local(element))
             inner = f"{path}/{local(element)}"
-            if field is None:
+            deeper = {
+                name.partition("/")[2]: each
+                for name, each in form.items()
+                if name.partition("/")[0] == local(element) and "/" in name
+            }
+            if deeper:
+                self.fields(element, deeper, inner, settings)
+            elif field is None:
                 near = self.unknown(element, inner, form)
                 self.not_read(element, {near: form[near]} if near else {}, "", settings)
+                if near is None:
+                    self.not_modelled(element, inner, settings)
             else:
                 self.value(element, field, inner, settings)
 

@@ -43,7 +43,7 @@ static const auto PAUSE = std::chrono::milliseconds(4);   // between two looks a
 static const std::map<int, std::string> NAMES = {
     {1, "user_data"}, {2, "durability"}, {3, "presentation"}, {4, "deadline"}, {5, "latency_budget"}, {6, "ownership"},
     {8, "liveliness"}, {10, "partition"}, {11, "reliability"}, {12, "destination_order"}, {23, "data_representation"},
-    {24, "type_consistency"}};
+    {24, "type_consistency"}, {25, "disable_positive_acks"}};
 
 static void say(const std::string& what, const std::string& number = "-", const std::string& text = "")
 {
@@ -489,6 +489,7 @@ public:
         DataWriterQos qos;
         common(qos);
         qos.representation().m_value = representations();
+        qos.reliable_writer_qos().disable_positive_acks.enabled = number("disable_positive_acks", 0) != 0;
         if (has("lifespan"))
         {
             qos.lifespan().duration = duration("lifespan");
@@ -555,6 +556,7 @@ public:
         DataReaderQos qos;
         common(qos);
         qos.type_consistency().representation.m_value = representations();
+        qos.reliable_reader_qos().disable_positive_ACKs.enabled = number("disable_positive_acks", 0) != 0;
         if (has("time_based_filter"))
         {
             qos.time_based_filter().minimum_separation = duration("time_based_filter");

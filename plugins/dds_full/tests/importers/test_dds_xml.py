@@ -318,6 +318,84 @@ class TestTypingErrors:
         assert {note.code for note in reads(dds(library("L", profile("P", extension)))).notes} <= {"DDS901"}
 
 
+def extensions(system, profile, role="publishes"):
+    return used(system, profile, role).get("extensions")
+
+
+class TestWhatIsNotModelled:
+    def test_compression_is_read(self):
+        inner = "<representation><compression_settings><compression_ids>{}</compression_ids></compression_settings></representation>"
+        system = reads(dds(library("L", profile("P", writer(inner.format("LZ4")), reader(inner.format("ZLIB|BZIP2"))))))
+        assert used(system, "L::P") == {"compression_ids": "[lz4]"}
+        assert used(system, "L::P", "subscribes") == {"compression_ids": "[zlib, bzip2]"}
+        assert (
+            "`GZIP` is no compression algorithm"
+            in problems(dds(library("L", profile("P", writer(inner.format("GZIP"))))))[0]
+        )
+
+    @pytest.mark.parametrize(
+        ("element", "named"),
+        [
+            ("<multi_channel><channels/></multi_channel>", "multi_channel"),
+            ("<batch><enable>true</enable><max_samples>5</max_samples></batch>", "batch/enable"),
+            ("<no_schema_has_this/>", "no_schema_has_this"),
+            (
+                "<protocol><disable_positive_acks>true</disable_positive_acks></protocol>",
+                "protocol/disable_positive_acks",
+            ),
+            (
+                "<reliability><acknowledgment_kind>APPLICATION_AUTO</acknowledgment_kind></reliability>",
+                "reliability/acknowledgment_kind",
+            ),
+            ("<durability><writer_depth>5</writer_depth></durability>", "durability/writer_depth"),
+            ("<property><value><element><name>a.b</name><value>1</value></element></value></property>", "property"),
+        ],
+    )
+    def test_an_element_that_may_decide_leaves_the_pair_unknown(self, element, named):
+        system = reads(dds(library("L", profile("P", writer(element)))))
+        found = extensions(system, "L::P")
+        assert found.startswith("unknown")
+        assert named in found
+        assert extensions(system, "L::P", "subscribes") is None
+
+    @pytest.mark.parametrize(
+        "element",
+        [
+            "<publish_mode><kind>ASYNCHRONOUS_PUBLISH_MODE_QOS</kind><flow_controller_name>a</flow_controller_name></publish_mode>",
+            "<protocol><rtps_reliable_writer><heartbeat_period><sec>1</sec></heartbeat_period></rtps_reliable_writer></protocol>",
+            "<protocol><disable_positive_acks>false</disable_positive_acks><push_on_write>true</push_on_write></protocol>",
+            "<publication_name><name>w</name><role_name>r</role_name></publication_name>",
+            "<resource_limits><initial_samples>5</initial_samples></resource_limits>",
+            "<writer_resource_limits><max_remote_reader_filters>9</max_remote_reader_filters></writer_resource_limits>",
+            "<batch><enable>false</enable></batch>",
+            "<reliability><acknowledgment_kind>DDS_PROTOCOL_ACKNOWLEDGMENT_MODE</acknowledgment_kind></reliability>",
+            "<unicast><value/></unicast>",
+        ],
+    )
+    def test_an_element_that_changes_no_match_is_listed_only(self, element):
+        system = reads(dds(library("L", profile("P", writer(element)))))
+        assert extensions(system, "L::P") is None
+        assert [note.code for note in system.notes] == ["DDS901"]
+
+    def test_all_elements_of_a_profile_are_named(self):
+        found = extensions(reads(dds(library("L", profile("P", writer("<a_1/><b_2/>"))))), "L::P")
+        assert "`a_1` and `b_2`" in found
+
+    def test_a_system_file_may_state_that_they_decide_nothing(self):
+        text = dds(library("L", profile("P", writer("<multi_channel/>"), reader(BEST_EFFORT))))
+        design = (
+            "cqos: 1\nprotocol: dds\nparticipants:\n  a: {{publishes: {{t: {{profile: 'L::P'{}}}}}}}\n"
+            "  b: {{subscribes: {{t: 'L::P'}}}}\n"
+        )
+        for more, verdict in (("", "unknown"), (", extensions: none", "compatible")):
+            whole = merge([read_source(Source("d.yaml", design.format(more).encode())), reads(text)])
+            assert str(cqos.check(whole).verdict) == verdict
+
+    def test_qos_of_topics_and_participants_decides_no_pair(self):
+        parts = "<topic_qos><no_schema_has_this/></topic_qos><participant_qos><no_schema_has_this/></participant_qos>"
+        assert extensions(reads(dds(library("L", profile("P", writer(RELIABLE), parts)))), "L::P") is None
+
+
 class TestValues:
     @pytest.mark.parametrize(
         ("text", "expected"),

@@ -194,3 +194,55 @@ def test_transport_priority_is_read():
     text = profiles(writer("W", "<transport_priority><value>5</value></transport_priority>"))
     assert values(text)["W/publisher"] == {"transport_priority": "5"}
     assert reads(text).notes == []
+
+
+def test_positive_acks_are_read():
+    text = profiles(
+        reader(
+            "r", "<disablePositiveAcks><enabled>true</enabled><duration><sec>1</sec></duration></disablePositiveAcks>"
+        )
+    )
+    assert values(text)["r/subscriber"] == {"disable_positive_acks": "true"}
+
+
+def test_the_kind_of_a_topic_is_that_of_each_end():
+    named = "<kind>{}</kind><name>t</name><dataType>T</dataType>"
+    system = profiles(writer("w", topic=named.format("WITH_KEY")), reader("r", topic=named.format("NO_KEY")))
+    report = cqos.check(system.encode(), options=OPTION)
+    assert [(each.code, str(each.severity)) for each in report.findings if each.severity != "note"] == [
+        ("DDS406", "error")
+    ]
+    alike = profiles(writer("w", topic=named.format("NO_KEY")), reader("r", topic=named.format("NO_KEY")))
+    assert not [each for each in cqos.check(alike.encode(), options=OPTION).findings if each.code == "DDS406"]
+
+
+def test_a_kind_that_fast_dds_refuses_is_an_error():
+    (said,) = problems(profiles(writer("w", topic="<kind>WITH_KEX</kind><name>t</name>")))
+    assert "`topic/kind`: `WITH_KEX` is not one of its values" in said
+
+
+@pytest.mark.parametrize(
+    ("qos", "beside", "named"),
+    [
+        ("<no_schema_has_this/>", "", "`qos/no_schema_has_this`"),
+        (
+            "",
+            "<propertiesPolicy><properties><property><name>x</name></property></properties></propertiesPolicy>",
+            "/x`",
+        ),
+        ("<reliability><later>1</later></reliability>", "", "`qos/reliability/later`"),
+    ],
+)
+def test_an_element_that_may_decide_leaves_the_pair_unknown(qos, beside, named):
+    text = profiles(writer("w", qos).replace("</data_writer>", f"{beside}</data_writer>"))
+    found = values(text)["w/publisher"]["extensions"]
+    assert found.startswith("unknown")
+    assert named in found
+
+
+def test_an_element_that_changes_no_match_is_listed_only():
+    beside = "<times/><historyMemoryPolicy>DYNAMIC</historyMemoryPolicy><unicastLocatorList/>"
+    qos = "<publishMode><kind>ASYNCHRONOUS</kind></publishMode><data_sharing><kind>OFF</kind></data_sharing>"
+    text = profiles(writer("w", qos).replace("</data_writer>", f"{beside}</data_writer>"))
+    assert [note.code for note in reads(text).notes] == ["DDS901"]
+    assert not values(text)

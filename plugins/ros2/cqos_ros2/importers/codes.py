@@ -251,6 +251,13 @@ CONFIGURED: Final = (
         "A Fast DDS profile asks for a depth above its `max_samples_per_instance`.",
         "By the standard the two do not fit. Fast DDS creates the endpoint, logs a warning, and keeps no more samples of one instance.",
     ),
+    CodeInfo(
+        "ROS965",
+        "cyclonedds-part-not-read",
+        "note",
+        "A configuration of Cyclone DDS has parts that C-QoS does not read.",
+        "C-QoS reads the lease of participants. Interfaces, peers and ports belong to discovery, which no rule judges.",
+    ),
 )
 
 CODES: Final = (*OBSERVED, *CONFIGURED, *WORKSPACE)

@@ -37,6 +37,7 @@ _BRIDGED: Final = _key("topics|services|actions", _TOP)
 _NODL: Final = _key("nodl_version", "")
 _DOMAINS: Final = _key("from_domain|to_domain")
 _ROOT: Final = regular_expression(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
+_CYCLONE: Final = regular_expression(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(?i:CycloneDDS)(?=[\s>/])")
 _OMG: Final = regular_expression(
     rb"<(?:[^\s<>/!?:]+:)?(?:qos_profile|(?:qos|domain|(?:domain_)?participant|application)_library)[\s>/]"
 )
@@ -107,6 +108,12 @@ def claims_fastdds(name: str, head: bytes) -> bool:  # noqa: ARG001
     if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or _OMG.search(text):
         return False
     return _ROOT.match(text) is not None and _PROFILES.search(text) is not None
+
+
+def claims_cyclonedds(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether this is a configuration of Cyclone DDS."""
+    text = head.replace(b"\0", b"")
+    return text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") and _CYCLONE.match(text) is not None
 
 
 def _yaml(name: str, head: bytes) -> str:

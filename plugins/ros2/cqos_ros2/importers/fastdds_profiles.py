@@ -63,8 +63,8 @@ class FastDdsProfile:
     unread: dict[str, Place] = field(default_factory=dict)
 
 
-def read_fastdds_profiles(source: Source) -> list[FastDdsProfile]:
-    """Read all profiles of data writers and data readers in an XML file, in its order.
+def read_fastdds_profiles(source: Source) -> tuple[list[FastDdsProfile], Setting | None]:
+    """Read all profiles of data writers and data readers in an XML file, in its order, and the lease of the default participant.
 
     Raises:
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
@@ -75,9 +75,11 @@ def read_fastdds_profiles(source: Source) -> list[FastDdsProfile]:
         message = f"this is no file of Fast DDS profiles: its first element is {shown(local(root))}"
         reader.problem("CQ001", message, root, "expected `dds` or `profiles`")
     lists = [root] if local(root) == "profiles" else children(root, "profiles")
-    found = [reader.profile(each) for profiles in lists for each in elements(profiles) if local(each) in _ROLES]
+    every = [each for profiles in lists for each in elements(profiles)]
+    found = [reader.profile(each) for each in every if local(each) in _ROLES]
+    leases = [reader.lease(each) for each in every if local(each) == "participant"]
     reader.finish()
-    return found
+    return found, next((each for each in leases if each is not None), None)
 
 
 class _Reader(ElementReading):
@@ -94,6 +96,21 @@ class _Reader(ElementReading):
         self.unread = profile.unread
         self.policies(element, "", profile.settings)
         return profile
+
+    def lease(self, participant: Element) -> Setting | None:
+        """Return the lease that the default profile of participants states; rmw_fastrtps takes no other."""
+        if (participant.get("is_default_profile") or "").strip() not in _TRUE:
+            return None
+        inner = [participant]
+        for tag in ("rtps", "builtin", "discovery_config", "leaseDuration"):
+            inner = [child for each in inner for child in children(each, tag)]
+        if not inner:
+            return None
+        whole = "".join(inner[-1].itertext()).strip()
+        if variable := _VARIABLE.search(whole):
+            return Setting(whole, self.place(inner[-1]), unknown=f"variable `{variable[1]}` is not set")
+        written = self.duration(inner[-1], "leaseDuration")
+        return None if written is None else Setting(written, self.place(inner[-1]))
 
     def policies(self, above: Element, path: str, settings: Settings) -> None:
         """Read the policies below an element; what is none is remembered."""

@@ -16,7 +16,7 @@ from cqos_core.importers.reading import listed, shown
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Role, Setting, Settings
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, FastDdsProfile, read_fastdds_profiles
-from cqos_ros2.policies import DEADLINE
+from cqos_ros2.policies import DEADLINE, PARTICIPANT_LEASE
 from cqos_ros2.types import has_wildcard
 
 # Policies of DDS to those of ROS 2, and what Fast DDS has where a profile says nothing; durability and reliability
@@ -96,7 +96,12 @@ class _Profiles(RosFile):
 
     def run(self) -> None:
         """Make an overlay of every profile that is looked up."""
-        found = read_fastdds_profiles(self.source)
+        found, lease = read_fastdds_profiles(self.source)
+        if lease is not None:
+            setting = lease if lease.unknown else Setting(_shown(lease.text), lease.place, derived=True)
+            name = "Fast DDS default profile of participants"
+            laid = Overlay(name, {PARTICIPANT_LEASE.name: setting}, protocol="ros2", when=_ONLY_WITH, place=lease.place)
+            self.system.overlays.append(laid)
         for profile in found:
             _report_unused(profile, self)
             _set_partition(profile, self)

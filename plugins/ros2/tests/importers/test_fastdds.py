@@ -196,7 +196,7 @@ class TestReading:
 
     def test_the_reader_knows_nothing_of_ros_2(self):
         qos = "<ownershipStrength><value>7</value></ownershipStrength><liveliness><lease_duration>DURATION_INFINITY</lease_duration></liveliness>"
-        found = read_fastdds_profiles(Source("p.xml", profiles(writer("w", qos)).encode()))
+        found, _ = read_fastdds_profiles(Source("p.xml", profiles(writer("w", qos)).encode()))
         (profile,) = found
         assert {name: setting.text for name, setting in profile.settings.items()} == {
             "ownership_strength": "7",
@@ -267,3 +267,49 @@ class TestWhatKeepsEndpointsApart:
             "<profiles>", f"<profiles>{writer('/scan', DEADLINE)}"
         )
         assert "ROS411" in codes(checked(xml, subscribes="/scan: default", rmw="fastdds"))
+
+
+LEASE = (
+    '<participant profile_name="p" {}><rtps><builtin><discovery_config><leaseDuration><sec>300</sec></leaseDuration>'
+    "</discovery_config></builtin></rtps></participant>"
+)
+
+
+class TestLeaseOfParticipants:
+    NEEDS = "/scan: {needs: {liveness: 30s}}"
+
+    def verdict(self, xml, publishes="/scan: {}", **options):
+        return str(checked(xml, publishes, self.NEEDS, **options).verdict)
+
+    def test_the_default_profile_decides_with_fast_dds(self):
+        xml = profiles(LEASE.format('is_default_profile="true"'))
+        assert self.verdict(xml, rmw="fastdds") == "incompatible"
+        assert self.verdict(xml, rmw="cyclonedds") == "compatible"
+        assert self.verdict(xml) == "unknown"
+
+    def test_rmw_fastrtps_takes_no_other_profile(self):
+        assert self.verdict(profiles(LEASE.format("")), rmw="fastdds") == "compatible"
+
+    @pytest.mark.parametrize(("lease", "expected"), [("30 s", "compatible"), ("31 s", "incompatible")])
+    def test_the_configuration_of_cyclone_dds_decides_with_cyclone_dds(self, lease, expected):
+        xml = f"<CycloneDDS><Domain><Discovery><LeaseDuration>{lease}</LeaseDuration></Discovery></Domain></CycloneDDS>"
+        assert self.verdict(xml, rmw="cyclonedds") == expected
+        assert self.verdict(xml, rmw="fastdds") == "compatible"
+
+    def test_a_lease_of_one_domain_is_not_known_for_all(self):
+        xml = '<CycloneDDS><Domain Id="3"><Discovery><LeaseDuration>300 s</LeaseDuration></Discovery></Domain></CycloneDDS>'
+        assert self.verdict(xml, rmw="cyclonedds") == "unknown"
+
+    def test_the_files_of_two_middlewares_hold_each_with_its_own(self):
+        fast = profiles(LEASE.format('is_default_profile="true"').replace("300", "5"))
+        cyclone = "<CycloneDDS><Domain><Discovery><LeaseDuration>5 s</LeaseDuration></Discovery></Domain></CycloneDDS>"
+        design = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/scan: {}}}, b: {subscribes: {/scan: {needs: {liveness: 6s}}}}}"
+        sources = [Source("d.yaml", design.encode()), Source("f.xml", fast.encode()), Source("c.xml", cyclone.encode())]
+        for order in (sources, [sources[0], sources[2], sources[1]]):
+            whole = merge([read_source(source, beside={"ros2"}) for source in order])
+            report = check(whole, options={"ros2": {"rmw": "cyclonedds"}})
+            assert str(report.verdict) == "compatible"
+            (finding,) = [each for each in check(whole).findings if each.code == "ROS521"]
+            assert {world: str(found) for world, found in finding.worlds.items()}.get(
+                "ros2.rmw=cyclonedds", "compatible"
+            ) == "compatible"
