@@ -94,7 +94,8 @@ PINGS: Final = define(
     "pings", (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
 )
 # The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
-# session cuts the delay short. Both are counted in the steps of the broker's clock. All of it twice.
+# session cuts the delay short. The
+# broker counts the delay in steps, and looks once in a step: Mosquitto 2.0.11 sent a Will of 1 s after 2.45 s. All of it twice.
 KEEP_ALIVE_NOTICED: Final = define("keep_alive_noticed", 3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER))
 WILL_SENT_AFTER: Final = define(
     "will_sent_after",
@@ -109,7 +110,7 @@ NOTICED_IN_TIME: Final = define(
         & (
             (publisher(WILL_DELAY) == "0s")
             | (publisher(SESSION_EXPIRY) == "0s")
-            | (WILL_SENT_AFTER + 2 * broker(EXPIRY_DELAY) <= 2 * LIVENESS)
+            | (WILL_SENT_AFTER + 4 * broker(EXPIRY_DELAY) <= 2 * LIVENESS)
         )
     ),
 )
