@@ -180,7 +180,8 @@ OUTAGE: Final = Policy(
     "outage",
     Duration(),
     None,
-    "The longest link outage that has to be survived; without it nothing is claimed about a broken link.",
+    "The longest time for which a link, an end or a broker is away that has to be survived; without it nothing is claimed about a broken "
+    "link.",
     _SOURCE,
     level="option",
 )

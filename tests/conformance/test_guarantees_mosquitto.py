@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, Self
 
 import pytest
@@ -19,7 +20,7 @@ from cqos_core.analysis.proving.runs import disagreements, kept_by, named, prepa
 from cqos_core.matching.pipeline import context
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.prove.client import Client, Connection, Publication, Subscription
-from cqos_mqtt.prove.mosquitto import Mosquitto, program
+from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program
 from cqos_mqtt.prove.packets import Message, Will
 from tests.conformance.guarantees import paused
 
@@ -56,7 +57,10 @@ def design(
         "topics": {"t": {"period": "20ms"}},
         "participants": {
             "p": {"client": {"client_id": "p", **(publisher or {})}, "publishes": {"t": publication}},
-            "s": {"client": {"client_id": "s", **(subscriber or {})}, "subscribes": {"t": subscription}},
+            "s": {
+                "client": {"client_id": "s", **(subscriber or {})},
+                "subscribes": {"t": {"taken_every": "0ms", **subscription}},
+            },
         },
     }
 
@@ -89,14 +93,24 @@ LOSSES = {
     ("new sessions, QoS 2", "broker_crash"),
     ("sessions that go on", "broker_crash"),
     ("a short queue", "slow_reader"),
+    ("a queue of five", "link_outage"),
+    ("a queue of five", "subscriber_restart"),
+    ("a session of a second", "subscriber_restart"),
+    ("an expiry of a second", "subscriber_restart"),
 }
 """Where something must be lost: the other side of the boundary, seen as well."""
 SHORT = design({"qos": 1}, {"qos": 1}, KEPT, KEPT, broker=LIMITS)
+FIVE = design({"qos": 1}, {"qos": 1}, KEPT, KEPT, broker=LIMITS)
+BRIEF = {**KEPT, "session_expiry_interval": 1}
+LONG = Fault("subscriber_restart", 2.5)
 RUNS = [
     *product(DESIGNS.items(), (*FAULTS, *BROKER_FAULTS)),
     (("sessions that go on", DESIGNS["sessions that go on"]), SLOW),
     (("an expiry", DESIGNS["an expiry"]), SLOW),
     (("a short queue", SHORT), SLOW),
+    *((("a queue of five", FIVE), fault) for fault in (*FAULTS, *BROKER_FAULTS)),
+    (("a session of a second", design({"qos": 1}, {"qos": 1}, KEPT, BRIEF)), LONG),
+    (("an expiry of a second", design({"qos": 1, "message_expiry_interval": 1}, {"qos": 1}, KEPT, KEPT)), LONG),
 ]
 
 
@@ -155,15 +169,18 @@ async def while_still(still: Callable[[], object], patience: float = 5.0) -> Non
 class Watched:
     """A client that remembers what arrived and what its library reported."""
 
-    def __init__(self, broker: Mosquitto, name: str, subscription: Subscription | None = None, **more: Any) -> None:
+    def __init__(
+        self, broker: Mosquitto | Link, name: str, subscription: Subscription | None = None, **more: Any
+    ) -> None:
         self.arrived: list[Message] = []
+        self.times: list[float] = []
         self.reports: list[str] = []
         every = more.pop("every", 0.0)
         self.client = Client(
             Connection(name, **more),
             broker.port,
             lambda what, text: self.reports.append(f"{what} {text}".strip()),
-            self.arrived.append,
+            self._take,
             subscription,
             every,
         )
@@ -175,6 +192,10 @@ class Watched:
 
     async def __aexit__(self, *_: object) -> None:
         await self.client.kill()
+
+    def _take(self, message: Message) -> None:
+        self.arrived.append(message)
+        self.times.append(time.monotonic())
 
     async def get(self, number: int, patience: float = 5.0) -> list[str]:
         """Wait for so many messages, and a little for more that should not come."""
@@ -284,7 +305,7 @@ def test_an_absence_is_bridged_while_all_topics_together_have_room(limits, room)
     said = {name: number or "unlimited" for name, number in limits.items()}
     for each in (5, 6):
         assert (len(asyncio.run(show(each))) == 2 * each) is (each <= room)
-        needs = {"qos": 1, "needs": {"offline": f"{each}s"}}
+        needs = {"qos": 1, "needs": {"offline": f"{each - 0.5:g}s"}}  # within it, so many may come
         assert ("MQTT407" in codes(two_topics(said, needs, period="1s"))) is (each > room)
         alone = two_topics(said, needs, period="1s")
         del alone["participants"]["s"]["subscribes"]["u"], alone["participants"]["p"]["publishes"]["u"]
@@ -497,6 +518,7 @@ def test_what_is_published_with_a_period_arrives_with_it():
 
     assert asyncio.run(show()) < 1.0
     stated = design({"qos": 1}, {"qos": 1})
+    stated["options"]["mqtt"]["repair_time"] = "0ms"
     report = explain(json.dumps(stated).encode(), publisher="p/publisher/t", subscriber="s/subscriber/t")
     assert [(each.value, each.cells[0].proven) for each in report.guarantees if each.word == "max_gap"] == [
         ("20ms", ("Mosquitto 2.0.11",))
@@ -522,3 +544,146 @@ def test_the_largest_packet_that_fits_is_taken(five, qos, largest):
         own = design({"qos": qos, "max_payload": size}, {"qos": 1}, version="5.0" if five else "3.1.1")
         own["brokers"]["main"]["maximum_packet_size"] = 100
         assert ("MQTT209" in codes(own)) is (size > largest)
+
+
+# What the clock of the broker, the network and a bridge do
+
+
+async def begin_second(at: float) -> None:
+    """Wait until the clock is so many seconds behind a whole one, as Mosquitto counts whole seconds."""
+    await asyncio.sleep((at - time.time()) % 1)
+
+
+async def still_there(expiry: int, wait: float, at: float, *, retain: bool) -> bool:
+    """Publish one message, and say whether a client that comes later gets it."""
+    more = {} if retain else STAYS
+    own = Subscription("t", 1)
+    async with running() as broker, Watched(broker, "p") as p:
+        if not retain:
+            async with Watched(broker, "s", own, **more):
+                pass
+        await begin_second(at)
+        p.publish("t", expiry=expiry, retain=retain)
+        await asyncio.sleep(wait)
+        async with Watched(broker, "s", own, **more) as s:
+            return bool(await s.get(0))
+
+
+@pytest.mark.parametrize(
+    ("wait", "at", "retain", "there"),
+    [
+        (1.5, 0.05, False, True),  # half a second after its expiry
+        (0.7, 0.9, False, True),
+        (2.3, 0.05, False, False),
+        (0.5, 0.05, True, True),
+        (0.5, 0.7, True, False),  # half a second before its expiry
+    ],
+)
+def test_an_expiry_counts_whole_seconds(wait, at, retain, there):
+    """The facts behind MQTT502 and MQTT306."""
+    assert asyncio.run(still_there(1, wait, at, retain=retain)) is there
+    delay = PACK.presets["mosquitto"].settings["expiry_delay"]
+    assert delay == "1s"
+    for age, enough in (("1999ms", False), ("2s", True)):
+        own = design({"qos": 1, "message_expiry_interval": 1}, {"qos": 1, "needs": {"max_age": age}})
+        assert ("MQTT502" in codes(own)) is (not enough)
+
+
+@pytest.mark.parametrize("retain", [False, True])
+def test_an_expiry_of_zero_is_none(retain):
+    """The fact behind MQTT515."""
+    assert asyncio.run(still_there(0, 2.3, 0.05, retain=retain))
+    own = design({"qos": 1, "message_expiry_interval": 0}, {"qos": 1, "needs": {"max_age": "1s"}})
+    assert "MQTT515" in codes(own)
+
+
+@pytest.mark.parametrize("payload", ["", "x"])
+def test_an_empty_retained_message_deletes_the_stored_one(payload):
+    """The fact behind MQTT339."""
+
+    async def show() -> int:
+        async with running() as broker, Watched(broker, "p") as p:
+            for each in ("old", payload):
+                p.publish("t", each, retain=True)
+            await while_still(lambda: p.client.session.unacknowledged or p.client.waiting)
+            async with Watched(broker, "s", Subscription("t", 1)) as s:
+                return len(await s.get(bool(payload)))
+
+    assert asyncio.run(show()) == len(payload)
+    own = design({"qos": 1, "retain": True, "max_payload": len(payload)}, {"qos": 1, "needs": {"late_join": 1}})
+    assert ("MQTT339" in codes(own)) is (not payload)
+
+
+@pytest.mark.parametrize("private", [False, True])
+@pytest.mark.parametrize("lines", [("topic # both 2",), ("topic t out 2", "topic # in 2"), ("topic t out 2",)])
+def test_a_bridge_that_the_other_broker_does_not_know_brings_messages_back(tmp_path, private, lines):
+    """The facts behind MQTT617 and MQTT709."""
+    topics = ("connection up", "address {}", *lines, f"try_private {str(private).lower()}", "restart_timeout 1")
+    back = not private and any(" in" in line or " both" in line for line in lines)
+
+    async def show() -> list[str]:
+        async with running() as there, Watched(there, "other", Subscription("t", 2)) as other:
+            block = [line.format(f"127.0.0.1:{there.port}") for line in topics]
+            async with running(*block) as here, Watched(here, "p") as p, Watched(here, "s", Subscription("t", 2)) as s:
+                while not other.arrived:  # until the bridge is connected
+                    p.publish("t", "first", 2)
+                    await asyncio.sleep(0.2)
+                await asyncio.sleep(0.5)
+                before = len(s.arrived)
+                for number in range(2):
+                    p.publish("t", str(number), 2)
+                return (await s.get(before + 2 * (1 + back)))[before:]
+
+    arrived = asyncio.run(show())
+    assert sorted(arrived) == sorted(["0", "1"] * (1 + back))
+    conf, clients = tmp_path / "mosquitto.conf", tmp_path / "clients.yaml"
+    conf.write_text("\n".join(("listener 1883", *(line.format("cloud:1883") for line in topics))) + "\n")
+    own = design({"qos": 2}, {"qos": 2, "needs": {"duplicate_free": True, "ordered": True}})
+    del own["brokers"]
+    for each in own["participants"].values():
+        each["broker"] = "mosquitto"
+    clients.write_text(json.dumps(own))
+    found = {each.code for each in check(conf, clients).findings}
+    assert ("MQTT617" in found) is back
+    assert ("MQTT709" in found) is back
+
+
+def test_lost_packets_lengthen_a_gap():
+    """The fact behind MQTT504: TCP holds back what follows a lost packet until it is sent again."""
+    period, held = 0.05, 0.3
+
+    class Holding(Link):
+        """A link that holds back what comes, as TCP does while a packet is lost."""
+
+        async def _pump(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            while data := await reader.read(65_536):
+                await flowing.wait()
+                writer.write(data)
+
+    async def show() -> list[float]:
+        flowing.set()
+        times: list[float] = []
+        async with running() as broker, Watched(broker, "p") as p:
+            link = Holding(broker.port)
+            await link.start()
+            async with Watched(link, "s", Subscription("t", 1)) as s:
+                for number in range(20):
+                    if number == 10:
+                        flowing.clear()
+                        asyncio.get_running_loop().call_later(held, flowing.set)
+                    p.publish("t", str(number))
+                    await asyncio.sleep(period)
+                await s.get(20)
+                times = s.times
+            await link.close()
+        return [after - before for before, after in pairwise(times)]
+
+    flowing = asyncio.Event()
+    gap = max(asyncio.run(show()))
+    assert period + 0.1 < gap < period + held + 0.5
+    own = design({"qos": 1}, {"qos": 1, "needs": {"max_gap": "320ms"}}, broker={"max_queued_messages": "unlimited"})
+    for repair, unmet in ((None, True), ("301ms", True), ("300ms", False)):
+        own["options"]["mqtt"].pop("repair_time", None)
+        if repair:
+            own["options"]["mqtt"]["repair_time"] = repair
+        assert ("MQTT504" in codes(own)) is unmet

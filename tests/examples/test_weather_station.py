@@ -44,5 +44,5 @@ def test_the_way_back_is_explained_hop_by_hop():
     assert [(hop.protocol, hop.bridge) for hop in pair.hops] == [("mqtt", "mqtt_client"), ("ros2", None)]
     given = {each.word: each.value for each in pair.guarantees}
     assert given["latest"] == "yes"
-    assert given["max_age"] == "3min"
+    assert given["max_age"] == "182s"
     assert given["liveness"] == "none"

@@ -105,7 +105,7 @@ def over_brokers(draw: Any) -> Pair:
         "requested": draw(some({**both, "retain_handling": ["send", "send_if_new", "do_not_send"]})),
         "options": {"protocol_version": draw(st.sampled_from(["3.1.1", "5.0"])), **draw(some(client))},
         "topic": draw(some({"period": ["10ms", "1s"]})),
-        "broker": draw(some({"persistence": ["true", "false"], "autosave_interval": ["0s", "30min"]})),
+        "broker": draw(some({"persistence": ["true", "false"], "autosave_interval": ["each_message", "30min"]})),
     }
 
 

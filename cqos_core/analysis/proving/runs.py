@@ -19,7 +19,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
-from cqos_core.packs.guarantee import LINK, OUTAGE, SURVIVES
+from cqos_core.packs.guarantee import FAULTS, LINK, OUTAGE, SURVIVES
 from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
 from cqos_core.resolving.carried import on_wire, plain_texts
 
@@ -236,7 +236,7 @@ def _with_facts(system: System, topic: MatchedTopic, subscriber: str, fault: Fau
     pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
     if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
         return with_setting(system, (subscriber,), "taken_every", Setting(text, _HERE))
-    if fault.kind == "link_outage" and pack.find("option", "outage") is not None:
+    if fault.kind in FAULTS and pack.find("option", "outage") is not None:
         return with_options(system, {pack.id: {"outage": text}}, where, _HERE)
     return system
 
@@ -259,17 +259,14 @@ def _with_period(system: System, names: Iterable[str | None], period: int) -> Sy
 
 
 def _needed_faults(topic: MatchedTopic) -> list[Fault]:
-    """Return the faults that the subscriber's needs must survive; an outage lasts as long as is stated, if a run can wait for it."""
+    """Return the faults that the subscriber's needs must survive; each lasts as long as the stated outage, if a run can wait for it."""
     pack, values = topic.pack, topic.subscribers[0].profile.values
     index = pack.find(NEED, SURVIVES.name)
     kinds = () if index is None else values[index]
     outage = pack.find("option", OUTAGE.name)
     stated = None if outage is None else values[outage]
     seconds = stated / _SECOND if isinstance(stated, int) and 0 < stated <= _LONGEST_OUTAGE else _FAULT
-    return [
-        Fault(str(kind), seconds if kind == "link_outage" else _FAULT)
-        for kind in (kinds if isinstance(kinds, tuple) else ())
-    ]
+    return [Fault(str(kind), seconds) for kind in (kinds if isinstance(kinds, tuple) else ())]
 
 
 def _needs(topic: MatchedTopic) -> dict[str, int]:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
-    OUTAGE,
     as_condition,
     broker,
+    define,
     gives,
     offered,
     publisher,
     requested,
     subscriber,
-    topic,
 )
 from cqos_mqtt.broker_policies import (
     BROKER_RECEIVE_MAXIMUM,
@@ -28,16 +27,15 @@ from cqos_mqtt.connection_policies import (
     STORES_SESSION,
 )
 from cqos_mqtt.endpoint_policies import (
-    EXPIRY,
+    BROUGHT_BACK,
     IS_WILL,
     OVERLAPPING,
     QOS,
-    QUEUE_LASTS,
-    RETAIN,
     RETAIN_HANDLING,
     SHARED,
 )
 from cqos_mqtt.guarantee_terms import (
+    BACK,
     BRIDGES_OUTAGE,
     BURST_FITS,
     COMES_BACK,
@@ -48,10 +46,13 @@ from cqos_mqtt.guarantee_terms import (
     FORGETS,
     FOUND_AGAIN,
     GETS_RETAINED,
+    IS_KEPT,
     LIMITS,
     NARROW,
-    NEVER_EXPIRES,
     NOT_REPLAYED,
+    OUTLIVES_OUTAGE,
+    QUEUE_BRIDGES_OUTAGE,
+    RENEWED_IN_TIME,
     REPLAYED,
     SAVE,
     SAVED_AT_ONCE,
@@ -63,6 +64,7 @@ from cqos_mqtt.guarantee_terms import (
     SESSION_LASTS,
     SHARES,
     STORE,
+    TAKE,
     TAKEN_IN_TIME,
     TOO_MANY,
     UNSENT,
@@ -70,8 +72,28 @@ from cqos_mqtt.guarantee_terms import (
     WAITING_FITS,
     WINDOW,
 )
-from cqos_mqtt.policies import PERIOD
 from cqos_mqtt.rules import EFFECTIVE, GRANTED
+
+# Where it is sent again in any case, another rule says so.
+ONCE_IN_SESSION: Final = define(
+    "once_in_session",
+    ~IS_KEPT | (requested(RETAIN_HANDLING) == "do_not_send") | ~NOT_REPLAYED | BRIDGES_OUTAGE,
+)
+HOW_LONG: Final = "state the option `outage`: for how long an end or the broker is away at most"
+TOO_SHORT: Final = "the session of the subscriber ends before it is back, so what was published meanwhile is lost"
+SENDER_TOO_SHORT: Final = (
+    "the session of the publisher ends before it is back, so messages on their way at the break are not sent again"
+)
+OVERFLOWS: Final = (
+    "more comes while the subscriber is away, on all topics of the client together, than the broker keeps for it"
+)
+CATCHES_UP: Final = (
+    "publishers send at once what waited while the broker was away, and it may be more than the broker keeps for a subscriber that "
+    "connects later"
+)
+AGAIN_IN_NEW: Final = (
+    "the session ends before the client is back, and in a new one a retained message is sent once more"
+)
 
 ARRIVAL: Final = (
     gives(
@@ -148,7 +170,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "loss_free",
-        OUTAGE <= requested(QUEUE_LASTS),
+        QUEUE_BRIDGES_OUTAGE,
         survives="link_outage",
         code="MQTT420",
         name="queue-overflow-in-outage",
@@ -180,12 +202,82 @@ ARRIVAL: Final = (
     ),
     gives(
         "loss_free",
-        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        OUTLIVES_OUTAGE,
         survives="link_outage",
         code="MQTT421",
         name="expires-in-outage",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
+    ),
+    gives(
+        "loss_free",
+        ~COMES_BACK | BRIDGES_OUTAGE,
+        survives="subscriber_restart",
+        code="MQTT431",
+        name="session-ends-before-subscriber-is-back",
+        because=TOO_SHORT,
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG,
+    ),
+    gives(
+        "loss_free",
+        ~COMES_BACK | QUEUE_BRIDGES_OUTAGE,
+        survives="subscriber_restart",
+        code="MQTT432",
+        name="queue-overflow-in-restart",
+        because=OVERFLOWS,
+        clause=LIMITS,
+        help=HOW_LONG + "; " + SAY,
+    ),
+    gives(
+        "loss_free",
+        ~COMES_BACK | OUTLIVES_OUTAGE,
+        survives="subscriber_restart",
+        code="MQTT433",
+        name="expires-in-restart",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        help=HOW_LONG,
+    ),
+    gives(
+        "loss_free",
+        ~SENDER_COMES_BACK | SENDER_BRIDGES_OUTAGE,
+        survives="publisher_restart",
+        code="MQTT434",
+        name="session-ends-before-publisher-is-back",
+        because=SENDER_TOO_SHORT,
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG,
+    ),
+    gives(
+        "loss_free",
+        (~COMES_BACK | BRIDGES_OUTAGE) & (~SENDER_COMES_BACK | SENDER_BRIDGES_OUTAGE),
+        survives="intermediary_restart",
+        code="MQTT435",
+        name="session-ends-before-broker-is-back",
+        because="the session of the publisher or of the subscriber does not outlast the time for which the broker is away",
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG,
+    ),
+    gives(
+        "loss_free",
+        ~COMES_BACK | QUEUE_BRIDGES_OUTAGE,
+        survives="intermediary_restart",
+        code="MQTT436",
+        name="queue-overflow-after-broker",
+        because=CATCHES_UP,
+        clause=LIMITS,
+        help=HOW_LONG + "; " + SAY,
+    ),
+    gives(
+        "loss_free",
+        ~COMES_BACK | OUTLIVES_OUTAGE,
+        survives="intermediary_restart",
+        code="MQTT437",
+        name="expires-before-broker-is-back",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        help=HOW_LONG,
     ),
     gives(
         "loss_free",
@@ -240,7 +332,7 @@ ARRIVAL: Final = (
         name="slow-subscriber-overflows-queue",
         because="more comes from one take to the next, on all topics of the client together, than the broker keeps for it",
         clause=LIMITS,
-        help=SAY + ", or take messages more often",
+        help=TAKE + "; " + SAY + ", or take messages more often",
     ),
     gives(
         "latest",
@@ -275,11 +367,11 @@ ARRIVAL: Final = (
         name="latest-overflows-queue",
         because="the broker drops what comes while the queue of a slow client is full, and the newest may be among it",
         clause=LIMITS,
-        help=SAY + ", or take messages more often",
+        help=TAKE + "; " + SAY + ", or take messages more often",
     ),
     gives(
         "latest",
-        (GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & (OUTAGE <= requested(QUEUE_LASTS))),
+        (GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & QUEUE_BRIDGES_OUTAGE),
         survives="link_outage",
         code="MQTT320",
         name="latest-lost-in-outage",
@@ -299,12 +391,48 @@ ARRIVAL: Final = (
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        OUTLIVES_OUTAGE,
         survives="link_outage",
         code="MQTT322",
         name="latest-expires-in-outage",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
+    ),
+    gives(
+        "latest",
+        ~SENDER_COMES_BACK | SENDER_BRIDGES_OUTAGE,
+        survives="publisher_restart",
+        code="MQTT335",
+        name="latest-lost-with-session-of-publisher",
+        because=SENDER_TOO_SHORT,
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG,
+    ),
+    gives(
+        "latest",
+        ~FOUND_AGAIN
+        | ~SENDER_COMES_BACK
+        | (
+            SENDER_BRIDGES_OUTAGE
+            & ((GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & QUEUE_BRIDGES_OUTAGE))
+        ),
+        survives="intermediary_restart",
+        code="MQTT336",
+        name="latest-lost-while-broker-is-away",
+        because="a message finds the subscriber only if both sessions outlast the time for which the broker is away, and the queue has "
+        "room for what the publisher sends when the broker is back",
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG + "; " + SAY,
+    ),
+    gives(
+        "latest",
+        OUTLIVES_OUTAGE,
+        survives="intermediary_restart",
+        code="MQTT337",
+        name="latest-expires-before-broker-is-back",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        help=HOW_LONG,
     ),
     gives(
         "latest",
@@ -319,7 +447,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "latest",
-        NEVER_EXPIRES | (topic(PERIOD) <= offered(EXPIRY)),
+        RENEWED_IN_TIME,
         survives="subscriber_restart",
         code="MQTT327",
         name="latest-expires-before-restart",
@@ -395,12 +523,60 @@ ARRIVAL: Final = (
     ),
     gives(
         "duplicate_free",
-        ~offered(RETAIN) | (requested(RETAIN_HANDLING) == "do_not_send") | BRIDGES_OUTAGE,
+        ~IS_KEPT | (requested(RETAIN_HANDLING) == "do_not_send") | BRIDGES_OUTAGE,
         survives="link_outage",
         code="MQTT110",
         name="retained-in-new-session",
         because="the session ends before the outage does, and in a new one a retained message is sent once more",
         clause="MQTT 5.0, MQTT-3.3.1-10",
+    ),
+    gives(
+        "duplicate_free",
+        ONCE_IN_SESSION,
+        survives="subscriber_restart",
+        code="MQTT117",
+        name="retained-in-new-session-after-restart",
+        because=AGAIN_IN_NEW,
+        clause="MQTT 5.0, MQTT-3.3.1-10",
+        help=HOW_LONG,
+    ),
+    gives(
+        "duplicate_free",
+        ONCE_IN_SESSION,
+        survives="intermediary_restart",
+        code="MQTT118",
+        name="retained-in-new-session-after-broker",
+        because=AGAIN_IN_NEW,
+        clause="MQTT 5.0, MQTT-3.3.1-10",
+        help=HOW_LONG,
+    ),
+    gives(
+        "duplicate_free",
+        (offered(QOS) == "0") | ~SENDER_COMES_BACK | SENDER_BRIDGES_OUTAGE,
+        survives="intermediary_restart",
+        code="MQTT119",
+        name="sent-again-in-new-session-after-broker",
+        because="a library that sends a message of QoS 2 again in a new session sends one that the broker does not know as the same",
+        clause=SESSION_CLAUSE,
+        help=HOW_LONG,
+    ),
+    gives(
+        "duplicate_free",
+        ~offered(BROUGHT_BACK),
+        code="MQTT617",
+        name="brought-back-by-bridge",
+        because=BACK + ", so it arrives twice",
+        clause="Mosquitto, mosquitto.conf(5), try_private; seen by running Mosquitto 2.0.11",
+        help="leave `try_private` on, or set `bridge_protocol_version mqttv50`",
+    ),
+    gives(
+        "ordered",
+        ~offered(BROUGHT_BACK),
+        code="MQTT709",
+        name="order-of-what-is-brought-back",
+        because=BACK + ", after newer messages have arrived",
+        clause="Mosquitto, mosquitto.conf(5), try_private; seen by running Mosquitto 2.0.11",
+        help="leave `try_private` on, or set `bridge_protocol_version mqttv50`",
     ),
     gives(
         "duplicate_free",

@@ -6,10 +6,12 @@ from typing import Final
 
 from cqos_core.packs import Choice, Count, Duration, Flag, Policy
 from cqos_mqtt.endpoint_policies import version
-from cqos_mqtt.kinds import Access, Raised, Seconds, quality, unlimited
+from cqos_mqtt.kinds import Access, Raised, Saving, Seconds, quality, unlimited
 
 # What a broker can do ---------------------------------------------------------------------------------------
 
+NO_LIMIT: Final = {"no_limit": "unlimited"}
+"""What 0 stands for in a limit of Mosquitto."""
 IMPLEMENTATION: Final = Policy(
     "implementation",
     Choice("mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "zenoh", "other", ordered=False),
@@ -91,6 +93,8 @@ SERVER_KEEP_ALIVE: Final = Policy(
     "MQTT 5.0, 3.2.2.3.14",
     level="broker",
     aliases=("max_keepalive",),
+    words={"off": "infinite"},
+    zero="off",
     stronger="lower",
 )
 BROKER_RECEIVE_MAXIMUM: Final = Policy(
@@ -125,27 +129,34 @@ OLDEST: Final = Policy("oldest_version", version(), "3.1.1", "The oldest version
 NEWEST: Final = Policy("newest_version", version(), "5.0", "The newest version it speaks.", level="broker")
 INFLIGHT: Final = Policy(
     "max_inflight_messages",
-    unlimited(1, 65_535),
+    unlimited(0, 65_535),
     "unlimited",
-    "How many messages of QoS 1 and 2 it has on their way to one client at most.",
+    "How many messages of QoS 1 and 2 it has on their way to one client at most; 0 is no limit.",
     level="broker",
+    words=NO_LIMIT,
+    zero="no_limit",
     stronger="higher",
 )
 QUEUED: Final = Policy(
     "max_queued_messages",
     unlimited(0),
     None,
-    "How many messages it keeps for a client that is absent or slow; further messages are dropped, and the publisher gets no report.",
+    "How many messages it keeps for a client that is absent or slow; further messages are dropped, and the publisher gets no report. 0 is "
+    "no limit.",
     level="broker",
+    words=NO_LIMIT,
+    zero="no_limit",
     stronger="higher",
 )
 QUEUED_BYTES: Final = Policy(
     "max_queued_bytes",
     unlimited(0, unit="bytes"),
     "unlimited",
-    "How many bytes of payload it keeps for a client that is absent or slow; what comes then is dropped.",
+    "How many bytes of payload it keeps for a client that is absent or slow; what comes then is dropped. 0 is no limit.",
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     level="broker",
+    words=NO_LIMIT,
+    zero="no_limit",
     stronger="higher",
 )
 QUEUES_QOS0: Final = Policy(
@@ -173,12 +184,20 @@ NOTICES_LATER: Final = Policy(
     "C-QoS, Mosquitto by running it",
     level="broker",
 )
-AUTOSAVE: Final = Policy(
-    "autosave_interval",
+EXPIRY_DELAY: Final = Policy(
+    "expiry_delay",
     Duration(bare_unit="s"),
     None,
-    "How often it saves sessions, retained and waiting messages, so that a crash loses no more than what came since; 0s: each "
-    "message is saved before it is acknowledged; infinite: it saves only when it ends in good order.",
+    "By how much it delivers a message, or keeps a session, for longer than its expiry says, because it counts time in coarser steps.",
+    "C-QoS, Mosquitto by running it",
+    level="broker",
+)
+AUTOSAVE: Final = Policy(
+    "autosave_interval",
+    Saving(),
+    None,
+    "How often it saves sessions, retained and waiting messages, so that a crash loses no more than what came since; 0 or infinite: it "
+    "saves only when it ends in good order; each_message: it saves each message before it acknowledges it.",
     "Mosquitto, mosquitto.conf(5), autosave_interval",
     level="broker",
 )

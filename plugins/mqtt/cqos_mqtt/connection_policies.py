@@ -182,6 +182,15 @@ WILL_ALLOWED: Final = Policy(
     level="participant",
     derived=True,
 )
+BRINGS_BACK: Final = Policy(
+    "brings_back",
+    Names(),
+    "[]",
+    "Filters of the topics that the client, a bridge, publishes here once more after another client has, because the other broker "
+    "sends back what the bridge publishes there.",
+    "Mosquitto, mosquitto.conf(5), try_private",
+    level="participant",
+)
 # What follows from all clients together; filled in.
 SAME_ID: Final = Policy(
     "client_id_taken",

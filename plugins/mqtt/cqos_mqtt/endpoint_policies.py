@@ -218,6 +218,15 @@ CLOSING: Final = Policy(
     derived=True,
 )
 
+BROUGHT_BACK: Final = Policy(
+    "brought_back",
+    Flag(),
+    "false",
+    "Whether a bridge publishes the message here once more; derived from the clients' `brings_back`.",
+    "Mosquitto, mosquitto.conf(5), try_private",
+    roles=PUBLICATION,
+    derived=True,
+)
 RESERVED: Final = Policy(
     "reserved_topic",
     Flag(),
@@ -284,7 +293,7 @@ PACED: Final = Policy(
     "paced",
     Flag(),
     "false",
-    "Whether a `burst` or `taken_every` is stated for a topic of the client; else it is taken to keep up; derived.",
+    "Whether `taken_every` is stated for a topic of the client; else nobody knows whether its program keeps up; derived.",
     roles=SUBSCRIPTION,
     derived=True,
     follows=("taken_every",),

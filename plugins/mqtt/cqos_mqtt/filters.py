@@ -121,6 +121,23 @@ def intersect(one: str, other: str) -> bool:
     return longer[len(shorter)] == REST
 
 
+def intersection(one: str, other: str) -> str | None:
+    """Return the filter of all topics that match both of two filters; None where there is none."""
+    if not intersect(one, other):
+        return None
+    left, right = bare(one).split("/"), bare(other).split("/")
+    levels: list[str] = []
+    for position in range(max(len(left), len(right))):
+        a, b = (each[position] if position < len(each) else REST for each in (left, right))
+        if REST in {a, b}:
+            # `a/#` matches `a` too, so beside a filter that ends here only that is common.
+            ends = len(left) == position or len(right) == position
+            rest = right if a == REST else left
+            return "/".join(levels if ends else (*levels, *rest[position:]))
+        levels.append(b if a == ONE else a)
+    return "/".join(levels)
+
+
 _EMPTY_ONLY: Final = frozenset(("/#", "+"))
 """Two filters that both match the empty name, which no topic has, and have no other in common."""
 

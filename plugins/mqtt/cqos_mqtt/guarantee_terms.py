@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
     OUTAGE,
@@ -13,11 +13,13 @@ from cqos_core.packs import (
     publisher,
     requested,
     subscriber,
+    topic,
 )
 from cqos_mqtt.broker_policies import (
     AUTOSAVE,
     BROKER_SESSION_EXPIRY,
     INFLIGHT,
+    QUEUED,
     QUEUED_BYTES,
 )
 from cqos_mqtt.conditions import in_3_1_1, keeps_session
@@ -33,16 +35,31 @@ from cqos_mqtt.endpoint_policies import (
     IS_WILL,
     PACED,
     QOS,
+    QUEUE_LASTS,
     RETAIN,
     RETAIN_HANDLING,
     SHARED,
     WAITING,
     WAITING_BYTES,
 )
-from cqos_mqtt.rules import EFFECTIVE, ROOM
+from cqos_mqtt.kinds import EACH
+from cqos_mqtt.policies import PERIOD
+from cqos_mqtt.rules import EFFECTIVE, IS_EMPTY, ROOM
 
+if TYPE_CHECKING:
+    from cqos_core.packs import Condition, Operand
+
+
+def outlasts(limit: Operand, time: Operand) -> Condition:
+    """Say that what MQTT counts in whole seconds is longer than a time, whichever way the broker rounds."""
+    return (limit == "infinite") | (time + SECOND <= limit)
+
+
+SECOND: Final = "1s"
+# An empty retained message deletes the one that is stored, and is not stored itself.
+IS_KEPT: Final = define("is_kept", offered(RETAIN) & ~IS_EMPTY)
 GETS_RETAINED: Final = define(
-    "gets_retained", offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
+    "gets_retained", IS_KEPT & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
 )
 COMES_BACK: Final = define("comes_back", keeps_session(subscriber) & ~subscriber(CLEAN))
 # A Will is sent by the broker, so no session of its client matters to it.
@@ -51,23 +68,30 @@ SENDER_COMES_BACK: Final = define(
 )
 BRIDGES_OUTAGE: Final = define(
     "bridges_outage",
-    (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(subscriber) | (OUTAGE <= subscriber(SESSION_EXPIRY))),
+    outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE)
+    & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OUTAGE)),
 )
 SESSION_LASTS: Final = define("session_lasts", COMES_BACK & BRIDGES_OUTAGE)
 SENDER_BRIDGES_OUTAGE: Final = define(
     "sender_bridges_outage",
     offered(IS_WILL)
-    | ((OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(publisher) | (OUTAGE <= publisher(SESSION_EXPIRY)))),
+    | (
+        outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE)
+        & (in_3_1_1(publisher) | outlasts(publisher(SESSION_EXPIRY), OUTAGE))
+    ),
+)
+QUEUE_BRIDGES_OUTAGE: Final = define(
+    "queue_bridges_outage", (requested(QUEUE_LASTS) == "infinite") | (OUTAGE <= requested(QUEUE_LASTS))
 )
 NOT_REPLAYED: Final = define(
     "not_replayed",
-    ~offered(RETAIN)
+    ~IS_KEPT
     | (requested(RETAIN_HANDLING) == "do_not_send")
     | (COMES_BACK & (requested(RETAIN_HANDLING) == "send_if_new")),
 )
 # A client whose session goes on need not subscribe again, so only a client with a new session certainly gets what is retained.
 FOUND_AGAIN: Final = define("found_again", (GETS_RETAINED & ~COMES_BACK) | (COMES_BACK & (EFFECTIVE >= "1")))
-SAVED_AT_ONCE: Final = broker(AUTOSAVE) == "0s"
+SAVED_AT_ONCE: Final = broker(AUTOSAVE) == EACH
 # What was published meanwhile comes at once after the break. Mosquitto 2.0.11 drops messages of QoS 2 beyond its own window, which
 # 3.1.1 cannot announce; seen by running it.
 FEW_AT_ONCE: Final = define(
@@ -76,16 +100,27 @@ FEW_AT_ONCE: Final = define(
 )
 NEVER_EXPIRES: Final = define("never_expires", (offered(EXPIRY) == "infinite") | in_3_1_1(publisher))
 TAKEN_IN_TIME: Final = define("taken_in_time", NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY)))
-
-BURST_FITS: Final = (
-    ~requested(PACED)
-    | (requested(BURSTS) == 0)
-    | define("burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES)))
+# Mosquitto drops a retained message up to a second before its expiry ends, and others up to a second after; seen by running 2.0.11.
+RENEWED_IN_TIME: Final = define("renewed_in_time", NEVER_EXPIRES | (topic(PERIOD) + SECOND <= offered(EXPIRY)))
+RETAINED_OUTLIVES_OUTAGE: Final = define(
+    "retained_outlives_outage", NEVER_EXPIRES | (topic(PERIOD) + OUTAGE + SECOND <= offered(EXPIRY))
 )
-WAITING_FITS: Final = (
-    ~requested(PACED)
-    | (requested(WAITING) == 0)
-    | define("waiting_fits", (requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
+OUTLIVES_OUTAGE: Final = define("outlives_outage", NEVER_EXPIRES | outlasts(offered(EXPIRY), OUTAGE))
+
+BURST_FITS: Final = (requested(BURSTS) == 0) | define(
+    "burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))
+)
+# Only an endless queue has room whatever the program does.
+WAITING_FITS: Final = define(
+    "waiting_fits",
+    ((broker(QUEUED) == "unlimited") & (broker(QUEUED_BYTES) == "unlimited"))
+    | (
+        (requested(PACED) | (requested(TAKEN_EVERY) == "0s"))
+        & (
+            (requested(WAITING) == 0)
+            | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
+        )
+    ),
 )
 
 
@@ -97,8 +132,12 @@ TOO_MANY: Final = "after a break all that waits is sent at once, and the broker 
 WINDOW: Final = "Mosquitto, mosquitto.conf(5), max_inflight_messages; seen by running Mosquitto 2.0.11"
 NARROW: Final = "state `max_inflight_messages` of the publisher's client, no more than that of the broker"
 LIMITS: Final = "C-QoS, limits of brokers; Mosquitto, mosquitto.conf(5), max_queued_messages and max_queued_bytes"
+TAKE: Final = "state `taken_every` of the subscription, or `max_queued_messages: unlimited` of the broker"
+BACK: Final = "a bridge publishes here once more what the other broker sends back to it"
 SAY: Final = "state `period` of all topics of the client and `max_queued_messages` of the broker"
-SAVE: Final = "use a broker that saves each message before it acknowledges it, and state `autosave_interval: 0s` of it"
+SAVE: Final = (
+    "use a broker that saves each message before it acknowledges it, and state `autosave_interval: each_message` of it"
+)
 ENDS: Final = (
     "the session of the subscriber ends with its connection, so what is published before it subscribes again is lost"
 )

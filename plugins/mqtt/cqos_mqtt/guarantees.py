@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
-    OUTAGE,
     RELAYED,
+    TAKEN_EVERY,
     WORDS,
     Unaffected,
     as_condition,
@@ -22,12 +22,14 @@ from cqos_core.packs import (
     offered,
     publisher,
     requested,
+    stated,
     subscriber,
     topic,
 )
 from cqos_mqtt.arrival_guarantees import ARRIVAL
 from cqos_mqtt.broker_policies import (
     BROKER_SESSION_EXPIRY,
+    EXPIRY_DELAY,
     NOTICES_LATER,
     PERSISTENCE,
     QUEUES_QOS0,
@@ -52,29 +54,38 @@ from cqos_mqtt.endpoint_policies import (
     SHARED,
 )
 from cqos_mqtt.guarantee_terms import (
+    BURST_FITS,
     COMES_BACK,
     CRASHES,
     FORGETS,
     LIMITS,
     NEVER_EXPIRES,
+    RENEWED_IN_TIME,
+    RETAINED_OUTLIVES_OUTAGE,
     SAVE,
     SAVED_AT_ONCE,
     SAVING,
     SAY,
     SENDER_BRIDGES_OUTAGE,
     SENDER_COMES_BACK,
+    TAKE,
+    WAITING_FITS,
+    outlasts,
 )
-from cqos_mqtt.policies import PERIOD
-from cqos_mqtt.rules import EFFECTIVE, GRANTED
+from cqos_mqtt.policies import PERIOD, REPAIR
+from cqos_mqtt.rules import EFFECTIVE, GRANTED, IS_EMPTY
 
 OFFLINE: Final = requested(WORDS["offline"].need)
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 MAX_AGE: Final = requested(WORDS["max_age"].need)
+MAX_GAP: Final = requested(WORDS["max_gap"].need)
 LIVENESS: Final = requested(WORDS["liveness"].need)
+OLDEST: Final = define("oldest", offered(EXPIRY) + broker(EXPIRY_DELAY))
 # In 3.1.1 a session that is kept has no end of its own, but a broker may put one to it (3.1.2.4).
 WAITS_LONG_ENOUGH: Final = define(
     "waits_long_enough",
-    (OFFLINE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(subscriber) | (OFFLINE <= subscriber(SESSION_EXPIRY))),
+    outlasts(broker(BROKER_SESSION_EXPIRY), OFFLINE)
+    & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OFFLINE)),
 )
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.
@@ -83,7 +94,8 @@ PINGS: Final = define(
     "pings", (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
 )
 # The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
-# session cuts the delay short. All of it twice.
+# session cuts the delay short. The
+# broker counts the delay in steps, and looks once in a step: Mosquitto 2.0.11 sent a Will of 1 s after 2.45 s. All of it twice.
 KEEP_ALIVE_NOTICED: Final = define("keep_alive_noticed", 3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER))
 WILL_SENT_AFTER: Final = define(
     "will_sent_after",
@@ -92,8 +104,17 @@ WILL_SENT_AFTER: Final = define(
 NOTICED_IN_TIME: Final = define(
     "noticed_in_time",
     (in_3_1_1(publisher) & (KEEP_ALIVE_NOTICED <= 2 * LIVENESS))
-    | (~in_3_1_1(publisher) & (WILL_SENT_AFTER <= 2 * LIVENESS)),
+    | (
+        ~in_3_1_1(publisher)
+        & (WILL_SENT_AFTER <= 2 * LIVENESS)
+        & (
+            (publisher(WILL_DELAY) == "0s")
+            | (publisher(SESSION_EXPIRY) == "0s")
+            | (WILL_SENT_AFTER + 4 * broker(EXPIRY_DELAY) <= 2 * LIVENESS)
+        )
+    ),
 )
+RETAINED_EXPIRES: Final = "the retained message may expire before a newer one takes its place"
 
 # A retained message of QoS 0 that is lost on its way comes again only in a new session: one that goes on need not subscribe again.
 SENT_AGAIN: Final = define("sent_again", (EFFECTIVE >= "1") | ~COMES_BACK)
@@ -130,7 +151,7 @@ ABSENCE_AND_TIME: Final = (
     ),
     gives(
         "late_join",
-        NEVER_EXPIRES | (topic(PERIOD) <= offered(EXPIRY)),
+        RENEWED_IN_TIME,
         code="MQTT306",
         name="retained-may-expire",
         because="the retained message may expire before the next one comes, so a late joiner may get none",
@@ -194,16 +215,33 @@ ABSENCE_AND_TIME: Final = (
     ),
     gives(
         "late_join",
-        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        RETAINED_OUTLIVES_OUTAGE,
         survives="link_outage",
         code="MQTT332",
         name="retained-expires-in-outage",
-        because="the retained message expires during the outage, and no newer one takes its place",
+        because=RETAINED_EXPIRES,
         clause="MQTT 5.0, MQTT-3.3.2-5",
     ),
     gives(
         "late_join",
-        NEVER_EXPIRES,
+        RETAINED_OUTLIVES_OUTAGE,
+        survives="intermediary_restart",
+        code="MQTT338",
+        name="retained-expires-before-broker-is-back",
+        because=RETAINED_EXPIRES,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+    ),
+    gives(
+        "late_join",
+        ~offered(RETAIN) | ~IS_EMPTY,
+        code="MQTT339",
+        name="retained-without-payload",
+        because="an empty retained message deletes the stored one and is itself not stored",
+        clause="MQTT 3.1.1, MQTT-3.3.1-10 and MQTT-3.3.1-11; MQTT 5.0, MQTT-3.3.1-6 and MQTT-3.3.1-7",
+    ),
+    gives(
+        "late_join",
+        RETAINED_OUTLIVES_OUTAGE,
         survives="publisher_restart",
         doubt=True,
         code="MQTT333",
@@ -264,7 +302,7 @@ ABSENCE_AND_TIME: Final = (
     ),
     gives(
         "offline",
-        OFFLINE <= offered(EXPIRY),
+        NEVER_EXPIRES | outlasts(offered(EXPIRY), OFFLINE),
         code="MQTT406",
         name="expires-while-away",
         because="messages expire in the broker before the subscriber comes back",
@@ -308,20 +346,49 @@ ABSENCE_AND_TIME: Final = (
     ),
     gives(
         "max_age",
-        NEVER_EXPIRES | (offered(EXPIRY) <= MAX_AGE),
+        NEVER_EXPIRES
+        | (
+            (offered(EXPIRY) <= MAX_AGE)
+            & (OLDEST <= MAX_AGE)
+            & (~stated(requested(TAKEN_EVERY)) | (OLDEST + requested(TAKEN_EVERY) <= MAX_AGE))
+        ),
         code="MQTT502",
         name="age-too-long",
-        because="messages may wait in the broker until they expire",
-        clause="MQTT 5.0, MQTT-3.3.2-5",
+        because="messages may wait in the broker until they expire and until its clock shows it, and then for the program to take them",
+        clause="MQTT 5.0, MQTT-3.3.2-5; C-QoS, Mosquitto by running it",
+        help="state `expiry_delay` of the broker: how much later than their expiry it still delivers messages",
+        fixes=("message_expiry_interval",),
+    ),
+    gives(
+        "max_age",
+        offered(EXPIRY) > "0s",
+        doubt=True,
+        code="MQTT515",
+        name="expiry-of-zero",
+        because="Mosquitto takes an expiry of 0 for none, and other brokers may drop the message at once",
+        clause="MQTT 5.0, 3.3.2.3.3; seen by running Mosquitto 2.0.11",
+        help="state a `message_expiry_interval` of a second or more",
     ),
     gives(
         "max_gap",
-        topic(PERIOD),
+        (topic(PERIOD) <= MAX_GAP)
+        & (topic(PERIOD) + REPAIR <= MAX_GAP)
+        & (topic(PERIOD) + REPAIR + requested(TAKEN_EVERY) <= MAX_GAP),
         code="MQTT504",
         name="gap-not-bounded",
-        because="MQTT promises no deadline, so only the period of the publisher bounds the gap",
-        clause="C-QoS, deadlines over MQTT",
-        help="state `period` of the topic",
+        because="MQTT promises no deadline, so only the period of the publisher bounds the gap, with the delay by the network and the time "
+        "until the program takes the message",
+        clause="C-QoS, deadlines over MQTT; RFC 6298",
+        help="state `period` of the topic, the option `repair_time`, and `taken_every` of the subscription",
+    ),
+    gives(
+        "max_gap",
+        BURST_FITS & WAITING_FITS,
+        code="MQTT516",
+        name="gap-by-full-queue",
+        because="the broker drops what comes while the queue of a slow client is full",
+        clause=LIMITS,
+        help=TAKE,
     ),
     gives(
         "max_gap",

@@ -6,9 +6,11 @@ from functools import lru_cache
 from typing import Any, Final
 
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.packs import INFINITE, Choice, Count, Duration, Flag, Names, Plain
+from cqos_core.packs import INFINITE, Choice, Count, Duration, Flag, Names, Plain, normalise
 
 _S: Final = 1_000_000_000
+EACH: Final = "each_message"
+"""A broker saves each message before it acknowledges it."""
 LONGEST: Final = 2**32 - 1
 """Four bytes of seconds; all bits set stand for never, where a field says so."""
 
@@ -86,6 +88,28 @@ class Seconds(Duration):
     def expected(self) -> str:
         """Say the bounds."""
         return f"whole seconds from 0 to {self.maximum}, with or without unit"
+
+
+class Saving(Duration):
+    """How often a broker saves, in seconds as Mosquitto counts them: 0 is never, and `EACH` comes before any period."""
+
+    def __init__(self) -> None:
+        """A bare number is in seconds."""
+        super().__init__(bare_unit="s")
+
+    def parse(self, text: str) -> int:
+        """Read ``30min``, ``infinite``, ``0`` for never, or ``each_message``."""
+        if normalise(text) == EACH:
+            return 0
+        return super().parse(text) or INFINITE
+
+    def format(self, value: Plain) -> str:
+        """Print a duration, or `EACH`."""
+        return super().format(value) if value else EACH
+
+    def expected(self) -> str:
+        """Name the words."""
+        return f"{super().expected()}, 0 for never, or {EACH}"
 
 
 class Access(Names):

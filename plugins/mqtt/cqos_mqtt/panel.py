@@ -29,13 +29,14 @@ PANEL: Final = Panel(
         "Client": ("client_id", "generated_client_id", "username", "protocol_version", "broker"),
         "Flow": _FLOW,
         "Will": _WILL,
+        "Bridge": ("brings_back",),
         "Topic": ("period", "size", "burst", "command"),
-        "Deployment": ("outage", "implied_needs"),
+        "Deployment": ("outage", "repair_time", "implied_needs"),
     },
     advanced=(
         *("no_local", "retain_as_published", "subscription_identifier", "max_payload", "topic_alias"),
         *("taken_every", "needs_retain_flag", "stores_session", "generated_client_id", "username"),
-        *(*_FLOW, *_WILL, "size", "burst", "implied_needs", "relayed"),
+        *(*_FLOW, *_WILL, "size", "burst", "repair_time", "implied_needs", "relayed", "brings_back"),
     ),
     labels={
         "qos": "QoS",
@@ -54,6 +55,8 @@ PANEL: Final = Panel(
         "will.retain": "Retain the Will",
         "will.delay_interval": "Delay of the Will",
         "will.message_expiry_interval": "Expiry of the Will",
+        "repair_time": "Longest delay by the network",
+        "brings_back": "Topics that it brings back",
         "implied_needs": "QoS without a requirement",
     },
     values={

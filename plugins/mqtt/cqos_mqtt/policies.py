@@ -15,6 +15,7 @@ from cqos_mqtt.broker_policies import (
     BROKER_PACKET_SIZE,
     BROKER_RECEIVE_MAXIMUM,
     BROKER_SESSION_EXPIRY,
+    EXPIRY_DELAY,
     GRANTED_QOS,
     IDENTIFIER_AVAILABLE,
     IMPLEMENTATION,
@@ -35,6 +36,7 @@ from cqos_mqtt.broker_policies import (
 )
 from cqos_mqtt.connection_policies import (
     ALIASES,
+    BRINGS_BACK,
     CLEAN,
     CLIENT_ID,
     GENERATED_ID,
@@ -57,6 +59,7 @@ from cqos_mqtt.connection_policies import (
     WILL_TOPIC,
 )
 from cqos_mqtt.endpoint_policies import (
+    BROUGHT_BACK,
     BURST_BYTES,
     BURSTS,
     CLOSING,
@@ -132,6 +135,15 @@ BROKER: Final = Policy(
     "The broker that a client connects to; clients of different brokers never meet.",
     level="option",
 )
+REPAIR: Final = Policy(
+    "repair_time",
+    Duration(),
+    None,
+    "The longest time for which the network delays a message from publisher to subscriber, on both connections together: TCP sends lost "
+    "packets again after 200 ms or more. Without it nothing is claimed about `max_gap`.",
+    "RFC 6298",
+    level="option",
+)
 IMPLIED_NEEDS: Final = Policy(
     "implied_needs",
     Choice("off", "note", "warning", ordered=False),
@@ -162,6 +174,7 @@ POLICIES: Final = (
     MIXED_QOS,
     IS_WILL,
     CLOSING,
+    BROUGHT_BACK,
     RESERVED,
     MAY_PUBLISH,
     CONTROLLED,
@@ -190,6 +203,7 @@ POLICIES: Final = (
     WILL_RETAIN,
     WILL_DELAY,
     WILL_EXPIRY,
+    BRINGS_BACK,
     WILL_ALLOWED,
     SAME_ID,
     SESSION,
@@ -214,6 +228,7 @@ POLICIES: Final = (
     QUEUES_QOS0,
     PERSISTENCE,
     NOTICES_LATER,
+    EXPIRY_DELAY,
     AUTOSAVE,
     UPGRADES,
     ACCESS,
@@ -224,5 +239,6 @@ POLICIES: Final = (
     COMMAND,
     VERSION,
     BROKER,
+    REPAIR,
     IMPLIED_NEEDS,
 )

@@ -23,7 +23,7 @@ def sparkplug(doc: str, qos: str, *, retain: bool = False) -> Preset:
 BROKERS: Final = {
     "mosquitto": a_broker(
         "Eclipse Mosquitto 2 without configuration (mosquitto.conf(5); receive maximum and topic aliases as it announces them; "
-        "keep alives are looked at every 6 s, in whole seconds).",
+        "keep alives are looked at every 6 s; all times are in whole seconds).",
         "eclipse_mosquitto",
         implementation="mosquitto",
         max_queued_messages="1000",
@@ -34,6 +34,7 @@ BROKERS: Final = {
         persistence="false",
         autosave_interval="30min",
         keep_alive_delay="7s",
+        expiry_delay="1s",
     ),
     "hivemq_ce": a_broker(
         "HiveMQ Community Edition (config.xml: defaults of <mqtt> and <restrictions>).",

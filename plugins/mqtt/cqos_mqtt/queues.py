@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binding import bind
 from cqos_core.matching.judge import apart
@@ -149,7 +149,6 @@ class _Queues:
         self._topics = grouped([*matched, *((topic, topic) for topic in published.keys() & filters)])
         self._streams: dict[tuple[str, QosProfile], tuple[Alike, ...]] = {}
         self._facts: dict[Client, Mapping[str, Value]] = {}
-        self._bursts: dict[str, bool] = {}
 
     def of(self, client: Client) -> Mapping[str, Value]:
         """Return what is true of all subscriptions of a client."""
@@ -160,16 +159,9 @@ class _Queues:
                 # No message names what is not known, so clients that differ in names alone stay alike.
                 streams = [(each._replace(topic=""), number) for each, number in streams]
             facts = _facts(streams, client[0][1])
-            facts[PACED.name] = int(any(self._is_paced(written, profile) for written, profile in client))
+            facts[PACED.name] = _is_paced(profile for _, profile in client)
             self._facts[client] = facts
         return facts
-
-    def _is_paced(self, written: str, profile: QosProfile) -> bool:
-        """Whether it is stated how many messages come at once, of whatever QoS, or how often they are taken."""
-        if written not in self._bursts:
-            publishers = (each for topic in self._topics.get(written, ()) for each in self._published[topic])
-            self._bursts[written] = any(_is_stated(each, BURST) for each in publishers)
-        return self._bursts[written] or _is_stated(profile, BURST) or _is_stated(profile, TAKEN_EVERY)
 
     def _to(self, written: str, profile: QosProfile) -> tuple[Alike, ...]:
         """Return what comes to one subscription; where it is not known who publishes, what its own topic says."""
@@ -196,9 +188,12 @@ def heard(client: Sequence[tuple[Heard, QosProfile]]) -> Mapping[str, Value]:
     for topics, profile in client:
         found = [(each, number) for publishers, number in topics for each in _streams("", publishers, profile)]
         streams += _alike(found if topics else ((each, 1) for each in _from_outside("", profile)))
-    every = (each for topics, profile in client for each in (profile, *(one for by, _ in topics for one in by)))
-    paced = any(_is_stated(each, BURST) for each in every) or any(_is_stated(each, TAKEN_EVERY) for _, each in client)
-    return {**_facts(streams, client[0][1]), PACED.name: int(paced)}
+    return {**_facts(streams, client[0][1]), PACED.name: _is_paced(profile for _, profile in client)}
+
+
+def _is_paced(client: Iterable[QosProfile]) -> int:
+    """Whether it is stated how often the program of a client takes messages."""
+    return int(any(_is_stated(each, TAKEN_EVERY) for each in client))
 
 
 def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosProfile) -> Iterator[Stream]:
@@ -384,4 +379,8 @@ def _longest(streams: tuple[Alike, ...], kept: int, kept_bytes: int) -> int:
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
+    return low - next((unit for unit in _UNITS if 100 * unit <= low), min(low, 1))
+
+
+_UNITS: Final = (1_000_000_000, 1_000_000, 1_000)
+"""Nanoseconds; one of them is the room to connect again, because at the very end of the time one message more may come."""

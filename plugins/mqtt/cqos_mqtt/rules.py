@@ -56,7 +56,6 @@ from cqos_mqtt.endpoint_policies import (
     ENVELOPE_TO_BROKER,
     IS_WILL,
     MIXED_QOS,
-    PACED,
     PAYLOAD,
     PROPERTIES,
     QOS,
@@ -67,7 +66,7 @@ from cqos_mqtt.endpoint_policies import (
     TOPIC_ALIAS,
     WILDCARDS,
 )
-from cqos_mqtt.policies import COMMAND, VERSION
+from cqos_mqtt.policies import COMMAND, SIZE, VERSION
 from cqos_mqtt.session_rules import SESSIONS, WILL
 from cqos_mqtt.subscription_rules import FILTERS
 
@@ -257,6 +256,9 @@ CAPABILITIES: Final = (
 
 # MQTT3xx: retained messages ----------------------------------------------------------------------------------
 
+# A payload whose size nothing states is not taken for an empty one.
+IS_EMPTY: Final = define("is_empty", stated(offered(PAYLOAD), "0") | stated(topic(SIZE), "0"))
+
 RETAINED: Final = (
     forbids(
         (requested(RETAIN_HANDLING) == "send_if_new") & keeps_session(subscriber),
@@ -278,7 +280,7 @@ RETAINED: Final = (
         aliases=("MQTT355", "retained-qos-0-optional-warned"),
     ),
     forbids(
-        offered(RETAIN) & (offered(PAYLOAD) == 0),
+        offered(RETAIN) & IS_EMPTY,
         code="MQTT309",
         name="empty-retained",
         says="{endpoint} retains messages without payload",
@@ -323,7 +325,6 @@ FLOW: Final = (
     ),
     forbids(
         ~as_condition(requested(WORDS["loss_free"].need))
-        & requested(PACED)
         & (EFFECTIVE >= "1")
         & (
             (requested(BURSTS) > ROOM)

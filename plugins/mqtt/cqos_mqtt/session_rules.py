@@ -7,6 +7,7 @@ from typing import Final
 from cqos_core.packs import (
     WORDS,
     as_condition,
+    broker,
     count,
     define,
     forbids,
@@ -16,6 +17,7 @@ from cqos_core.packs import (
     requested,
     stated,
 )
+from cqos_mqtt.broker_policies import EXPIRY_DELAY
 from cqos_mqtt.conditions import IMPLIED, in_3_1_1, keeps_session
 from cqos_mqtt.connection_policies import (
     ALIASES,
@@ -123,10 +125,10 @@ MAX_AGE: Final = WORDS["max_age"].need
 
 WILL: Final = (
     forbids(
-        (requested(MAX_AGE) < "infinite") & (offered(EXPIRY) <= requested(MAX_AGE)),
+        (requested(MAX_AGE) < "infinite") & (offered(EXPIRY) + broker(EXPIRY_DELAY) <= requested(MAX_AGE)),
         code="MQTT503",
         name="age-counted-in-broker-only",
-        says="{subscriber} needs max_age {requested need.max_age}, and the expiry of {publisher} counts whole seconds in the broker only",
+        says="{subscriber} needs max_age {requested need.max_age}, and the expiry of {publisher} counts the time in the broker only",
         because="neither the time on the network nor that in the queues of clients counts",
         clause="MQTT 5.0, MQTT-3.3.2-6",
         severity="note",

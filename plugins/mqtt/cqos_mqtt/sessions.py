@@ -16,6 +16,7 @@ from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
 from cqos_mqtt.broker_policies import ACCESS
 from cqos_mqtt.connection_policies import (
+    BRINGS_BACK,
     CLIENT_ID,
     USERNAME,
     WILL_EXPIRY,
@@ -25,7 +26,7 @@ from cqos_mqtt.connection_policies import (
     WILL_TOPIC,
 )
 from cqos_mqtt.endpoint_policies import NO_LOCAL, QOS
-from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
+from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, intersect, matches
 from cqos_mqtt.policies import BROKER, POLICIES
 
 WILL: Final = "will"
@@ -66,6 +67,8 @@ def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers:
             allowed = _allowed(sent[client], rights)
             sent[client].settings.update(allowed)
             of_participants.setdefault(client, {})["will_allowed"] = allowed["may_publish"]
+    for position in _brought_back(endpoints, clients, brokers):
+        of_endpoints[position]["brought_back"] = _TRUE
     kept = {position: facts for position, facts in of_endpoints.items() if facts}
     return Completion(of_participants, kept, tuple(wills))
 
@@ -122,13 +125,35 @@ def _controls(brokers: Mapping[str, Known]) -> dict[str, _Control]:
 
 def _rights(client: Known, brokers: Mapping[str, Known], controls: dict[str, _Control]) -> list[_Filters] | None:
     """Return what the access control of its broker says of a client; None where that is not known."""
-    named = client.setting(BROKER)
-    broker = named.text if named is not None else next(iter(brokers)) if len(brokers) == 1 else ""
-    control = controls.get(broker)
+    control = controls.get(_broker_of(client, brokers))
     user, own_id = client.setting(USERNAME), client.setting(CLIENT_ID)
     if control is None or (user is not None and user.unknown):
         return None
     return control.rights(user, own_id if own_id is not None and not own_id.unknown else None)
+
+
+def _broker_of(client: Known, brokers: Mapping[str, Known]) -> str:
+    """Return the name of the broker to which a client connects; empty where that is not known."""
+    named = client.setting(BROKER)
+    return named.text if named is not None else next(iter(brokers)) if len(brokers) == 1 else ""
+
+
+def _brought_back(
+    endpoints: Sequence[Known], clients: Mapping[str, Known], brokers: Mapping[str, Known]
+) -> Iterable[int]:
+    """Yield the publications that a bridge of the same broker publishes once more; those of the bridge itself are none."""
+    back = grouped(
+        (_broker_of(each, brokers), (each.id, filters))
+        for each in clients.values()
+        if isinstance(filters := each.value(BRINGS_BACK), tuple)
+    )
+    for position, endpoint in enumerate(endpoints) if back else ():
+        client = clients.get(endpoint.participant)
+        if endpoint.role != PUBLISHER or endpoint.topic is None or client is None:
+            continue
+        for bridge, filters in back.get(_broker_of(client, brokers), ()):
+            if any(bridge != client.id and intersect(written, endpoint.topic) for written in filters):
+                yield position
 
 
 def _filled(written: str, known: Mapping[str, str]) -> str:

@@ -34,7 +34,7 @@ def system(publication, subscription, publisher=None, subscriber=None):
         "topics": {"t": {"period": "1s"}},
         "participants": {
             "p": {"client": publisher or {}, "publishes": {"t": publication}},
-            "s": {"client": subscriber or {}, "subscribes": {"t": subscription}},
+            "s": {"client": subscriber or {}, "subscribes": {"t": {"taken_every": "0ms", **subscription}}},
         },
     }
     return named(read(json.dumps(own).encode(), importer="yaml"), WHERE)

@@ -70,7 +70,7 @@ def test_values_of_a_broker_become_its_configuration():
     [
         ("granted_qos", "0"),
         ("shared_subscription_available", "false"),
-        ("autosave_interval", "0s"),
+        ("autosave_interval", "each_message"),
         ("maximum_packet_size", "10"),
         ("session_expiry_interval", "90s"),
     ],

@@ -304,8 +304,8 @@ def _flag(text: str) -> str:
 
 def _period(text: str) -> str:
     number, unit = text[:-1], text[-1:]
-    if not number.isdecimal() or unit not in _UNITS:
-        raise ValueError(f"expected a number with one of {', '.join(_UNITS)} after it")
+    if not number.isdecimal() or unit not in _UNITS or int(number) == 0:
+        raise ValueError(f"expected a number above 0 with one of {', '.join(_UNITS)} after it")
     return f"{min(int(number) * _UNITS[unit], LONGEST)}s"
 
 

@@ -7,12 +7,14 @@ bridge subscribes and publishes with the stated QoS, and passes the RETAIN flag 
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from itertools import product
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
-from cqos_mqtt.filters import has_wildcards, wrong_wildcards
+from cqos_mqtt.filters import has_wildcards, intersection, wrong_wildcards
 from cqos_mqtt.names import PATTERN
 from cqos_mqtt.sessions import BRIDGE_STATES
 
@@ -102,12 +104,16 @@ def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequen
     for line in lines:
         if line.name == "topic":
             routes += _routes(local, remote, line, retained, any_topic)
-            if not knows and line.value.split()[1:2] == ["both"]:
-                message = (
-                    f"with `try_private false` the broker at {host} sends back what it gets over bridge `{name}`: what is "
-                    f"published here on `{line.value.split()[0]}` arrives here twice"
-                )
-                reading.note("MQTT943", message, line.place)
+    if not knows:
+        back = dict(_brought_back([line for line in lines if line.name == "topic"]))
+        for filter_, place in back.items():
+            message = (
+                f"with `try_private false` the broker at {host} sends back what it gets over bridge `{name}`: what is "
+                f"published here on `{filter_}` arrives here twice"
+            )
+            reading.note("MQTT943", message, place)
+        if back:
+            here["brings_back"] = Setting(json.dumps(list(back)), next(iter(back.values())), derived=True)
     _notifications(system, stated, local, remote)
     carries = () if knows else (_TAKES_BACK,)
     system.bridges[local] = Bridge(local, tuple(routes), carries, place=lines[0].place)
@@ -205,19 +211,10 @@ def _routes(
     local: str, remote: str, line: Line, retained: dict[str, Setting], unclear: Setting | None
 ) -> Iterator[Route]:
     """Yield the ways of one ``topic`` line; ``unclear`` is another one that may be about the same topics."""
-    if not line.value.split():
-        raise ValueError("it needs a value", line)
-    pattern, *rest = (part.strip('"') for part in line.value.split())
-    direction, qos, here, there = [*rest, *("out", "0", "", "")[len(rest) :]][:4]
-    if direction not in _DIRECTIONS:
-        raise ValueError(f"expected one of {', '.join(_DIRECTIONS)} as the direction", line)
-    if qos not in _QUALITIES:
-        raise ValueError("expected 0, 1 or 2 as the QoS", line)
-    if wrong := wrong_wildcards(pattern):
-        raise ValueError(f"`{pattern}` is no filter: {wrong}", line)
+    pattern, ways, qos, here, there = _topic(line)
     settings: Settings = {"qos": unclear or Setting(qos, line.place)}
     for name, expression in _named(pattern):
-        for way in _DIRECTIONS[direction]:
+        for way in ways:
             ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))
             (source, from_topic), (target, to_topic) = ends if way == "out" else ends[::-1]
             before = here if way == "out" else there
@@ -230,6 +227,50 @@ def _routes(
                 # A wildcard at the start matches no name that begins with `$`.
                 (r"\$.*",) if pattern[:1] in {"+", "#"} and not before else (),
             )
+
+
+class _Topic(NamedTuple):
+    """One ``topic`` line: a filter, the ways in which it is carried, and the prefixes on both sides."""
+
+    pattern: str
+    ways: tuple[str, ...]
+    qos: str
+    here: str
+    there: str
+
+
+def _topic(line: Line) -> _Topic:
+    """Read a ``topic`` line.
+
+    Raises:
+        ValueError: Mosquitto refuses it.
+    """
+    if not line.value.split():
+        raise ValueError("it needs a value", line)
+    pattern, *rest = (part.strip('"') for part in line.value.split())
+    direction, qos, here, there = [*rest, *("out", "0", "", "")[len(rest) :]][:4]
+    if direction not in _DIRECTIONS:
+        raise ValueError(f"expected one of {', '.join(_DIRECTIONS)} as the direction", line)
+    if qos not in _QUALITIES:
+        raise ValueError("expected 0, 1 or 2 as the QoS", line)
+    if wrong := wrong_wildcards(pattern):
+        raise ValueError(f"`{pattern}` is no filter: {wrong}", line)
+    return _Topic(pattern, _DIRECTIONS[direction], qos, here, there)
+
+
+def _brought_back(lines: Sequence[Line]) -> Iterator[tuple[str, Place]]:
+    """Yield the filters here whose topics go out by one line and come in by another, or the same, under their own name."""
+    topics = [(_topic(line), line.place) for line in lines]
+    for (out, place), (back, _) in product(topics, repeat=2):
+        if "out" not in out.ways or "in" not in back.ways:
+            continue
+        longer, shorter = (out, back) if len(out.here) >= len(back.here) else (back, out)
+        more = longer.here[len(shorter.here) :]
+        if (longer.here, longer.there) != (f"{shorter.here}{more}", f"{shorter.there}{more}"):
+            continue
+        common = intersection(f"{out.here}{out.pattern}", f"{back.here}{back.pattern}")
+        if common is not None:
+            yield common, place
 
 
 def _named(pattern: str) -> Iterator[tuple[str, str | None]]:

@@ -145,7 +145,11 @@ def _times(plan: Plan) -> list[str]:
     own |= {fault.kind: round(fault.seconds * 1000)} if fault is not None else {}
     lasting = [(f"FAULT == {name.upper()}", own.get(name, _SHORT), name == "slow_reader") for name in FAULTS]
     chosen = [
-        ("AGES", needs.get("max_age", ENDLESS - 1) + 1, False),
+        (
+            "AGES",
+            max(0, needs.get("max_age", ENDLESS - 1) + 1 - _milliseconds(known(of_broker.EXPIRY_DELAY, plan.broker))),
+            False,
+        ),
         ("ABSENT", needs.get("offline", _SHORT), False),
         *lasting,
     ]
@@ -165,7 +169,7 @@ def _room(plan: Plan, lasts: int, *, is_slow: bool) -> tuple[int, int]:
     room = _limit(of_broker.QUEUED, values, 0)
     if (total := _limit(of_broker.QUEUED_BYTES, values, 0)) < INFINITE:
         room = min(room, total // max(size, 1) if isinstance(size, int) else 0)
-    arrive = ceil(min(lasts, ENDLESS) / _period(plan))
+    arrive = ceil(min(lasts, ENDLESS) / _period(plan)) + (not is_slow)
     if arrive <= room + window * is_slow:
         return _PLENTY, min(window, MESSAGES)
     window = min(window, 1) if is_slow else min(window, MESSAGES)
@@ -195,6 +199,7 @@ def _will(plan: Plan) -> dict[str, object]:
         delay = min(
             _milliseconds(known(each, values)) for each in (of_connection.WILL_DELAY, of_connection.SESSION_EXPIRY)
         )
+        delay += 2 * _milliseconds(known(of_broker.EXPIRY_DELAY, broker)) * (delay > 0)
     allowed = bool(known(of_connection.WILL_ALLOWED, values))
     has = allowed and isinstance(topic, str) and isinstance(heard, tuple) and bool(topic) and hears(topic, heard)
     later = _milliseconds(known(of_broker.NOTICES_LATER, broker))

@@ -129,7 +129,7 @@ participants:
     protocol: mqtt
     broker: broker.example:1884
     client: {client_id: cloud, clean_start: false}
-    subscribes: {fleet/r1/battery: {qos: 1, needs: {loss_free: true}}}
+    subscribes: {fleet/r1/battery: {qos: 1, taken_every: 0ms, needs: {loss_free: true}}}
 """)
     report = cqos.check(tmp_path / "params.yaml", tmp_path / "rest.yaml")
     (error,) = [each for each in report.findings if each.severity == "error"]
