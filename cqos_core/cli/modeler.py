@@ -39,6 +39,7 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.cli.reading import install_packs
+    from cqos_core.service.modeler_state import resume_secret, run_key
     from cqos_core.service.process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
@@ -46,7 +47,14 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
         if each.is_dir() or not (each.is_file() or each.absolute().parent.is_dir()):
             raise CqosError(f"{each} {'is a folder' if each.is_dir() else 'is in a folder that does not exist'}")
     install_packs(pack_files)
-    key, ticket = new_key(), new_key()
+    named = tuple(str(Path(each).absolute()) for each in files)
+    nonce, ticket = new_key(), new_key()
+    try:
+        resume = resume_secret(port, named)
+    except OSError as error:
+        say(f"Drafts cannot be kept: {error}", severity="warning")
+        resume = new_key()
+    key = run_key(resume, nonce)
 
     def started(addresses: dict[str, str]) -> None:
         page = f"http://{addresses['web']}/"
@@ -60,8 +68,10 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
         listen=f"{_HERE}:0",
         web=f"{_HERE}:{port}",
         modeler=True,
-        named=tuple(str(Path(each).absolute()) for each in files),
+        named=named,
         named_key=key,
+        named_nonce=nonce,
+        named_resume=resume,
         named_ticket="" if no_browser else ticket,
         grace=1.0,
         leaving=0.0,

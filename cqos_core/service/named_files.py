@@ -1,7 +1,8 @@
 """The files that `cqos modeler` was started with: the page on this machine reads and saves these, and no others.
 
 A request needs the key of this run, which no other page and no other user of the machine knows. A save states which content
-it replaces, so that it never overwrites what another program wrote.
+it replaces, so that it never overwrites what another program wrote. Drafts of the page are kept here, too: the next run has
+another origin, where the browser keeps nothing of this one.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import hmac
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,6 +18,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from cqos_core.files.opening import write_whole
+from cqos_core.service.modeler_state import Drafts
 from cqos_core.service.settings import split_address
 
 if TYPE_CHECKING:
@@ -38,8 +41,12 @@ def routes(settings: Settings) -> list[Route]:
     return [
         Route("/files", files.guarded(files.listed)),
         Route("/files/key", files.exchanged, methods=["POST"]),
+        Route("/files/run", files.run),
         Route("/files/{number:int}", files.guarded(files.read), methods=["GET"]),
         Route("/files/{number:int}", files.guarded(files.saved), methods=["PUT"]),
+        Route("/drafts", files.guarded(files.drafts), methods=["GET"]),
+        Route("/drafts/{tab}", files.guarded(files.kept), methods=["PUT"]),
+        Route("/drafts/{tab}", files.guarded(files.forgotten), methods=["DELETE"]),
     ]
 
 
@@ -47,10 +54,12 @@ class _Files:
     def __init__(self, settings: Settings) -> None:
         self._paths = [Path(name) for name in settings.named]
         self._key = settings.named_key
+        self._nonce, self._resume = settings.named_nonce, settings.named_resume
         self._ticket: str | None = settings.named_ticket or None
         self._most = settings.limits.message_bytes
         self._hosts = {"localhost", split_address("--web", settings.web or "")[0]}
         self._saving = asyncio.Lock()
+        self._drafts = Drafts(settings.named)
 
     def guarded(
         self, answer: Callable[[Request], Coroutine[Any, Any, Response]]
@@ -72,16 +81,49 @@ class _Files:
 
     async def exchanged(self, request: Request) -> Response:
         """Give the key for the ticket in the address that the browser was started with: once, because others see that."""
-        ticket, self._ticket = self._ticket, None
         given = request.headers.get(KEY_HEADER, "")
-        if ticket is None or not self._is_here(request) or not _equal(given, ticket):
+        # A wrong ticket leaves the right one valid: else any other page could use it up.
+        if self._ticket is None or not self._is_here(request) or not _equal(given, self._ticket):
             return _refused(403, "this address was opened before; open the one that `cqos modeler` printed")
+        self._ticket = None
         return JSONResponse({"key": self._key}, headers=_NOT_STORED)
+
+    async def run(self, _request: Request) -> Response:
+        """Return the nonce of this run. With the secret of an earlier run with the same files, a page makes the key of it."""
+        return JSONResponse({"nonce": self._nonce}, headers=_NOT_STORED)
 
     async def listed(self, _request: Request) -> Response:
         """List them by number, with the name for people and the path."""
         rows = [{"name": each.name, "path": str(each)} for each in self._paths]
-        return JSONResponse({"files": rows}, headers=_NOT_STORED)
+        return JSONResponse({"files": rows, "resume": self._resume}, headers=_NOT_STORED)
+
+    async def drafts(self, _request: Request) -> Response:
+        """List what earlier runs with these files left unsaved."""
+        return JSONResponse({"drafts": await asyncio.to_thread(self._drafts.earlier)}, headers=_NOT_STORED)
+
+    async def kept(self, request: Request) -> Response:
+        """Keep a draft, so that the next run has it."""
+        # The text of a diagram and the bytes of its file, each in a form that is longer.
+        content = await self._body(request, 4 * self._most)
+        if content is None:
+            return _refused(413, f"the draft has more than {4 * self._most} bytes")
+        try:
+            await asyncio.to_thread(self._drafts.keep, request.path_params["tab"], json.loads(content))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            return _refused(400, f"this is no draft: {error}")
+        except OSError as error:
+            return _refused(422, f"cannot write {error.filename}: {error.strerror}")
+        return Response(status_code=204, headers=_NOT_STORED)
+
+    async def forgotten(self, request: Request) -> Response:
+        """Remove a draft."""
+        try:
+            await asyncio.to_thread(self._drafts.forget, request.path_params["tab"])
+        except ValueError as error:
+            return _refused(400, str(error))
+        except OSError as error:
+            return _refused(422, f"cannot remove {error.filename}: {error.strerror}")
+        return Response(status_code=204, headers=_NOT_STORED)
 
     async def read(self, request: Request) -> Response:
         """Return the bytes of a file, with a tag that changes with them; no content for a file that does not exist."""
@@ -103,13 +145,21 @@ class _Files:
         path = self._path(request)
         if path is None:
             return _unknown()
+        content = await self._body(request, self._most)
+        if content is None:
+            return _refused(413, f"the file has more than {self._most} bytes")
+        async with self._saving:
+            return await asyncio.to_thread(self._replaced, path, content, request.headers.get("if-match"))
+
+    @staticmethod
+    async def _body(request: Request, most: int) -> bytes | None:
+        """Return what comes with a request, or None for more bytes than may come."""
         content = bytearray()
         async for part in request.stream():
             content += part
-            if len(content) > self._most:
-                return _refused(413, f"the file has more than {self._most} bytes")
-        async with self._saving:
-            return await asyncio.to_thread(self._replaced, path, bytes(content), request.headers.get("if-match"))
+            if len(content) > most:
+                return None
+        return bytes(content)
 
     def _replaced(self, path: Path, content: bytes, expected: str | None) -> Response:
         present = self._content(path)

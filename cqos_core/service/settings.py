@@ -84,6 +84,7 @@ class Settings:
         named: paths of the files that this page reads and saves, on this machine only.
         named_key: that its requests for them need; empty: no files.
         named_ticket: that gives the key once.
+        named_nonce, named_resume: from which a page makes the key after the modeler was started again; the nonce is no secret.
         origins: of pages from elsewhere that may call the door for browsers.
         metrics: address of Prometheus metrics, or None.
         tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
@@ -104,6 +105,8 @@ class Settings:
     named: tuple[str, ...] = ()
     named_key: str = ""
     named_ticket: str = ""
+    named_nonce: str = ""
+    named_resume: str = ""
     origins: tuple[str, ...] = ()
     metrics: str | None = None
     tokens: tuple[str, ...] = ()

@@ -1,0 +1,140 @@
+"""What `cqos modeler` keeps between its runs, in a folder that only its user can read: drafts, and a secret for its keys."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from cqos_core.files.opening import write_whole
+from cqos_core.service.settings import new_key
+
+MOST_DRAFTS: Final = 50
+"""The oldest draft is removed when there are more."""
+_SECRET_LENGTH: Final = 32
+_TAB: Final = re.compile(r"[a-z0-9-]{1,64}")
+
+
+def state_folder() -> Path:
+    """Return the folder; it need not exist."""
+    base = os.environ.get("XDG_STATE_HOME") or (os.environ.get("LOCALAPPDATA") if os.name == "nt" else None)
+    return (Path(base) if base else Path.home() / ".local" / "state") / "cqos"
+
+
+def resume_secret(port: int, paths: tuple[str, ...]) -> str:
+    """Return a secret that each run with this port and these files gives to its page.
+
+    A page that still shows an earlier run makes the key of the present one from it. Port 0 gives another secret each time: a page
+    never finds that run again.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    if port == 0:
+        return new_key()
+    file = _private(state_folder()) / "modeler.key"
+    secret = file.read_text(encoding="ascii") if file.exists() else ""
+    if len(secret) < _SECRET_LENGTH:  # a broken file would make keys that can be guessed
+        secret = new_key()
+        file.touch(mode=0o600)
+        write_whole(str(file), secret.encode("ascii"))
+    about = "\0".join([str(port), *map(os.path.realpath, paths)])
+    return _sum(secret, about)
+
+
+def run_key(resume: str, nonce: str) -> str:
+    """Return the key of a run: who has only its nonce cannot make it."""
+    return _sum(resume, nonce)
+
+
+def _sum(key: str, text: str) -> str:
+    return hmac.new(key.encode(), text.encode("utf-8", "surrogateescape"), hashlib.sha256).hexdigest()
+
+
+class Drafts:
+    """Unsaved diagrams, one JSON file for each tab of a browser.
+
+    A draft belongs to a file by its real path. A diagram that is in no file belongs to the folder in which the modeler runs.
+    """
+
+    def __init__(self, named: tuple[str, ...]) -> None:
+        """Keep drafts of a run with these files."""
+        self._run = new_key()
+        self._folder = state_folder() / "drafts"
+        self._files = [os.path.realpath(each) for each in named]
+        self._here = str(Path.cwd().resolve())
+
+    def earlier(self) -> list[dict[str, Any]]:
+        """Return the drafts of earlier runs with these files, newest first; `file` is the number of the file, or None."""
+        found = []
+        for path in self._paths():
+            draft = _read(path)
+            if draft is None or draft["run"] == self._run:
+                continue
+            if draft["path"] in self._files:
+                found.append({**draft, "tab": path.stem, "file": self._files.index(draft["path"])})
+            elif draft["path"] is None and draft["folder"] == self._here:
+                found.append({**draft, "tab": path.stem, "file": None})
+        return found
+
+    def keep(self, tab: str, content: dict[str, Any]) -> None:
+        """Keep a draft in place of the earlier one of this tab.
+
+        Raises:
+            OSError: it cannot be written.
+            ValueError: `content` or the name of the tab has another form.
+        """
+        number = content.pop("file")
+        if number is not None and not 0 <= number < len(self._files):
+            raise ValueError("`cqos modeler` was started without this file")
+        path = self._path(tab)
+        whose = {"run": self._run, "path": None if number is None else self._files[number], "folder": self._here}
+        _private(self._folder)
+        path.touch(mode=0o600)
+        write_whole(str(path), json.dumps({**content, **whose}).encode("utf-8", "surrogateescape"))
+        for each in self._paths()[MOST_DRAFTS:]:
+            each.unlink(missing_ok=True)
+
+    def forget(self, tab: str) -> None:
+        """Remove the draft of a tab, if there is one.
+
+        Raises:
+            OSError: it cannot be removed.
+            ValueError: the name of the tab has another form.
+        """
+        self._path(tab).unlink(missing_ok=True)
+
+    def _path(self, tab: str) -> Path:
+        if not _TAB.fullmatch(tab):
+            raise ValueError("the name of a tab has the letters a to z, digits and `-`")
+        return self._folder / f"{tab}.json"
+
+    def _paths(self) -> list[Path]:
+        """Return the files, newest first."""
+        times = {}
+        for path in self._folder.glob("*.json"):
+            try:
+                times[path] = path.stat().st_mtime_ns
+            except FileNotFoundError:  # another run removed it
+                continue
+        return sorted(times, key=lambda path: times[path], reverse=True)
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return a draft, or None for a file that another run removed, or that no modeler wrote."""
+    try:
+        content = json.loads(path.read_bytes())
+    except (FileNotFoundError, ValueError):
+        return None
+    return content if isinstance(content, dict) and {"run", "path", "folder"} <= content.keys() else None
+
+
+def _private(folder: Path) -> Path:
+    """Make a folder that only the user can open."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder.chmod(0o700)
+    return folder
