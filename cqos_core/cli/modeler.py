@@ -39,7 +39,7 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.cli.reading import install_packs
-    from cqos_core.service.modeler_state import resume_secret, run_key
+    from cqos_core.service.modeler_state import port_secret, run_key, user_secret
     from cqos_core.service.process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
@@ -50,14 +50,14 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
     named = tuple(str(Path(each).absolute()) for each in files)
     nonce, ticket = new_key(), new_key()
     try:
-        resume = resume_secret(port, named)
+        secret = user_secret()
     except OSError as error:
-        say(f"Drafts cannot be kept: {error}", severity="warning")
-        resume = new_key()
-    key = run_key(resume, nonce)
+        say(f"No draft is kept for the next run: cannot write {error.filename}: {error.strerror}", severity="warning")
+        secret = new_key()
 
     def started(addresses: dict[str, str]) -> None:
         page = f"http://{addresses['web']}/"
+        key = run_key(port_secret(secret, int(addresses["web"].rpartition(":")[2])), nonce)
         # The address that is printed holds as long as the modeler runs. Others on this machine can see the one that a
         # browser is started with, so that holds once.
         click.echo(f"The modeler runs at {page}#key={key}\nPress Ctrl-C to stop it.")
@@ -69,9 +69,8 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
         web=f"{_HERE}:{port}",
         modeler=True,
         named=named,
-        named_key=key,
+        named_secret=secret,
         named_nonce=nonce,
-        named_resume=resume,
         named_ticket="" if no_browser else ticket,
         grace=1.0,
         leaving=0.0,

@@ -25,34 +25,36 @@ def state_folder() -> Path:
     return (Path(base) if base else Path.home() / ".local" / "state") / "cqos"
 
 
-def resume_secret(port: int, paths: tuple[str, ...]) -> str:
-    """Return a secret that each run with this port and these files gives to its page.
-
-    A page that still shows an earlier run makes the key of the present one from it. Port 0 gives another secret each time: a page
-    never finds that run again.
+def user_secret() -> str:
+    """Return the secret of this user, from which the keys of all runs are made. It stays on this machine.
 
     Raises:
         OSError: the folder cannot be written.
     """
-    if port == 0:
-        return new_key()
     file = _private(state_folder()) / "modeler.key"
-    secret = file.read_text(encoding="ascii") if file.exists() else ""
+    secret = file.read_text(encoding="ascii", errors="replace") if file.exists() else ""
     if len(secret) < _SECRET_LENGTH:  # a broken file would make keys that can be guessed
         secret = new_key()
         file.touch(mode=0o600)
         write_whole(str(file), secret.encode("ascii"))
-    about = "\0".join([str(port), *map(os.path.realpath, paths)])
-    return _sum(secret, about)
+    return secret
+
+
+def port_secret(secret: str, port: int) -> str:
+    """Return what a page at a port keeps, to make the key of the next run there.
+
+    A page never sends it: another program may have the port by then.
+    """
+    return _sum(secret, f"port {port}")
 
 
 def run_key(resume: str, nonce: str) -> str:
-    """Return the key of a run: who has only its nonce cannot make it."""
+    """Return the key of a run, from `port_secret` and its nonce; the nonce alone says nothing."""
     return _sum(resume, nonce)
 
 
 def _sum(key: str, text: str) -> str:
-    return hmac.new(key.encode(), text.encode("utf-8", "surrogateescape"), hashlib.sha256).hexdigest()
+    return hmac.new(key.encode(), text.encode(), hashlib.sha256).hexdigest()
 
 
 class Drafts:

@@ -18,7 +18,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from cqos_core.files.opening import write_whole
-from cqos_core.service.modeler_state import Drafts
+from cqos_core.service.modeler_state import Drafts, port_secret, run_key
 from cqos_core.service.settings import split_address
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _NOT_STORED: Final = {"cache-control": "no-store", "x-content-type-options": "no
 
 def routes(settings: Settings) -> list[Route]:
     """Return the routes of the named files; none where the page serves others than the user of this machine."""
-    if not settings.named_key:
+    if not settings.named_secret:
         return []
     files = _Files(settings)
     return [
@@ -53,8 +53,7 @@ def routes(settings: Settings) -> list[Route]:
 class _Files:
     def __init__(self, settings: Settings) -> None:
         self._paths = [Path(name) for name in settings.named]
-        self._key = settings.named_key
-        self._nonce, self._resume = settings.named_nonce, settings.named_resume
+        self._secret, self._nonce = settings.named_secret, settings.named_nonce
         self._ticket: str | None = settings.named_ticket or None
         self._most = settings.limits.message_bytes
         self._hosts = {"localhost", split_address("--web", settings.web or "")[0]}
@@ -67,13 +66,20 @@ class _Files:
         """Answer requests with the key only, at the address of this machine only."""
 
         async def guarded(request: Request) -> Response:
-            if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key):
+            if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key(request)):
                 return _refused(
                     403, "the key of this run of `cqos modeler` is missing; open the address that it printed"
                 )
             return await answer(request)
 
         return guarded
+
+    def _resume(self, request: Request) -> str:
+        """What the page keeps for the next run at this port; the port is that of the socket, whatever the request says."""
+        return port_secret(self._secret, request.scope["server"][1])
+
+    def _key(self, request: Request) -> str:
+        return run_key(self._resume(request), self._nonce)
 
     def _is_here(self, request: Request) -> bool:
         """Whether the page came from this machine, and not from a name that a stranger leads here."""
@@ -86,16 +92,16 @@ class _Files:
         if self._ticket is None or not self._is_here(request) or not _equal(given, self._ticket):
             return _refused(403, "this address was opened before; open the one that `cqos modeler` printed")
         self._ticket = None
-        return JSONResponse({"key": self._key}, headers=_NOT_STORED)
+        return JSONResponse({"key": self._key(request)}, headers=_NOT_STORED)
 
     async def run(self, _request: Request) -> Response:
-        """Return the nonce of this run. With the secret of an earlier run with the same files, a page makes the key of it."""
+        """Return the nonce of this run, with which a page of an earlier run at this port makes the key of this one."""
         return JSONResponse({"nonce": self._nonce}, headers=_NOT_STORED)
 
-    async def listed(self, _request: Request) -> Response:
+    async def listed(self, request: Request) -> Response:
         """List them by number, with the name for people and the path."""
         rows = [{"name": each.name, "path": str(each)} for each in self._paths]
-        return JSONResponse({"files": rows, "resume": self._resume}, headers=_NOT_STORED)
+        return JSONResponse({"files": rows, "resume": self._resume(request)}, headers=_NOT_STORED)
 
     async def drafts(self, _request: Request) -> Response:
         """List what earlier runs with these files left unsaved."""

@@ -82,9 +82,8 @@ class Settings:
         web: address of the door for browsers, or None.
         modeler: serve the page of the modeler there.
         named: paths of the files that this page reads and saves, on this machine only.
-        named_key: that its requests for them need; empty: no files.
+        named_secret, named_nonce: the key that its requests for them need is made of these; no secret: no files.
         named_ticket: that gives the key once.
-        named_nonce, named_resume: from which a page makes the key after the modeler was started again; the nonce is no secret.
         origins: of pages from elsewhere that may call the door for browsers.
         metrics: address of Prometheus metrics, or None.
         tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
@@ -103,10 +102,9 @@ class Settings:
     web: str | None = None
     modeler: bool = False
     named: tuple[str, ...] = ()
-    named_key: str = ""
-    named_ticket: str = ""
+    named_secret: str = ""
     named_nonce: str = ""
-    named_resume: str = ""
+    named_ticket: str = ""
     origins: tuple[str, ...] = ()
     metrics: str | None = None
     tokens: tuple[str, ...] = ()

@@ -51,6 +51,7 @@ class Running:
 
     def __init__(self, *arguments, folder):
         kept = {name: value for name, value in os.environ.items() if not name.startswith("CQOS_")}
+        kept["XDG_STATE_HOME"] = str(Path(folder, "state"))  # drafts of other runs
         script = "import sys; from cqos_core.cli import main; sys.exit(main())"
         self.process = subprocess.Popen(
             [sys.executable, "-c", script, "modeler", "--no-browser", *map(str, arguments)],
@@ -271,7 +272,7 @@ class Shown:
         return self
 
     def kept(self):
-        """Wait until the browser keeps the changes."""
+        """Wait until the changes are kept as a draft."""
         self.page.wait_for_selector(".bar .edited[title*='keeps']", state="attached")
         return self
 

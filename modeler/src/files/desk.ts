@@ -8,7 +8,7 @@ import { chooseFiles, chooseTarget, type Chosen, download, droppedFiles, fromHan
 import { ChangedOnDisk, handlePlace, type Place } from './place';
 import { isAllowed, type Recent, recentFiles, remember } from './recent';
 import { undrawnWords } from './pools';
-import { createRecovery, type DraftStore, type Recovery, showAlive, type Unsaved } from './recovery';
+import { createRecovery, type DraftStore, type Recovery, ServiceAway, showAlive, type Unsaved } from './recovery';
 
 const BPMN = 'http://www.omg.org/spec/BPMN/20100524/MODEL';
 const KEEP_AFTER = 800;
@@ -31,6 +31,8 @@ export class Desk {
   private keeping: ReturnType<typeof setTimeout> | undefined;
   private isLooking = false;
   private kept = -1;
+  /** Whether the service missed the last change of what is kept. */
+  private isMissed = false;
 
   constructor(private readonly desktop: Desktop) {
     this.recovery = createRecovery(desktop.drafts, (why) => this.keptOutside(why));
@@ -131,8 +133,7 @@ export class Desk {
   }
 
   private failed(what: string, error: unknown, actions: Notice['actions'] = []): void {
-    const why = error instanceof Error ? error.message : String(error);
-    this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${why}`, actions });
+    this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${wordsOf(error)}`, actions });
     this.desktop.regions.announce(what, 'error');
   }
 
@@ -322,10 +323,12 @@ export class Desk {
     }
   }
 
-  /** Say why the next run of the modeler would not have the draft. */
-  private keptOutside(why: string | null): void {
-    const text = `\`cqos modeler\` keeps no draft for its next run: ${why}. This browser keeps it.`;
-    this.desktop.regions.notice('drafts', why === null ? null : { kind: 'warning', closable: true, text });
+  /** Say why the next run of the modeler would not have the draft. That the service is away stands in a notice already. */
+  private keptOutside(why: unknown): void {
+    this.isMissed = why instanceof ServiceAway;
+    const text = `\`cqos modeler\` keeps no draft for its next run: ${wordsOf(why)}. This browser keeps it.`;
+    const isSaid = why !== null && !this.isMissed;
+    this.desktop.regions.notice('drafts', isSaid ? { kind: 'warning', closable: true, text } : null);
   }
 
   /** Take note of a command: the changes are kept a moment later. */
@@ -429,7 +432,7 @@ export class Desk {
   }
 
   private listen(): void {
-    setInterval(() => void this.look(), LOOK_EVERY);
+    setInterval(() => void this.look().then(() => (this.isMissed ? this.keep() : undefined)), LOOK_EVERY);
     addEventListener('focus', () => void this.look());
     addEventListener('beforeunload', (event) => {
       if (this.desktop.diagram.isEdited) {
@@ -460,6 +463,10 @@ export class Desk {
 
 function fromPlace(place: Place, content: { bytes: Uint8Array<ArrayBuffer>; tag: string } | null, handle: FileSystemFileHandle | null = null): Source {
   return { name: place.name, bytes: content?.bytes ?? null, place, handle, tag: content?.tag ?? null };
+}
+
+function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }
 
 function timeOf({ time }: Unsaved): string {

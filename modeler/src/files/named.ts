@@ -1,15 +1,15 @@
 /** The files that `cqos modeler` was started with, and the drafts of its earlier runs, through the service on this machine. */
 
-import type { DraftStore, Unsaved } from './recovery';
+import { ServiceAway, type DraftStore, type Unsaved } from './recovery';
 import { ChangedOnDisk, type Place } from './place';
 
 const KEY_HEADER = 'x-cqos-key';
 const KEPT = 'cqos-key';
 const RESUME = 'cqos-resume';
 const REFUSED = 403;
-const NOT_RUNNING = '`cqos modeler` does not answer; start it again';
-const OTHER_RUN =
-  '`cqos modeler` was started again, with other files or without its port; open the address that it printed in this tab, and save again';
+/** In front of the path, in the ids of these places. */
+const NAMED = 'named ';
+const OTHER_RUN = 'this is another run of `cqos modeler`; open the address that it printed in this tab, and save again';
 
 /** What `cqos modeler` gives to its page. */
 export interface Run {
@@ -42,7 +42,7 @@ export async function thisRun(): Promise<Run | null> {
     await (given === null ? undefined : service.use(given));
   };
   addEventListener('hashchange', () => void useAddress().catch(() => undefined)); // a save says what is wrong with the key
-  return { files, drafts: draftStore(service, files) };
+  return { files, drafts: draftStore(service) };
 }
 
 /** The key, from the address that was opened; the address bar and the history forget it. */
@@ -58,7 +58,7 @@ async function exchanged(ticket: string): Promise<string | null> {
   return answer.ok ? ((await answer.json()) as { key: string }).key : null;
 }
 
-/** Asks the service with the key of its run. After it was started again, with the key of that run. */
+/** Asks the service with the key of its run; after it was started again at this port, with the key of that run. */
 class Service {
   private rows: readonly Row[] = [];
 
@@ -66,12 +66,7 @@ class Service {
 
   /** The files by the number that the service has for them. */
   async list(): Promise<readonly Row[]> {
-    const answer = await fine(await this.ask('./files'));
-    const { files, resume } = (await answer.json()) as { files: readonly Row[]; resume: string };
-    sessionStorage.setItem(KEPT, this.key);
-    sessionStorage.setItem(RESUME, resume);
-    this.rows = files;
-    return files;
+    return this.listed(await this.ask(() => './files'));
   }
 
   /** Go on with the run of another key, which may have other files. */
@@ -80,39 +75,58 @@ class Service {
     await this.list();
   }
 
-  async ask(address: string, options: RequestInit = {}): Promise<Response> {
-    const answer = await this.send(address, options);
-    return answer.status === REFUSED && (await this.resumed()) ? this.send(address, options) : answer;
+  /** Ask; the address may be another one in another run. */
+  async ask(address: () => string, options: RequestInit = {}): Promise<Response> {
+    const answer = await this.send(address(), options);
+    return answer.status === REFUSED && (await this.isResumed()) ? this.send(address(), options) : answer;
   }
 
   /** The address of a file in this run. */
   addressOf(path: string): string {
-    const number = this.rows.findIndex((row) => row.path === path);
-    if (number < 0) {
-      throw new Error('`cqos modeler` was started again without this file');
+    const number = this.numberOf(path);
+    if (number === null) {
+      throw new Error('`cqos modeler` runs without this file now; start it with the file, or save a copy');
     }
     return `./files/${number}`;
   }
 
-  private async send(address: string, options: RequestInit): Promise<Response> {
-    const headers = { ...options.headers, [KEY_HEADER]: this.key };
-    return fetched(address, { ...options, headers });
+  /** The number of a file in this run, or null. */
+  numberOf(path: string): number | null {
+    const number = this.rows.findIndex((row) => row.path === path);
+    return number < 0 ? null : number;
   }
 
-  /** Make the key of the present run, if it has the same files at the same port; the secret itself is never sent. */
-  private async resumed(): Promise<boolean> {
+  pathOf(number: number): string | null {
+    return this.rows[number]?.path ?? null;
+  }
+
+  private async send(address: string, options: RequestInit): Promise<Response> {
+    return fetched(address, { ...options, headers: { ...options.headers, [KEY_HEADER]: this.key } });
+  }
+
+  private async listed(answer: Response): Promise<readonly Row[]> {
+    const { files, resume } = (await (await fine(answer)).json()) as { files: readonly Row[]; resume: string };
+    sessionStorage.setItem(KEPT, this.key);
+    sessionStorage.setItem(RESUME, resume);
+    this.rows = files;
+    return files;
+  }
+
+  /** Whether this page has the key of the present run now. The secret that it is made with is never sent. */
+  private async isResumed(): Promise<boolean> {
     const secret = sessionStorage.getItem(RESUME);
     if (secret === null) {
       return false;
     }
-    const answer = await fine(await fetched('./files/run', {}));
-    const { nonce } = (await answer.json()) as { nonce: string };
-    const made = await sumOf(secret, nonce);
-    if (made === this.key) {
+    const { nonce } = (await (await fine(await fetched('./files/run', {}))).json()) as { nonce: string };
+    const before = this.key;
+    this.key = await sumOf(secret, nonce);
+    const answer = await this.send('./files', {});
+    if (!answer.ok) {
+      this.key = before;
       return false;
     }
-    this.key = made;
-    sessionStorage.setItem(KEPT, made);
+    await this.listed(answer);
     return true;
   }
 }
@@ -121,7 +135,7 @@ async function fetched(address: string, options: RequestInit): Promise<Response>
   try {
     return await fetch(address, { ...options, cache: 'no-store' });
   } catch {
-    throw new Error(NOT_RUNNING); // the browser's own words say nothing to a person
+    throw new ServiceAway('`cqos modeler` does not answer; start it again'); // the browser's own words say nothing to a person
   }
 }
 
@@ -136,9 +150,9 @@ async function sumOf(secret: string, text: string): Promise<string> {
 function namedPlace(service: Service, { name, path }: Row): Place {
   return {
     name,
-    id: `named ${path}`,
+    id: `${NAMED}${path}`,
     async read(unless) {
-      const answer = await service.ask(service.addressOf(path), { headers: unless === undefined ? {} : { 'if-none-match': unless } });
+      const answer = await service.ask(() => service.addressOf(path), { headers: unless === undefined ? {} : { 'if-none-match': unless } });
       if (answer.status === 304 || answer.status === 204) {
         return null;
       }
@@ -146,7 +160,7 @@ function namedPlace(service: Service, { name, path }: Row): Place {
     },
     async write(bytes, replaces) {
       const headers: Record<string, string> = replaces === null ? {} : { 'if-match': replaces };
-      const answer = await service.ask(service.addressOf(path), { method: 'PUT', headers, body: bytes });
+      const answer = await service.ask(() => service.addressOf(path), { method: 'PUT', headers, body: bytes });
       if (answer.status === 412) {
         throw new ChangedOnDisk(await reason(answer));
       }
@@ -166,27 +180,23 @@ interface Kept {
   readonly time: number;
 }
 
-function draftStore(service: Service, files: readonly Place[]): DraftStore {
+function draftStore(service: Service): DraftStore {
   return {
     async keep({ tab, name, text, original, place, tag, time }) {
-      const at = files.findIndex(({ id }) => id === place);
-      const kept = { name, text, original: original === null ? null : toBase64(original), file: at < 0 ? null : at, tag: at < 0 ? null : tag, time };
-      await fine(await service.ask(`./drafts/${tab}`, { method: 'PUT', body: JSON.stringify(kept) }));
+      const file = place?.startsWith(NAMED) === true ? service.numberOf(place.slice(NAMED.length)) : null;
+      const kept = { name, text, original: original === null ? null : toBase64(original), file, tag: file === null ? null : tag, time };
+      await fine(await service.ask(() => `./drafts/${tab}`, { method: 'PUT', body: JSON.stringify(kept) }));
     },
     async forget(tab) {
-      await fine(await service.ask(`./drafts/${tab}`, { method: 'DELETE' }));
+      await fine(await service.ask(() => `./drafts/${tab}`, { method: 'DELETE' }));
     },
     async all() {
-      const answer = await fine(await service.ask('./drafts'));
+      const answer = await fine(await service.ask(() => './drafts'));
       const { drafts } = (await answer.json()) as { drafts: readonly Kept[] };
-      return drafts.map(
-        ({ original, file, ...rest }): Unsaved => ({
-          ...rest,
-          original: original === null ? null : fromBase64(original),
-          place: file === null ? null : (files[file]?.id ?? null),
-          handle: null,
-        }),
-      );
+      return drafts.map(({ original, file, ...rest }): Unsaved => {
+        const path = file === null ? null : service.pathOf(file);
+        return { ...rest, original: original === null ? null : fromBase64(original), place: path === null ? null : `${NAMED}${path}`, handle: null };
+      });
     },
   };
 }

@@ -43,6 +43,9 @@ export interface DraftStore {
   all(): Promise<readonly Unsaved[]>;
 }
 
+/** The service does not answer. */
+export class ServiceAway extends Error {}
+
 export interface Recovery {
   readonly tab: string;
   keep(unsaved: Unsaved): Promise<void>;
@@ -52,7 +55,7 @@ export interface Recovery {
 }
 
 /** Keep drafts in the browser, and in `outside` if there is one; `failed` hears why a draft is not kept there, or null once it is. */
-export function createRecovery(outside: DraftStore | null, failed: (why: string | null) => void): Recovery {
+export function createRecovery(outside: DraftStore | null, failed: (why: unknown) => void): Recovery {
   const tab = thisTab();
   let last: Promise<void> = Promise.resolve();
   /** One after the other, so that what is forgotten is not kept by a request that comes late. */
@@ -71,7 +74,7 @@ export function createRecovery(outside: DraftStore | null, failed: (why: string 
       failed(null);
       return done;
     } catch (error) {
-      failed(error instanceof Error ? error.message : String(error));
+      failed(error);
       return null;
     }
   }
