@@ -64,6 +64,13 @@ describe('an edit in the text that a diagram was read from', () => {
     expect(patch(original, before, before.replace('<b:one id="1" y:n="1" />', ''))).toBe(original.replace("<one id='1' x:n='1'/>", ''));
   });
 
+  it('writes an edit into what was added on opening, unless that moved there', () => {
+    const [original, before, after] = ['<r>\n  <p id="1"/>\n</r>', '<r><p id="1"/><q/></r>', '<r><p id="1"/><q><n id="2"/></q></r>'];
+    expect(patch(original, before, before.replace('"1"', '"1" x="1"'))).toBe(original.replace('"1"', '"1" x="1"'));
+    expect(patch(original, before, after)).toBe(original.replace('/>\n', '/>\n  <q><n id="2"/></q>\n'));
+    expect(() => patch(original, before, after.replace('"2"', '"1"'))).toThrow('<q> is not in the file');
+  });
+
   it('ends new lines as the file does', () => {
     const made = patch(ORIGINAL.replaceAll('\n', '\r\n'), BEFORE, BEFORE.replace('</a:ref></a:two>', '</a:ref><a:ref>9</a:ref></a:two>'));
     expect(made).toBe(ORIGINAL.replace('</a:ref>\n', '</a:ref>\n    <a:ref>9</a:ref>\n').replaceAll('\n', '\r\n'));

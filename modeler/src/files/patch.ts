@@ -22,8 +22,8 @@ interface Cut {
  */
 export function patch(original: string, before: string, after: string): string {
   const cuts: Cut[] = [];
-  const patcher = new Patcher(original, after, cuts);
-  patcher.element(scan(original), scan(before), scan(after));
+  const root = scan(original);
+  new Patcher(original, after, cuts, new Set(idsOf(root))).element(root, scan(before), scan(after));
   cuts.sort((one, other) => one.start - other.start || one.end - other.end);
   let made = '';
   let at = 0;
@@ -42,6 +42,7 @@ class Patcher {
     private readonly original: string,
     private readonly after: string,
     private readonly cuts: Cut[],
+    private readonly ids: ReadonlySet<string>,
   ) {
     this.isWithReturns = original.includes('\r\n');
   }
@@ -106,7 +107,7 @@ class Patcher {
     let inserted = '';
     for (const [key, child] of wanted) {
       const before = earlier.get(key);
-      if (before === undefined) {
+      if (before === undefined || this.isAdded(present.get(key), before, child)) {
         inserted += this.indented(here, child);
         continue;
       }
@@ -115,6 +116,11 @@ class Patcher {
       this.kept(anchor, before, child);
     }
     this.insert(here, anchor, inserted);
+  }
+
+  /** Whether an edit is in an element that bpmn-js made when it opened the file, such as the empty drawing of a sub-process. */
+  private isAdded(here: Element | undefined, old: Element, now: Element): boolean {
+    return here === undefined && !isSame(old, now) && idsOf(now).every((id) => !this.ids.has(id));
   }
 
   private kept(here: Element | null, old: Element, now: Element): void {
@@ -175,6 +181,11 @@ class Patcher {
 /** End the lines between tags as the file does; text in elements stays, because a line end is part of it. */
 function withReturns(text: string): string {
   return text.replaceAll(/(^|>)\s+(?=<|$)/g, (blank) => blank.replaceAll(/\r?\n/g, '\r\n'));
+}
+
+function idsOf({ attributes, children }: Element): string[] {
+  const own = attributes.filter(({ name }) => name === 'id').map(({ raw }) => raw);
+  return [...own, ...children.flatMap(idsOf)];
 }
 
 /** The prefix of a qualified name, which bpmn-js leaves out where it refers to something. */
