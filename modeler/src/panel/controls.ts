@@ -132,6 +132,7 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   );
   const element = make('div', { class: 'duration' }, number, unit);
   const isWord = (): boolean => words.includes(unit.value);
+  let isTyped = false; // a person who typed a word can type on; one who chose it chooses a unit
   function send(): void {
     const typed = number.value.trim();
     if (typed === '') {
@@ -146,6 +147,7 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
       refuse(problem ?? '');
       return;
     }
+    isTyped = true;
     number.value = 'word' in read ? '' : read.number;
     unit.value = 'word' in read ? read.word : read.unit;
     commit(text);
@@ -158,6 +160,8 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   });
   number.addEventListener('change', send);
   unit.addEventListener('change', () => {
+    isTyped = false;
+    number.disabled = isWord();
     if (isWord()) {
       number.value = '';
       send();
@@ -170,11 +174,12 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   return {
     element,
     labelled: true,
-    focus: () => number.focus(),
+    focus: () => (number.disabled ? unit : number).focus(),
     show(text, fallback) {
       const stated = text === undefined ? undefined : duration(text, spelling.bareUnit);
       const inForce = duration(fallback, spelling.bareUnit);
       number.removeAttribute('aria-invalid');
+      number.disabled = !isTyped && text !== undefined && words.includes(text);
       number.value = stated?.number ?? (text !== undefined && !words.includes(text) ? text : '');
       const shown = text ?? fallback;
       const isKnown = words.includes(shown);
