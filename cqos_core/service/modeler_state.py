@@ -75,11 +75,12 @@ class Drafts:
         found = []
         for path in self._paths():
             draft = _read(path)
-            if draft is None or draft["run"] == self._run:
+            if draft is None or draft.pop("run") == self._run:
                 continue
-            if draft["path"] in self._files:
-                found.append({**draft, "tab": path.stem, "file": self._files.index(draft["path"])})
-            elif draft["path"] is None and draft["folder"] == self._here:
+            file, folder = draft.pop("path"), draft.pop("folder")
+            if file in self._files:
+                found.append({**draft, "tab": path.stem, "file": self._files.index(file)})
+            elif file is None and folder == self._here:
                 found.append({**draft, "tab": path.stem, "file": None})
         return found
 
@@ -97,7 +98,7 @@ class Drafts:
         whose = {"run": self._run, "path": None if number is None else self._files[number], "folder": self._here}
         _private(self._folder)
         path.touch(mode=0o600)
-        write_whole(str(path), json.dumps({**content, **whose}).encode("utf-8", "surrogateescape"))
+        write_whole(str(path), json.dumps({**content, **whose}).encode())
         for each in self._paths()[MOST_DRAFTS:]:
             each.unlink(missing_ok=True)
 
