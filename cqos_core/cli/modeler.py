@@ -39,6 +39,7 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.cli.reading import install_packs
+    from cqos_core.service.modeler_state import port_secret, run_key, user_secret
     from cqos_core.service.process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
@@ -46,10 +47,17 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
         if each.is_dir() or not (each.is_file() or each.absolute().parent.is_dir()):
             raise CqosError(f"{each} {'is a folder' if each.is_dir() else 'is in a folder that does not exist'}")
     install_packs(pack_files)
-    key, ticket = new_key(), new_key()
+    named = tuple(str(Path(each).absolute()) for each in files)
+    nonce, ticket = new_key(), new_key()
+    try:
+        secret = user_secret()
+    except OSError as error:
+        say(f"No draft is kept for the next run: cannot write {error.filename}: {error.strerror}", severity="warning")
+        secret = new_key()
 
     def started(addresses: dict[str, str]) -> None:
         page = f"http://{addresses['web']}/"
+        key = run_key(port_secret(secret, int(addresses["web"].rpartition(":")[2])), nonce)
         # The address that is printed holds as long as the modeler runs. Others on this machine can see the one that a
         # browser is started with, so that holds once.
         click.echo(f"The modeler runs at {page}#key={key}\nPress Ctrl-C to stop it.")
@@ -60,8 +68,9 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
         listen=f"{_HERE}:0",
         web=f"{_HERE}:{port}",
         modeler=True,
-        named=tuple(str(Path(each).absolute()) for each in files),
-        named_key=key,
+        named=named,
+        named_secret=secret,
+        named_nonce=nonce,
         named_ticket="" if no_browser else ticket,
         grace=1.0,
         leaving=0.0,

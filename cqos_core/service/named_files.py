@@ -1,7 +1,8 @@
 """The files that `cqos modeler` was started with: the page on this machine reads and saves these, and no others.
 
 A request needs the key of this run, which no other page and no other user of the machine knows. A save states which content
-it replaces, so that it never overwrites what another program wrote.
+it replaces, so that it never overwrites what another program wrote. Drafts of the page are kept here, too: the next run has
+another origin, where the browser keeps nothing of this one.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import hmac
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,6 +18,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from cqos_core.files.writing import ChangedFileError, replace_whole, write_new
+from cqos_core.service.modeler_state import Drafts, port_secret, run_key
 from cqos_core.service.settings import split_address
 
 if TYPE_CHECKING:
@@ -32,25 +35,30 @@ _NOT_STORED: Final = {"cache-control": "no-store", "x-content-type-options": "no
 
 def routes(settings: Settings) -> list[Route]:
     """Return the routes of the named files; none where the page serves others than the user of this machine."""
-    if not settings.named_key:
+    if not settings.named_secret:
         return []
     files = _Files(settings)
     return [
         Route("/files", files.guarded(files.listed)),
         Route("/files/key", files.exchanged, methods=["POST"]),
+        Route("/files/run", files.run),
         Route("/files/{number:int}", files.guarded(files.read), methods=["GET"]),
         Route("/files/{number:int}", files.guarded(files.saved), methods=["PUT"]),
+        Route("/drafts", files.guarded(files.drafts), methods=["GET"]),
+        Route("/drafts/{tab}", files.guarded(files.kept), methods=["PUT"]),
+        Route("/drafts/{tab}", files.guarded(files.forgotten), methods=["DELETE"]),
     ]
 
 
 class _Files:
     def __init__(self, settings: Settings) -> None:
         self._paths = [Path(name) for name in settings.named]
-        self._key = settings.named_key
+        self._secret, self._nonce = settings.named_secret, settings.named_nonce
         self._ticket: str | None = settings.named_ticket or None
         self._most = settings.limits.message_bytes
         self._hosts = {"localhost", split_address("--web", settings.web or "")[0]}
         self._saving = asyncio.Lock()
+        self._drafts = Drafts(settings.named)
 
     def guarded(
         self, answer: Callable[[Request], Coroutine[Any, Any, Response]]
@@ -58,7 +66,7 @@ class _Files:
         """Answer requests with the key only, at the address of this machine only."""
 
         async def guarded(request: Request) -> Response:
-            if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key):
+            if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key(request)):
                 return _refused(
                     403, "the key of this run of `cqos modeler` is missing; open the address that it printed"
                 )
@@ -66,22 +74,62 @@ class _Files:
 
         return guarded
 
+    def _resume(self, request: Request) -> str:
+        """What the page keeps for the next run at this port; the port is that of the socket, whatever the request says."""
+        return port_secret(self._secret, request.scope["server"][1])
+
+    def _key(self, request: Request) -> str:
+        return run_key(self._resume(request), self._nonce)
+
     def _is_here(self, request: Request) -> bool:
         """Whether the page came from this machine, and not from a name that a stranger leads here."""
         return request.url.hostname in self._hosts
 
     async def exchanged(self, request: Request) -> Response:
         """Give the key for the ticket in the address that the browser was started with: once, because others see that."""
-        ticket, self._ticket = self._ticket, None
         given = request.headers.get(KEY_HEADER, "")
-        if ticket is None or not self._is_here(request) or not _equal(given, ticket):
+        # A wrong ticket leaves the right one valid: else any other page could use it up.
+        if self._ticket is None or not self._is_here(request) or not _equal(given, self._ticket):
             return _refused(403, "this address was opened before; open the one that `cqos modeler` printed")
-        return JSONResponse({"key": self._key}, headers=_NOT_STORED)
+        self._ticket = None
+        return JSONResponse({"key": self._key(request)}, headers=_NOT_STORED)
 
-    async def listed(self, _request: Request) -> Response:
+    async def run(self, _request: Request) -> Response:
+        """Return the nonce of this run, with which a page of an earlier run at this port makes the key of this one."""
+        return JSONResponse({"nonce": self._nonce}, headers=_NOT_STORED)
+
+    async def listed(self, request: Request) -> Response:
         """List them by number, with the name for people and the path."""
         rows = [{"name": each.name, "path": str(each)} for each in self._paths]
-        return JSONResponse({"files": rows}, headers=_NOT_STORED)
+        return JSONResponse({"files": rows, "resume": self._resume(request)}, headers=_NOT_STORED)
+
+    async def drafts(self, _request: Request) -> Response:
+        """List what earlier runs with these files left unsaved."""
+        return JSONResponse({"drafts": await asyncio.to_thread(self._drafts.earlier)}, headers=_NOT_STORED)
+
+    async def kept(self, request: Request) -> Response:
+        """Keep a draft, so that the next run has it."""
+        # The text of a diagram and the bytes of its file, each in a form that is longer.
+        content = await self._body(request, 4 * self._most)
+        if content is None:
+            return _refused(413, f"the draft has more than {4 * self._most} bytes")
+        try:
+            await asyncio.to_thread(self._drafts.keep, request.path_params["tab"], json.loads(content))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            return _refused(400, f"this is no draft: {error}")
+        except OSError as error:
+            return _refused(422, f"cannot write {error.filename}: {error.strerror}")
+        return Response(status_code=204, headers=_NOT_STORED)
+
+    async def forgotten(self, request: Request) -> Response:
+        """Remove a draft."""
+        try:
+            await asyncio.to_thread(self._drafts.forget, request.path_params["tab"])
+        except ValueError as error:
+            return _refused(400, str(error))
+        except OSError as error:
+            return _refused(422, f"cannot remove {error.filename}: {error.strerror}")
+        return Response(status_code=204, headers=_NOT_STORED)
 
     async def read(self, request: Request) -> Response:
         """Return the bytes of a file, with a tag that changes with them; no content for a file that does not exist."""
@@ -103,13 +151,21 @@ class _Files:
         path = self._path(request)
         if path is None:
             return _unknown()
+        content = await self._body(request, self._most)
+        if content is None:
+            return _refused(413, f"the file has more than {self._most} bytes")
+        async with self._saving:
+            return await asyncio.to_thread(self._replaced, path, content, request.headers.get("if-match"))
+
+    @staticmethod
+    async def _body(request: Request, most: int) -> bytes | None:
+        """Return what comes with a request, or None for more bytes than may come."""
         content = bytearray()
         async for part in request.stream():
             content += part
-            if len(content) > self._most:
-                return _refused(413, f"the file has more than {self._most} bytes")
-        async with self._saving:
-            return await asyncio.to_thread(self._replaced, path, bytes(content), request.headers.get("if-match"))
+            if len(content) > most:
+                return None
+        return bytes(content)
 
     def _replaced(self, path: Path, content: bytes, expected: str | None) -> Response:
         present = self._content(path)

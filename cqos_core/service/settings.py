@@ -82,7 +82,7 @@ class Settings:
         web: address of the door for browsers, or None.
         modeler: serve the page of the modeler there.
         named: paths of the files that this page reads and saves, on this machine only.
-        named_key: that its requests for them need; empty: no files.
+        named_secret, named_nonce: the key that its requests for them need is made of these; no secret: no files.
         named_ticket: that gives the key once.
         origins: of pages from elsewhere that may call the door for browsers.
         metrics: address of Prometheus metrics, or None.
@@ -102,7 +102,8 @@ class Settings:
     web: str | None = None
     modeler: bool = False
     named: tuple[str, ...] = ()
-    named_key: str = ""
+    named_secret: str = ""
+    named_nonce: str = ""
     named_ticket: str = ""
     origins: tuple[str, ...] = ()
     metrics: str | None = None

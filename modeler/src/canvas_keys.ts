@@ -61,7 +61,7 @@ function step(modeler: Modeler, by: number): void {
   const selection = modeler.get<Selection>('selection');
   const shapes = modeler
     .get<ElementRegistry>('elementRegistry')
-    .filter((element) => isShape(element) && element !== canvas.getRootElement() && !('labelTarget' in element && element.labelTarget))
+    .filter((element) => isShape(element) && canvas.findRoot(element) === canvas.getRootElement() && !('labelTarget' in element && element.labelTarget))
     .sort(byPlace) as Shape[];
   const at = shapes.findIndex((shape) => selection.isSelected(shape));
   const next = shapes[at < 0 && by < 0 ? shapes.length - 1 : (at + by + shapes.length) % shapes.length];

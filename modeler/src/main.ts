@@ -6,7 +6,7 @@ import './style/qos.css';
 
 import { ConnectError } from '@connectrpc/connect';
 
-import { namedFiles } from './files/named';
+import { thisRun, type Run } from './files/named';
 import { askText } from './layout/dialog';
 import { button, make } from './layout/dom';
 import { startQos } from './qos';
@@ -26,18 +26,34 @@ function askToken(isRefused: boolean): Promise<string | null> {
   });
 }
 
+/** Say something in place of the page, which is not there yet. */
+function say(root: HTMLElement, text: string, ...more: HTMLElement[]): void {
+  root.replaceChildren(make('main', { class: 'start' }, make('h1', {}, 'C-QoS'), make('p', { role: 'status' }, text), ...more));
+}
+
+/** The run of `cqos modeler`; if it refuses the page, a person can try again, or open the right address. */
+async function runFor(root: HTMLElement): Promise<Run | null> {
+  for (;;) {
+    try {
+      return await thisRun();
+    } catch (error) {
+      const text = error instanceof Error ? error.message : String(error);
+      await new Promise<void>((again) => say(root, text, button('Try again', again, { class: 'primary' })));
+    }
+  }
+}
+
 /** The catalogue; without one, the page says why, and a person can try again. */
 async function catalogueFor(services: Services, root: HTMLElement): Promise<Catalogue> {
-  const say = (text: string, ...more: HTMLElement[]): void => root.replaceChildren(make('main', { class: 'start' }, make('h1', {}, 'C-QoS'), make('p', { role: 'status' }, text), ...more));
   for (;;) {
-    say('Loading…');
+    say(root, 'Loading…');
     try {
-      return await untilLoaded(services, (reason) => say(`Waiting for the service: ${reason}`));
+      return await untilLoaded(services, (reason) => say(root, `Waiting for the service: ${reason}`));
     } catch (error) {
       const why = failure(error);
       const needsToken = why.kind === 'refused' && why.needsToken;
       const text = needsToken ? 'This service answers only callers with a token.' : `The service refused the page: ${ConnectError.from(error).rawMessage}`;
-      await new Promise<void>((again) => say(text, button(needsToken ? 'Enter the token' : 'Try again', again, { class: 'primary' })));
+      await new Promise<void>((again) => say(root, text, button(needsToken ? 'Enter the token' : 'Try again', again, { class: 'primary' })));
       services.gate.open();
     }
   }
@@ -49,11 +65,11 @@ async function start(): Promise<void> {
     throw new Error('the page has no element #app');
   }
   const services = connect(location.origin, askToken);
-  const named = await namedFiles();
+  const run = await runFor(root);
   const catalogue = await catalogueFor(services, root);
   root.textContent = '';
   const { prefix, namespace } = catalogue.form;
-  const shell = createShell(root, { extensions: moddleExtensions(catalogue), binding: { prefix, namespace }, named });
+  const shell = createShell(root, { extensions: moddleExtensions(catalogue), binding: { prefix, namespace }, run });
   startQos(shell.workspace, services, catalogue);
   await shell.start();
 }

@@ -9,7 +9,7 @@ import { bindCanvasKeys, chooseKind } from './canvas_keys';
 import { Desk } from './files/desk';
 import { type Binding, createDiagram, type Diagram } from './files/diagram';
 import { download } from './files/picker';
-import type { Place } from './files/place';
+import type { Run } from './files/named';
 import { bindKeys, type Command } from './layout/commands';
 import { createFrame, type Frame } from './layout/frame';
 import { createHeader } from './layout/header';
@@ -25,8 +25,8 @@ export interface Given {
   readonly extensions: ModdleExtensions;
   /** Prefix and namespace of that. */
   readonly binding: Binding | null;
-  /** The files of the command line. */
-  readonly named: readonly Place[];
+  /** The run of `cqos modeler`; null where a team's service serves the page. */
+  readonly run: Run | null;
 }
 
 /** The shell. Nothing is open before `start`, so that the other parts hear of the first import too. */
@@ -54,7 +54,7 @@ export function createShell(root: HTMLElement, given: Given): Shell {
     companions.set(companion.name, companion);
     besideChanged.call();
   };
-  const desk = new Desk({ diagram, regions: frame.regions, named: given.named, addCompanion, shown: () => shown() });
+  const desk = new Desk({ diagram, regions: frame.regions, named: given.run?.files ?? [], drafts: given.run?.drafts ?? null, addCompanion, shown: () => shown() });
   const shown = dress(frame, modeler, diagram, desk, exported.call);
   const removeCompanion = (name: string): void => {
     companions.delete(name);

@@ -33,13 +33,16 @@ SOON = 1_500
 
 
 class Running:
-    """A running `cqos modeler`, ended by its process id."""
+    """A running `cqos modeler`, ended by its process id; `browser` is the command that it starts as one."""
 
-    def __init__(self, *arguments, folder):
+    def __init__(self, *arguments, folder, browser=None):
         kept = {name: value for name, value in os.environ.items() if not name.startswith("CQOS_")}
+        kept["XDG_STATE_HOME"] = str(Path(folder, "state"))  # drafts of other runs
+        if browser is not None:
+            kept["BROWSER"] = browser
         script = "import sys; from cqos_core.cli import main; sys.exit(main())"
         self.process = subprocess.Popen(
-            [sys.executable, "-c", script, "modeler", "--no-browser", *map(str, arguments)],
+            [sys.executable, "-c", script, "modeler", *([] if browser else ["--no-browser"]), *map(str, arguments)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -236,7 +239,7 @@ class Shown:
         return self
 
     def kept(self):
-        """Wait until the browser keeps the changes."""
+        """Wait until the changes are kept as a draft."""
         self.page.wait_for_selector(".bar .edited[title*='keeps']", state="attached")
         return self
 

@@ -2,11 +2,12 @@
 
 import difflib
 import re
+import shutil
 
 import pytest
 
 import cqos_core
-from tests.modeler.conftest import NAME, ROOT
+from tests.modeler.conftest import FLAGS, NAME, ROOT, Shown
 from tests.modeler.drawings import THROW, Event, Pool, drawing
 
 AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
@@ -459,6 +460,52 @@ def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(opens, s
     assert opened.page.evaluate(whole)
     # Nothing is cut off at the right: at 200 % the page scrolls downwards only.
     assert opened.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+PALETTE = """() => {
+    const palette = document.querySelector('.djs-palette');
+    const entries = [...palette.querySelectorAll('.entry')].map(each => each.getBoundingClientRect());
+    const edge = palette.getBoundingClientRect();
+    return {
+        columns: new Set(entries.map(({ left }) => Math.round(left))).size,
+        hidden: entries.filter(({ left, right }) => left < edge.left || right > edge.left + palette.clientWidth + 1).length,
+        scrolls: palette.scrollHeight > palette.clientHeight,
+        bar: palette.offsetWidth - palette.clientWidth > 5,
+    };
+}"""
+"""How the entries of the palette stand."""
+
+
+@pytest.fixture
+def shows_bars(browser):
+    """Show a page with scroll bars that take room, as on most systems: playwright hides them otherwise."""
+    other = browser.browser_type.launch(
+        executable_path=shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome"),
+        args=list(FLAGS),
+        ignore_default_args=["--hide-scrollbars"],
+    )
+    pages = []
+
+    def shown(address, **options):
+        pages.append(Shown(other, address, **options))
+        return pages[-1]
+
+    yield shown
+    for each in pages:
+        each.close()
+    other.close()
+    assert [each.complaints for each in pages] == [[] for _ in pages]
+
+
+@pytest.mark.parametrize(("height", "scrolls"), [(720, False), (1080, False), (600, True)])
+def test_the_palette_is_whole_beside_scroll_bars_that_take_room(shows_bars, shared, example, height, scrolls):
+    shown = shows_bars(shared[0].address, viewport={"width": 1280, "height": height})
+    found = shown.page.evaluate(PALETTE)
+    assert (found["hidden"], found["scrolls"], found["bar"]) == (0, scrolls, scrolls)
+    assert found["columns"] == (1 if height == 1080 else 2)
+    shown.choose(REQUEST).page.wait_for_selector(".panel .field")
+    assert shown.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert shown.page.locator(".panel").evaluate("each => each.scrollWidth <= each.clientWidth")
 
 
 OUTSIDE = """selector => {

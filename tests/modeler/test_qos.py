@@ -274,6 +274,59 @@ def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(che
     assert wait.locator("input").is_disabled()
 
 
+@pytest.mark.parametrize(
+    ("typed", "number", "unit", "written"),
+    [
+        ("10s", "10", "s", "10"),
+        ("500 ms", "500", "ms", "500ms"),
+        ("2 min 30 sec", "150", "s", "150"),
+        ("infinite", "", "infinite", "infinite"),
+        ("Infinity", "", "infinite", "infinite"),
+    ],
+)
+def test_a_duration_takes_its_unit_where_it_is_typed(checks, file, typed, number, unit, written):
+    shown = checks(pair())
+    shown.choose("In")
+    wait = panel(shown).locator('[data-policy="deadline"]')
+    wait.locator("input").fill(typed)
+    wait.locator("input").press("Enter")
+    assert (wait.locator("input").input_value(), wait.locator("select").input_value()) == (number, unit)
+    assert wait.locator(".field-error").is_hidden()
+    shown.saved(NAME)
+    assert f'qos:deadline="{written}"' in file.read_text(encoding="utf-8")
+
+
+def test_every_duration_of_every_pack_takes_its_unit_and_refuses_nonsense(checks):
+    shown = checks(pair())
+    tried = set()
+    for protocol in ("ros2", "dds", "mqtt"):
+        shown.choose("In")
+        field(shown, "Protocol").select_option(protocol)
+        for owner in ("In", "Pool_B"):
+            shown.choose(owner, **({} if owner == "In" else {"position": {"x": 12, "y": 40}}))
+            panel(shown).locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
+            for name in (
+                panel(shown)
+                .locator(".field:has(.duration)")
+                .evaluate_all("all => all.map(each => each.dataset.policy)")
+            ):
+                wait = panel(shown).locator(f'[data-policy="{name}"]').first
+                entry, problem = wait.locator("input"), wait.locator(".field-error")
+                if not entry.is_visible() or entry.is_disabled():
+                    continue
+                for typed in ("soon", "10 apples", "-3s"):
+                    entry.fill(typed)
+                    entry.press("Enter")
+                    assert problem.inner_text().startswith(f"“{typed}” is no duration. Expected: "), (name, typed)
+                    assert re.search(r"\d ?m?s", problem.inner_text()), name  # what to write
+                entry.fill("90s")
+                entry.press("Enter")
+                assert (entry.input_value(), wait.locator("select").input_value()) == ("90", "s"), name
+                assert not problem.inner_text().startswith("“"), name
+                tried.add(name)
+    assert len(tried) > 8, tried
+
+
 def test_an_answer_takes_no_field_from_a_person_who_types(opens):
     shown = checked(opens(pair()))
     shown.choose("In")

@@ -3,7 +3,7 @@ import { describe, expect, it } from 'vitest';
 
 import { PolicySchema, ValueKind, WrittenSettingSchema } from '../gen/cqos/v1/catalogue_pb';
 import type { Setting } from './form';
-import { canonical, duration, durationText, names, namesText, refusal, type Spelling } from './values';
+import { canonical, duration, durationText, names, namesText, refusal, typedDuration, type Spelling } from './values';
 
 const drawing: Spelling = { bareUnit: 's', zeroIsUnset: true, codes: { colour: { $typeName: 'cqos.v1.Codes', byCode: { '0': 'red' } } }, ignore: [] };
 
@@ -68,5 +68,25 @@ describe('texts that a person types', () => {
     expect(refusal(time, drawing, '20ms')).toBeUndefined();
     expect(refusal(time, drawing, 'soon')).toContain('what is expected');
     expect(refusal(time, { ...drawing, bareUnit: undefined }, '20')).toContain('what is expected');
+  });
+  it.each([
+    ['10s', '10', 's'],
+    ['500 ms', '500', 'ms'],
+    ['1,5', '1.5', 'min'],
+    ['2 Seconds', '2', 's'],
+    ['3m', '3', 'min'],
+    ['20 µs', '20', 'us'],
+    ['1min 30s', '90', 's'],
+    ['PT1H30M', '90', 'min'],
+    ['1e3ms', '1000', 'ms'],
+    ['.5s', '0.5', 's'],
+  ])('reads %s as a duration', (typed, number, unit) => {
+    expect(typedDuration(time, typed, 'min')).toEqual({ number, unit });
+  });
+  it.each(['infinite', 'Infinity', 'INF', ' infinite '])('reads %s as infinite', (typed) => {
+    expect(typedDuration(time, typed, 's')).toEqual({ word: 'infinite' });
+  });
+  it.each(['soon', '10 parsecs', '-1s', '1s or so', '1.2.3', 'P', 'PT', '10 s 5', '.'])('does not read %s', (typed) => {
+    expect(typedDuration(time, typed, 's')).toBeUndefined();
   });
 });

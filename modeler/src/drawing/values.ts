@@ -33,18 +33,67 @@ export function valueDoc(policy: Policy, value: string): string {
   return policy.valueDocs.find((each) => each.value === value)?.doc ?? '';
 }
 
-const DURATION = /^([0-9]*\.?[0-9]+(?:e[-+]?[0-9]+)?)\s*([a-zµμ]*)$/i;
+const NUMBER = '[0-9]*\\.?[0-9]+';
+const DURATION = new RegExp(`^(${NUMBER}(?:e[-+]?[0-9]+)?)\\s*([a-zµμ]*)$`, 'i');
+const PART = new RegExp(`\\s*(${NUMBER})\\s*([a-zµμ]+)`, 'giy');
+const ISO = new RegExp(`^P(?:(${NUMBER})D)?(?:T(?:(${NUMBER})H)?(?:(${NUMBER})M)?(?:(${NUMBER})S)?)?$`, 'i');
 
 /** The units that the panel offers, by their spelling in files. */
-export const UNITS = ['ms', 's', 'min', 'h'] as const;
+export const UNITS = ['ns', 'us', 'ms', 's', 'min', 'h', 'd'] as const;
+type Unit = (typeof UNITS)[number];
+
+const NANOSECONDS: Readonly<Record<Unit, number>> = { ns: 1, us: 1e3, ms: 1e6, s: 1e9, min: 6e10, h: 3.6e12, d: 8.64e13 };
+const OTHER_SPELLINGS: Readonly<Record<string, Unit>> = {
+  ...{ µs: 'us', μs: 'us', m: 'min', nanosecond: 'ns', nanoseconds: 'ns', microsecond: 'us', microseconds: 'us' },
+  ...{ millisecond: 'ms', milliseconds: 'ms', msec: 'ms', sec: 's', secs: 's', second: 's', seconds: 's' },
+  ...{ mins: 'min', minute: 'min', minutes: 'min', hour: 'h', hours: 'h', day: 'd', days: 'd' },
+};
+const INFINITE = 'infinite';
+const INFINITE_TOO = new Set(['infinity', 'inf', '∞', 'never']);
 
 /** A duration as number and unit; undefined for words and for other spellings. */
 export function duration(text: string, bareUnit: string | undefined): { number: string; unit: string } | undefined {
   const found = DURATION.exec(text.trim());
-  const unit = found?.[2] === 'm' ? 'min' : found?.[2] || bareUnit;
-  return found?.[1] !== undefined && unit !== undefined && UNITS.some((each) => each === unit)
-    ? { number: found[1], unit }
-    : undefined;
+  const unit = found?.[2] === undefined || found[2] === '' ? bareUnit : unitOf(found[2]);
+  return found?.[1] !== undefined && unit !== undefined && UNITS.some((each) => each === unit) ? { number: found[1], unit } : undefined;
+}
+
+function unitOf(word: string): Unit | undefined {
+  const known = word.toLowerCase();
+  return UNITS.find((each) => each === known) ?? OTHER_SPELLINGS[known];
+}
+
+/** The words that a duration may have in place of a number. */
+export function durationWords(setting: Setting): string[] {
+  return [...new Set([INFINITE, ...wordsOf(setting)])];
+}
+
+/** What a person typed into the field of a duration: a word, or a number with its unit, else with that of the field. */
+export function typedDuration(setting: Setting, typed: string, unit: string): { word: string } | { number: string; unit: string } | undefined {
+  const text = typed.trim().replace(/(\d),(\d)/g, '$1.$2');
+  const word = INFINITE_TOO.has(text.toLowerCase()) ? INFINITE : durationWords(setting).find((each) => normalised(each) === normalised(text));
+  if (word !== undefined) {
+    return { word };
+  }
+  const read = duration(text, unit) ?? summed(text);
+  const number = read && (/^[0-9.]+$/.test(read.number) ? read.number.replace(/^\./, '0.') : String(Number(read.number)));
+  return read === undefined || number === undefined || number.includes('e') ? undefined : { number, unit: read.unit };
+}
+
+/** A duration of several parts, such as `1min 30s` or `PT1M30S`, in the largest unit that is exact. */
+function summed(text: string): { number: string; unit: string } | undefined {
+  const iso = ISO.exec(text);
+  const parts = iso === null ? partsOf(text) : (['d', 'h', 'min', 's'] as const).map((unit, at) => ({ number: Number(iso[at + 1] ?? 0), unit }));
+  const total = Math.round((parts ?? []).reduce((sum, each) => sum + each.number * NANOSECONDS[each.unit], 0));
+  const unit = UNITS.findLast((each) => total % NANOSECONDS[each] === 0);
+  return total > 0 && Number.isSafeInteger(total) && unit !== undefined ? { number: String(total / NANOSECONDS[unit]), unit } : undefined;
+}
+
+function partsOf(text: string): { number: number; unit: Unit }[] | undefined {
+  const found = [...text.matchAll(PART)];
+  const parts = found.map(([, number, word]) => ({ number: Number(number), unit: unitOf(word ?? '') }));
+  const isWhole = found.reduce((length, [all]) => length + all.length, 0) === text.length;
+  return isWhole && parts.every((each): each is { number: number; unit: Unit } => each.unit !== undefined) ? parts : undefined;
 }
 
 /** The text of a duration: a plain number in the unit of the drawing. */

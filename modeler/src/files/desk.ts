@@ -1,14 +1,14 @@
 /** What a person does with files: new, open, save, drop, recent, and what the page does so that no work is lost. */
 
 import { ask } from '../layout/dialog';
-import type { Companion, Regions } from '../workspace';
+import type { Companion, Notice, Regions } from '../workspace';
 import { type Diagram, type Imported, NOWHERE, type Source } from './diagram';
 import { isEqual } from './encoding';
 import { chooseFiles, chooseTarget, type Chosen, download, droppedFiles, fromHandle } from './picker';
 import { ChangedOnDisk, handlePlace, type Place } from './place';
 import { isAllowed, type Recent, recentFiles, remember } from './recent';
 import { undrawnWords } from './pools';
-import * as recovery from './recovery';
+import { createRecovery, type DraftStore, type Recovery, ServiceAway, showAlive, type Unsaved } from './recovery';
 
 const BPMN = 'http://www.omg.org/spec/BPMN/20100524/MODEL';
 const KEEP_AFTER = 800;
@@ -19,18 +19,24 @@ export interface Desktop {
   readonly diagram: Diagram;
   readonly regions: Regions;
   readonly named: readonly Place[];
+  /** Keeps drafts for the next run of the modeler. */
+  readonly drafts: DraftStore | null;
   addCompanion(companion: Companion): void;
   /** The name or the state of the diagram changed. */
   shown(): void;
 }
 
 export class Desk {
-  private readonly tab = recovery.thisTab();
+  private readonly recovery: Recovery;
   private keeping: ReturnType<typeof setTimeout> | undefined;
   private isLooking = false;
   private kept = -1;
+  /** Whether the service missed the last change of what is kept. */
+  private isMissed = false;
 
-  constructor(private readonly desktop: Desktop) {}
+  constructor(private readonly desktop: Desktop) {
+    this.recovery = createRecovery(desktop.drafts, (why) => this.keptOutside(why));
+  }
 
   async newDiagram(): Promise<void> {
     if ((await this.mayLeave()) && (await this.show(NOWHERE))) {
@@ -50,7 +56,7 @@ export class Desk {
     }
   }
 
-  /** Whether the browser keeps the changes as they are now. */
+  /** Whether the changes are kept as they are now. */
   get isKept(): boolean {
     return this.kept === this.desktop.diagram.revision;
   }
@@ -126,9 +132,8 @@ export class Desk {
     }
   }
 
-  private failed(what: string, error: unknown): void {
-    const why = error instanceof Error ? error.message : String(error);
-    this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${why}` });
+  private failed(what: string, error: unknown, actions: Notice['actions'] = []): void {
+    this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${wordsOf(error)}`, actions });
     this.desktop.regions.announce(what, 'error');
   }
 
@@ -183,11 +188,14 @@ export class Desk {
       await this.saveAs();
       return;
     }
-    await this.into(source.place, source.handle, source.tag);
+    const bytes = await this.toWrite(source.name, 'copy');
+    if (bytes !== null) {
+      await this.into(source.place, source.handle, source.tag, bytes);
+    }
   }
 
-  private async into(place: Place, handle: FileSystemFileHandle | null, replaces: string | null): Promise<void> {
-    const bytes = await this.desktop.diagram.bytes();
+  private async into(place: Place, handle: FileSystemFileHandle | null, replaces: string | null, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    this.desktop.regions.notice('failed', null);
     try {
       const tag = await place.write(bytes, replaces);
       await this.desktop.diagram.saved({ name: place.name, bytes, place, handle, tag });
@@ -195,11 +203,38 @@ export class Desk {
       if (error instanceof ChangedOnDisk) {
         this.onDisk(place);
       } else {
-        this.failed(`${place.name} was not saved`, error);
+        this.notSaved(place.name, error);
       }
       return;
     }
     await this.afterSave(place.name, handle, bytes);
+  }
+
+  /** The bytes to save; null where they would write a whole file anew, and the person says no. */
+  private async toWrite(name: string, otherwise: 'copy' | null): Promise<Uint8Array<ArrayBuffer> | null> {
+    const { bytes, rewrites } = await this.desktop.diagram.toSave();
+    if (rewrites === null) {
+      return bytes;
+    }
+    const text = `The page cannot change just a part of ${name}: ${rewrites}.`;
+    const answers = [
+      ...(otherwise === 'copy' ? ([{ id: 'copy', label: 'Save a copy…' }] as const) : []),
+      { id: 'rewrite', label: 'Rewrite the file' },
+      { id: 'cancel', label: 'Cancel' },
+    ] as const;
+    const answer = await ask(`Rewrite all of ${name}?`, text, answers);
+    if (answer === 'copy') {
+      await this.copy();
+    }
+    return answer === 'rewrite' ? bytes : null;
+  }
+
+  /** Say why a save failed; the changes are still here, and can go elsewhere. */
+  private notSaved(name: string, error: unknown): void {
+    this.failed(`${name} was not saved`, error, [
+      { label: 'Save again', run: () => void this.save() },
+      { label: 'Save a copy…', run: () => void this.copy() },
+    ]);
   }
 
   private async afterSave(name: string, handle: FileSystemFileHandle | null, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
@@ -215,10 +250,13 @@ export class Desk {
   async saveAs(): Promise<void> {
     const { name, place } = this.desktop.diagram.source;
     const target = await chooseTarget(name);
-    if (target !== null && target !== 'download') {
-      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null);
-    } else if (target === 'download') {
-      const bytes = await this.desktop.diagram.bytes();
+    const bytes = target === null ? null : await this.toWrite(name, null);
+    if (target === null || bytes === null) {
+      return;
+    }
+    if (target !== 'download') {
+      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null, bytes);
+    } else {
       download(name, bytes, 'application/xml');
       if (place === null) {
         await this.desktop.diagram.saved({ name, bytes, place, handle: null, tag: null });
@@ -254,12 +292,14 @@ export class Desk {
   }
 
   private async copy(): Promise<void> {
-    const target = await chooseTarget(this.desktop.diagram.source.name.replace(/(\.[^.]*)?$/, '-copy$1'));
+    const name = this.desktop.diagram.source.name.replace(/(\.[^.]*)?$/, '-copy$1');
+    const target = await chooseTarget(name);
+    const { bytes } = await this.desktop.diagram.toSave();
     if (target === 'download') {
-      const bytes = await this.desktop.diagram.bytes();
-      download(this.desktop.diagram.source.name.replace(/(\.[^.]*)?$/, '-copy$1'), bytes, 'application/xml');
+      download(name, bytes, 'application/xml');
+      this.desktop.regions.announce(`Downloaded ${name}`, 'ok');
     } else if (target !== null) {
-      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null);
+      await this.into(handlePlace(target, `handle ${target.name} ${Date.now()}`), target, null, bytes);
     }
   }
 
@@ -283,7 +323,15 @@ export class Desk {
     }
   }
 
-  /** Take note of a command: the changes are kept in the browser a moment later. */
+  /** Say why the next run of the modeler would not have the draft. That the service is away stands in a notice already. */
+  private keptOutside(why: unknown): void {
+    this.isMissed = why instanceof ServiceAway;
+    const text = `\`cqos modeler\` keeps no draft for its next run: ${wordsOf(why)}. This browser keeps it.`;
+    const isSaid = why !== null && !this.isMissed;
+    this.desktop.regions.notice('drafts', isSaid ? { kind: 'warning', closable: true, text } : null);
+  }
+
+  /** Take note of a command: the changes are kept a moment later. */
   edited(): void {
     this.desktop.shown();
     clearTimeout(this.keeping);
@@ -293,65 +341,70 @@ export class Desk {
   private async keep(): Promise<void> {
     clearTimeout(this.keeping);
     if (!this.desktop.diagram.isEdited) {
-      await recovery.forget(this.tab);
+      await this.recovery.forget(this.recovery.tab);
       return;
     }
     const { source, revision } = this.desktop.diagram;
     const { name, bytes, place, handle, tag } = source;
     const text = await this.desktop.diagram.draft();
+    if (!this.desktop.diagram.isEdited || this.desktop.diagram.source !== source) {
+      return; // it was saved, or gave way, meanwhile
+    }
     const time = Date.now();
-    await recovery.keep({ tab: this.tab, name, text, original: bytes, place: place?.id ?? null, handle, tag, time });
+    await this.recovery.keep({ tab: this.recovery.tab, name, text, original: bytes, place: place?.id ?? null, handle, tag, time });
     this.kept = revision;
     this.desktop.shown();
   }
 
   private async forgetUnsaved(): Promise<void> {
     clearTimeout(this.keeping);
-    await recovery.forget(this.tab);
+    this.desktop.regions.notice('recovered', null);
+    await this.recovery.forget(this.recovery.tab);
   }
 
-  private async recover(unsaved: recovery.Unsaved): Promise<void> {
+  private async recover(unsaved: Unsaved): Promise<boolean> {
     const named = this.desktop.named.find(({ id }) => id === unsaved.place) ?? null;
     const place = named ?? (unsaved.handle === null ? null : handlePlace(unsaved.handle, unsaved.place ?? ''));
     const { name, original, handle, tag, text } = unsaved;
-    if (await this.show({ name, bytes: original, place, handle, tag, unsaved: text })) {
-      this.desktop.regions.announce(`Recovered ${name}`, 'ok');
-      if (unsaved.tab !== this.tab) {
-        await this.keep();
-        await recovery.forget(unsaved.tab);
-      }
+    if (!(await this.show({ name, bytes: original, place, handle, tag, unsaved: text }))) {
+      return false;
     }
+    this.desktop.regions.announce(`Recovered ${name}`, 'ok');
+    await this.keep();
+    if (unsaved.tab !== this.recovery.tab) {
+      await this.recovery.forget(unsaved.tab);
+    }
+    const discard = { label: 'Discard them', run: () => void this.discardRecovered() };
+    const words = `Unsaved changes of ${name} were recovered (${timeOf(unsaved)}).`;
+    this.desktop.regions.notice('recovered', { kind: 'info', closable: true, text: words, actions: [discard] });
+    return true;
   }
 
-  private offer(unsaved: recovery.Unsaved): void {
+  private offer(unsaved: Unsaved): void {
     const name = `recover ${unsaved.tab}`;
-    const when = new Date(unsaved.time).toLocaleString();
     const done = (): void => this.desktop.regions.notice(name, null);
     this.desktop.regions.notice(name, {
       kind: 'info',
-      text: `Unsaved changes of ${unsaved.name} were kept (${when}).`,
+      text: `Unsaved changes of ${unsaved.name} were kept (${timeOf(unsaved)}).`,
       actions: [
-        { label: 'Recover', run: () => void this.mayLeave().then((may) => (may ? (done(), this.recover(unsaved)) : undefined)) },
-        { label: 'Discard', run: () => void recovery.forget(unsaved.tab).then(done) },
+        { label: 'Recover', run: () => void this.mayLeave().then((may) => (may ? this.recover(unsaved).then((isShown) => (isShown ? done() : undefined)) : undefined)) },
+        { label: 'Discard', run: () => void this.recovery.forget(unsaved.tab).then(done) },
       ],
     });
   }
 
   async start(): Promise<void> {
-    const { own, others } = await recovery.leftBehind(this.tab).catch(() => ({ own: null, others: [] }));
-    recovery.showAlive(this.tab);
-    if (own !== null) {
-      await this.recover(own);
-      const discard = { label: 'Discard them', run: () => void this.discardRecovered() };
-      const text = `Unsaved changes of ${own.name} were recovered.`;
-      this.desktop.regions.notice('recovered', { kind: 'info', closable: true, text, actions: [discard] });
-    }
-    others.forEach((each) => this.offer(each));
+    const left = await this.leftBehind();
+    showAlive(this.recovery.tab);
+    // A draft of a file that the modeler was started with is what the person wants to see.
+    const own = left.own ?? left.others.find(({ place }) => this.desktop.named.some(({ id }) => id === place)) ?? null;
+    const isRecovered = own !== null && (await this.recover(own));
+    left.others.filter((each) => each !== own).forEach((each) => this.offer(each));
     const opened = await Promise.all(this.desktop.named.map(async (place) => ({ place, content: await place.read() })));
     const first = opened.find(({ content }) => content === null || isDiagram(content.bytes));
-    const isTried = own === null && first !== undefined;
+    const isTried = !isRecovered && first !== undefined;
     const isShown = isTried && (await this.show(fromPlace(first.place, first.content)));
-    if (own === null && !isShown) {
+    if (!isRecovered && !isShown) {
       await this.show(NOWHERE);
     }
     for (const { place, content } of opened) {
@@ -363,15 +416,23 @@ export class Desk {
     this.listen();
   }
 
+  private async leftBehind(): Promise<Awaited<ReturnType<Recovery['leftBehind']>>> {
+    try {
+      return await this.recovery.leftBehind();
+    } catch (error) {
+      this.failed('This browser keeps no drafts', error); // as in a private window of some browsers
+      return { own: null, others: [] };
+    }
+  }
+
   private async discardRecovered(): Promise<void> {
     const { place } = this.desktop.diagram.source;
-    this.desktop.regions.notice('recovered', null);
     await this.forgetUnsaved();
     await this.show(place === null ? NOWHERE : fromPlace(place, await place.read(), this.desktop.diagram.source.handle));
   }
 
   private listen(): void {
-    setInterval(() => void this.look(), LOOK_EVERY);
+    setInterval(() => void this.look().then(() => (this.isMissed ? this.keep() : undefined)), LOOK_EVERY);
     addEventListener('focus', () => void this.look());
     addEventListener('beforeunload', (event) => {
       if (this.desktop.diagram.isEdited) {
@@ -402,6 +463,14 @@ export class Desk {
 
 function fromPlace(place: Place, content: { bytes: Uint8Array<ArrayBuffer>; tag: string } | null, handle: FileSystemFileHandle | null = null): Source {
   return { name: place.name, bytes: content?.bytes ?? null, place, handle, tag: content?.tag ?? null };
+}
+
+function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
+
+function timeOf({ time }: Unsaved): string {
+  return new Date(time).toLocaleString();
 }
 
 /** Whether a file is a BPMN diagram, and not a document of another kind. */

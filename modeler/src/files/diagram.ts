@@ -6,10 +6,10 @@ import type ElementRegistry from 'diagram-js/lib/core/ElementRegistry';
 import { definitionsOf } from '../canvas';
 import { isDefinitions, type Moddle } from '../moddle';
 import { NEW_DIAGRAM } from '../new_diagram';
-import { decode, encode } from './encoding';
+import { decode, encode, encodingOf, isWritable, UTF_8, type Encoding } from './encoding';
 import { normalise } from './normalise';
 import { layOut, type Maker } from './layout';
-import { isSame, patch } from './patch';
+import { difference, patch } from './patch';
 import type { Place } from './place';
 import { addPools, undrawnOf, type Undrawn } from './pools';
 import { scan } from './xml';
@@ -43,6 +43,13 @@ export interface Imported {
   readonly undrawn: Undrawn;
 }
 
+/** What a save would write. */
+export interface Output {
+  readonly bytes: Uint8Array<ArrayBuffer>;
+  /** Why all of the file would be written anew, and not just what was edited; null where that is not so. */
+  readonly rewrites: string | null;
+}
+
 export interface Diagram {
   readonly source: Source;
   readonly isEdited: boolean;
@@ -50,9 +57,10 @@ export interface Diagram {
   readonly revision: number;
   /** Open a document in place of the present one. @throws with the present one open, where it is no diagram. */
   open(source: Source): Promise<Imported>;
-  /** The text of the file as it would be saved now, and its bytes: those of the file where nothing was edited. */
+  /** The text of the file as it would be saved now. */
   text(): Promise<string>;
-  bytes(): Promise<Uint8Array<ArrayBuffer>>;
+  /** Its bytes: those of the file where nothing was edited. */
+  toSave(): Promise<Output>;
   /** The model in the form of bpmn-js, which costs less than the text of the file. */
   draft(): Promise<string>;
   /** The same, with a pool for each process that runs by itself. */
@@ -98,8 +106,13 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
     const before = state.revision === 0 ? null : await written(modeler);
     let warnings: readonly unknown[];
     let laidOut: string | null;
+    let asOpened: string | null = null;
     try {
       laidOut = source.unsaved === undefined ? await drawn(modeler, original) : null;
+      if (source.unsaved !== undefined && hasDrawing(original)) {
+        await modeler.importXML(original); // bpmn-js changes some drawings: that was no edit of a person
+        asOpened = await written(modeler);
+      }
       ({ warnings } = await modeler.importXML(source.unsaved ?? laidOut ?? original));
     } catch (error) {
       if (before !== null) {
@@ -109,19 +122,32 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
     }
     const isAsInFile = source.unsaved === undefined && normal === null && laidOut === null;
     Object.assign(state, { source, original, done: 0, savedAt: isAsInFile ? 0 : -1, revision: state.revision + 1 });
-    state.written = source.unsaved === undefined && laidOut === null ? await written(modeler) : await rewritten(modeler, original);
+    state.written = asOpened ?? (source.unsaved === undefined && laidOut === null ? await written(modeler) : await rewritten(modeler, original));
     changed('import');
     const registry = modeler.get<ElementRegistry>('elementRegistry');
     const undrawn = undrawnOf(definitionsOf(modeler), (id) => registry.get(id) !== undefined);
     return { warnings: warnings.map(words), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null, undrawn };
   }
 
-  async function text(): Promise<string> {
-    if (!isEdited()) {
-      return state.original;
-    }
+  async function edited(encoding: Encoding): Promise<{ text: string; rewrites: string | null }> {
     const now = await written(modeler);
-    return (await patched(modeler, state.original, state.written, now)) ?? now;
+    try {
+      return { text: await patched(modeler, state.original, state.written, now, encoding), rewrites: null };
+    } catch (error) {
+      return { text: now, rewrites: `${words(error)}. Comments would be lost, and the line breaks and the order of attributes would change` };
+    }
+  }
+
+  async function toSave(): Promise<Output> {
+    const { bytes } = state.source;
+    if (bytes !== null && bytes.length > 0 && !isEdited()) {
+      return { bytes, rewrites: null };
+    }
+    const given = encodingOf(bytes ?? new Uint8Array());
+    const encoding = isWritable(given) ? given : UTF_8;
+    const { text, rewrites } = isEdited() ? await edited(encoding) : { text: state.original, rewrites: null };
+    const other = encoding === given ? null : `it is in the encoding ${given.name}, which the page cannot write, so it would become UTF-8`;
+    return { bytes: encode(text, encoding), rewrites: bytes === null || bytes.length === 0 ? null : (rewrites ?? other) };
   }
 
   return {
@@ -135,13 +161,10 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
       return state.revision;
     },
     open,
-    text,
+    text: async () => (isEdited() ? (await edited(UTF_8)).text : state.original),
+    toSave,
     draft: () => written(modeler),
     pooled: () => pooled(modeler),
-    async bytes() {
-      const { bytes } = state.source;
-      return bytes !== null && bytes.length > 0 && !isEdited() ? bytes : encode(await text());
-    },
     async saved(source) {
       const { done, revision } = state;
       const now = await written(modeler);
@@ -161,9 +184,13 @@ async function written(modeler: Modeler): Promise<string> {
   return (await modeler.get<Moddle>('moddle').toXML(definitionsOf(modeler), { format: true })).xml;
 }
 
+function hasDrawing(text: string): boolean {
+  return /BPMNPlane[\s>/]/.test(text);
+}
+
 /** A model with a drawing in place of one that has none; null where there is one, or nothing to draw. */
 async function drawn(modeler: Modeler, text: string): Promise<string | null> {
-  if (/BPMNPlane[\s>/]/.test(text)) {
+  if (hasDrawing(text)) {
     return null;
   }
   const moddle = modeler.get<Maker>('moddle');
@@ -187,13 +214,19 @@ async function rewritten(modeler: Modeler, text: string): Promise<string> {
   return (await moddle.toXML((await moddle.fromXML(text)).rootElement, { format: true })).xml;
 }
 
-/** The edits in the original text; null where that would not be the same model. */
-async function patched(modeler: Modeler, original: string, before: string, now: string): Promise<string | null> {
-  try {
-    const made = patch(original, before, now);
-    const [meant, wanted] = [await rewritten(modeler, made), await rewritten(modeler, now)];
-    return isSame(scan(meant), scan(wanted)) ? made : null;
-  } catch {
-    return null; // the texts are not alike: bpmn-js read it, so that its own form is right
+/**
+ * The edits in the original text.
+ *
+ * @throws where they cannot be placed, with the reason in words.
+ */
+async function patched(modeler: Modeler, original: string, before: string, now: string, encoding: Encoding): Promise<string> {
+  const made = patch(original, before, now);
+  const read = decode(encode(made, encoding)); // perhaps with references to characters
+  const texts = [await rewritten(modeler, original), await rewritten(modeler, read), before, now];
+  const [was, has, old, wanted] = texts.map(scan);
+  const other = was && has && old && wanted ? difference(was, has, old, wanted) : null;
+  if (other !== null) {
+    throw new Error(`its text has no place for the edit at ${other}`);
   }
+  return made;
 }

@@ -22,14 +22,14 @@ interface Cut {
  */
 export function patch(original: string, before: string, after: string): string {
   const cuts: Cut[] = [];
-  const patcher = new Patcher(original, after, cuts);
-  patcher.element(scan(original), scan(before), scan(after));
+  const root = scan(original);
+  new Patcher(original, after, cuts, new Set(idsOf(root))).element(root, scan(before), scan(after));
   cuts.sort((one, other) => one.start - other.start || one.end - other.end);
   let made = '';
   let at = 0;
   for (const cut of cuts) {
     if (cut.start < at) {
-      throw new Error('edits overlap');
+      throw new Error('two edits overlap in its text');
     }
     made += original.slice(at, cut.start) + cut.text;
     at = cut.end;
@@ -42,7 +42,12 @@ class Patcher {
     private readonly original: string,
     private readonly after: string,
     private readonly cuts: Cut[],
-  ) {}
+    private readonly ids: ReadonlySet<string>,
+  ) {
+    this.isWithReturns = original.includes('\r\n');
+  }
+
+  private readonly isWithReturns: boolean;
 
   element(here: Element, old: Element, now: Element): void {
     this.attributes(here, old, now);
@@ -54,19 +59,19 @@ class Patcher {
   }
 
   private attributes(here: Element, old: Element, now: Element): void {
-    const present = new Map(here.attributes.map((each) => [each.name, each]));
-    const earlier = new Map(old.attributes.map((each) => [each.name, each.raw]));
+    const present = new Map(here.attributes.map((each) => [each.qualified, each]));
+    const earlier = rawByName(old);
     let added = '';
-    for (const { name, raw } of now.attributes) {
-      if (earlier.get(name) !== raw) {
-        const at = present.get(name);
+    for (const { name, qualified, raw } of now.attributes) {
+      if (earlier.get(qualified) !== raw) {
+        const at = present.get(qualified);
         if (at === undefined) {
           added += ` ${name}="${raw}"`;
         } else {
           this.cut(at.valueStart, at.end, `"${raw}"`);
         }
       }
-      earlier.delete(name);
+      earlier.delete(qualified);
     }
     for (const name of earlier.keys()) {
       const at = present.get(name);
@@ -95,29 +100,34 @@ class Patcher {
     const wanted = keyed(now.children);
     for (const key of earlier.keys()) {
       if (!wanted.has(key)) {
-        this.remove(needed(present, key));
+        this.remove(needed(present, key, earlier.get(key)));
       }
     }
     let anchor: Element | null = null;
     let inserted = '';
     for (const [key, child] of wanted) {
       const before = earlier.get(key);
-      if (before === undefined) {
+      if (before === undefined || this.isAdded(present.get(key), before, child)) {
         inserted += this.indented(here, child);
         continue;
       }
       inserted = this.insert(here, anchor, inserted);
       anchor = present.get(key) ?? null;
-      this.kept(anchor, before, child, key);
+      this.kept(anchor, before, child);
     }
     this.insert(here, anchor, inserted);
   }
 
-  private kept(here: Element | null, old: Element, now: Element, key: string): void {
+  /** Whether an edit is in an element that bpmn-js made when it opened the file, such as the empty drawing of a sub-process. */
+  private isAdded(here: Element | undefined, old: Element, now: Element): boolean {
+    return here === undefined && !isSame(old, now) && idsOf(now).every((id) => !this.ids.has(id));
+  }
+
+  private kept(here: Element | null, old: Element, now: Element): void {
     if (here !== null) {
       this.element(here, old, now);
     } else if (!isSame(old, now)) {
-      throw new Error(`${key} is not in the original text`);
+      throw new Error(`${titleOf(now)} is not in the file`);
     }
   }
 
@@ -144,7 +154,7 @@ class Patcher {
   }
 
   private remove(here: Element): void {
-    const before = /\n?[ \t]*$/.exec(this.original.slice(0, here.start))?.[0].length ?? 0;
+    const before = /(?:\r?\n)?[ \t]*$/.exec(this.original.slice(0, here.start))?.[0].length ?? 0;
     this.cut(here.start - before, here.end, '');
   }
 
@@ -164,8 +174,18 @@ class Patcher {
   }
 
   private cut(start: number, end: number, text: string): void {
-    this.cuts.push({ start, end, text });
+    this.cuts.push({ start, end, text: this.isWithReturns ? withReturns(text) : text });
   }
+}
+
+/** End the lines between tags as the file does; text in elements stays, because a line end is part of it. */
+function withReturns(text: string): string {
+  return text.replaceAll(/(^|>)\s+(?=<|$)/g, (blank) => blank.replaceAll(/\r?\n/g, '\r\n'));
+}
+
+function idsOf({ attributes, children }: Element): string[] {
+  const own = attributes.filter(({ name }) => name === 'id').map(({ raw }) => raw);
+  return [...own, ...children.flatMap(idsOf)];
 }
 
 /** The prefix of a qualified name, which bpmn-js leaves out where it refers to something. */
@@ -178,7 +198,7 @@ function keyed(children: readonly Element[]): Map<string, Element> {
     const named = child.attributes.find(({ name }) => name === 'id')?.raw;
     const refers = child.attributes.find(({ name }) => name === 'bpmnElement')?.raw;
     const text = child.children.length === 0 ? child.text.trim() : '';
-    const key = `${child.name} ${named ?? (refers ?? text).replace(PREFIX, '')}`;
+    const key = `${child.qualified} ${named ?? (refers ?? text).replace(PREFIX, '')}`;
     let free = key;
     for (let copy = 2; made.has(free); copy += 1) {
       free = `${key} ${copy}`;
@@ -191,21 +211,72 @@ function keyed(children: readonly Element[]): Map<string, Element> {
 /** Whether two elements are the same but for layout and the order of their children. */
 export function isSame(one: Element, other: Element): boolean {
   const [own, others] = [keyed(one.children), keyed(other.children)];
-  const attributes = new Map(other.attributes.map(({ name, raw }) => [name, raw]));
+  const attributes = rawByName(other);
   return (
-    one.name === other.name &&
+    one.qualified === other.qualified &&
     one.text.trim() === other.text.trim() &&
     one.attributes.length === attributes.size &&
-    one.attributes.every(({ name, raw }) => attributes.get(name) === raw) &&
+    one.attributes.every(({ qualified, raw }) => attributes.get(qualified) === raw) &&
     own.size === others.size &&
     [...own].every(([key, child]) => isSame(child, others.get(key) ?? one))
   );
 }
 
-function needed(found: ReadonlyMap<string, Element>, key: string): Element {
+/**
+ * Find where `made` is not `original` with the differences between `before` and `now`: null, or the name of the element.
+ *
+ * It compares what the texts mean, and shares no decision with `patch`. `before` may differ from `original`: bpmn-js changes some
+ * drawings when it opens them.
+ */
+export function difference(original: Element, made: Element, before: Element, now: Element): string | null {
+  const [was, has, old, wanted] = [rawByName(original), rawByName(made), rawByName(before), rawByName(now)];
+  for (const name of new Set([...was.keys(), ...has.keys(), ...old.keys(), ...wanted.keys()])) {
+    if (has.get(name) !== (old.get(name) === wanted.get(name) ? was : wanted).get(name)) {
+      return titleOf(now);
+    }
+  }
+  const isTextKept = before.text.trim() === now.text.trim();
+  if (made.text.trim() !== (isTextKept ? original : now).text.trim()) {
+    return titleOf(now);
+  }
+  const parts = [original, made, before, now].map(({ children }) => keyed(children));
+  for (const key of new Set(parts.flatMap((each) => [...each.keys()]))) {
+    const [first, second, third, fourth] = parts.map((each) => each.get(key));
+    const found = differentChild(first, second, third, fourth);
+    if (found !== null) {
+      return found;
+    }
+  }
+  return null;
+}
+
+type Child = Element | undefined;
+
+function differentChild(original: Child, made: Child, before: Child, now: Child): string | null {
+  if (before !== undefined && now !== undefined && original !== undefined && made !== undefined) {
+    return difference(original, made, before, now);
+  }
+  const isKept = before === undefined ? now === undefined : now !== undefined && isSame(before, now);
+  const wanted = isKept ? original : now;
+  const isRight = wanted === undefined || made === undefined ? wanted === made : isSame(wanted, made);
+  const [shown = made] = [now, before, original].filter((each) => each !== undefined);
+  return isRight || shown === undefined ? null : titleOf(shown);
+}
+
+function rawByName({ attributes }: Element): Map<string, string> {
+  return new Map(attributes.map(({ qualified, raw }) => [qualified, raw]));
+}
+
+/** An element in the words of the file. */
+function titleOf({ name, attributes }: Element): string {
+  const id = attributes.find((each) => each.name === 'id' || each.name === 'bpmnElement')?.raw;
+  return id === undefined ? `<${name}>` : `<${name}> ${id}`;
+}
+
+function needed(found: ReadonlyMap<string, Element>, key: string, child: Element | undefined): Element {
   const element = found.get(key);
   if (element === undefined) {
-    throw new Error(`${key} is not in the original text`);
+    throw new Error(`${child === undefined ? key : titleOf(child)} is not in the file`);
   }
   return element;
 }

@@ -2,6 +2,8 @@
 
 export interface Attribute {
   readonly name: string;
+  /** The name with its namespace in place of the prefix. */
+  readonly qualified: string;
   /** As it is written, without the quotes. */
   readonly raw: string;
   /** From the blank before the name to the closing quote. */
@@ -13,6 +15,8 @@ export interface Attribute {
 
 export interface Element {
   readonly name: string;
+  /** The name with its namespace in place of the prefix: two prefixes may mean one namespace. */
+  readonly qualified: string;
   readonly attributes: readonly Attribute[];
   readonly children: readonly Element[];
   /** Character data between the children, as it is written. */
@@ -35,8 +39,13 @@ const NAME = /[^\s/>=<]+/y;
 const ATTRIBUTE = /(\s+)([^\s/>=<]+)\s*=\s*("[^"<]*"|'[^'<]*')/y;
 const TAG_END = /\s*(\/?)>/y;
 
+/** Namespaces by prefix; the default one has the empty prefix. */
+type Scope = Readonly<Record<string, string>>;
+
 interface Open {
   name: string;
+  qualified: string;
+  scope: Scope;
   attributes: Attribute[];
   children: Element[];
   text: string;
@@ -55,7 +64,8 @@ export function scan(text: string): Element {
   let root: Element | null = null;
   let at = 0;
   const close = (made: Open, contentEnd: number, end: number, isClosed: boolean): void => {
-    const element = { ...made, contentEnd, end, isClosed };
+    const { scope: _, ...rest } = made;
+    const element = { ...rest, contentEnd, end, isClosed };
     const parent = open.at(-1);
     if (parent === undefined) {
       if (root !== null) {
@@ -82,7 +92,7 @@ export function scan(text: string): Element {
       addText(open.at(-1), text.slice(at, end));
       at = end;
     } else if (text.startsWith('<!', at)) {
-      throw new Error('a document type');
+      throw new Error('the file has a document type (DOCTYPE)');
     } else if (text.startsWith('</', at)) {
       const end = endOf(text, '>', at);
       const made = open.pop();
@@ -92,7 +102,7 @@ export function scan(text: string): Element {
       close(made, at, end, false);
       at = end;
     } else {
-      const { made, isClosed } = startTag(text, at);
+      const { made, isClosed } = startTag(text, at, open.at(-1)?.scope ?? {});
       at = made.contentStart;
       if (isClosed) {
         close(made, at, at, true);
@@ -107,13 +117,13 @@ export function scan(text: string): Element {
   return root;
 }
 
-function startTag(text: string, start: number): { made: Open; isClosed: boolean } {
+function startTag(text: string, start: number, around: Scope): { made: Open; isClosed: boolean } {
   const name = sticky(NAME, text, start + 1)?.[0];
   if (name === undefined) {
     throw new Error(`no name of an element at ${start}`);
   }
   const nameEnd = start + 1 + name.length;
-  const attributes: Attribute[] = [];
+  const attributes: Omit<Attribute, 'qualified'>[] = [];
   let at = nameEnd;
   for (let found = sticky(ATTRIBUTE, text, at); found !== null; found = sticky(ATTRIBUTE, text, at)) {
     const [whole, , attribute, value] = found;
@@ -129,7 +139,22 @@ function startTag(text: string, start: number): { made: Open; isClosed: boolean 
     throw new Error(`a tag that does not end at ${start}`);
   }
   const contentStart = at + last[0].length;
-  return { made: { name, attributes, children: [], text: '', start, nameEnd, contentStart }, isClosed: last[1] === '/' };
+  const scope = scopeOf(attributes, around);
+  const named = attributes.map((each) => ({ ...each, qualified: each.name.includes(':') ? qualify(each.name, scope) : each.name }));
+  const made = { name, qualified: qualify(name, scope), scope, attributes: named, children: [], text: '', start, nameEnd, contentStart };
+  return { made, isClosed: last[1] === '/' };
+}
+
+function scopeOf(attributes: readonly Omit<Attribute, 'qualified'>[], around: Scope): Scope {
+  const declared = attributes.filter(({ name }) => name === 'xmlns' || name.startsWith('xmlns:'));
+  return declared.length === 0 ? around : { ...around, ...Object.fromEntries(declared.map(({ name, raw }) => [name.slice('xmlns:'.length), raw])) };
+}
+
+/** A name with its namespace; as it is where its prefix is bound to none, as `xml` and `xmlns` are. */
+function qualify(name: string, scope: Scope): string {
+  const colon = name.indexOf(':');
+  const space = scope[colon < 0 ? '' : name.slice(0, colon)];
+  return space === undefined ? name : `{${space}}${name.slice(colon + 1)}`;
 }
 
 function sticky(pattern: RegExp, text: string, at: number): RegExpExecArray | null {

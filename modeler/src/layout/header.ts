@@ -10,7 +10,7 @@ import { type Entry, menu } from './menu';
 export interface Shown {
   readonly name: string;
   readonly isEdited: boolean;
-  /** Whether the browser keeps the changes. */
+  /** Whether the changes are kept as a draft. */
   readonly isKept: boolean;
   readonly zoom: number;
   readonly canUndo: boolean;
@@ -60,7 +60,7 @@ export function createHeader(
     name.textContent = shown.name;
     name.title = shown.name;
     mark.textContent = shown.isEdited ? 'edited' : '';
-    mark.title = shown.isKept ? 'Not saved. The browser keeps the changes.' : 'Not saved';
+    mark.title = shown.isKept ? 'Not saved. C-QoS keeps the changes as a draft.' : 'Not saved';
     zoom.textContent = `${Math.round(shown.zoom * 100)} %`;
     zoom.setAttribute('aria-label', `Zoom ${Math.round(shown.zoom * 100)} %, back to 100 %`);
     undo.disabled = !shown.canUndo;

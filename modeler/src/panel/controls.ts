@@ -8,9 +8,11 @@ import {
   UNITS,
   duration,
   durationText,
+  durationWords,
   names,
   namesText,
   refusal,
+  typedDuration,
   valueDoc,
   valueLabel,
   wordsOf,
@@ -119,8 +121,8 @@ function list({ policy }: Setting, values: readonly string[], words: readonly st
 
 function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit: Commit, refuse: Refuse): Control {
   const { policy } = setting;
-  const words = wordsOf(setting).some((word) => word === 'infinite') ? wordsOf(setting) : ['infinite', ...wordsOf(setting)];
-  const number = make('input', { type: 'text', inputmode: 'decimal', id: ids.control, 'aria-describedby': ids.described, size: 6 });
+  const words = durationWords(setting);
+  const number = make('input', { type: 'text', id: ids.control, 'aria-describedby': ids.described, size: 6 });
   number.autocomplete = 'off';
   const unit = make(
     'select',
@@ -130,22 +132,25 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   );
   const element = make('div', { class: 'duration' }, number, unit);
   const isWord = (): boolean => words.includes(unit.value);
+  let isTyped = false; // a person who typed a word can type on; one who chose it chooses a unit
   function send(): void {
-    const typed = number.value.trim().replace(',', '.');
-    if (isWord()) {
-      commit(unit.value);
-    } else if (typed === '') {
-      commit(undefined);
-    } else {
-      const text = durationText(typed, unit.value, spelling.bareUnit);
-      const problem = Number.isNaN(Number(typed)) ? `Expected: ${policy.expected}.` : refusal(setting, spelling, text);
-      number.setAttribute('aria-invalid', String(problem !== undefined));
-      if (problem === undefined) {
-        commit(text);
-      } else {
-        refuse(problem);
-      }
+    const typed = number.value.trim();
+    if (typed === '') {
+      commit(isWord() ? unit.value : undefined);
+      return;
     }
+    const read = typedDuration(setting, typed, isWord() ? plainUnit : unit.value);
+    const text = read === undefined ? typed : 'word' in read ? read.word : durationText(read.number, read.unit, spelling.bareUnit);
+    const problem = read === undefined ? `“${typed}” is no duration. Expected: ${policy.expected}.` : 'word' in read ? undefined : refusal(setting, spelling, text);
+    number.setAttribute('aria-invalid', String(problem !== undefined));
+    if (read === undefined || problem !== undefined) {
+      refuse(problem ?? '');
+      return;
+    }
+    isTyped = true;
+    number.value = 'word' in read ? '' : read.number;
+    unit.value = 'word' in read ? read.word : read.unit;
+    commit(text);
   }
   const plainUnit = spelling.bareUnit ?? 's';
   number.addEventListener('input', () => {
@@ -155,6 +160,7 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   });
   number.addEventListener('change', send);
   unit.addEventListener('change', () => {
+    isTyped = false;
     number.disabled = isWord();
     if (isWord()) {
       number.value = '';
@@ -173,11 +179,11 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
       const stated = text === undefined ? undefined : duration(text, spelling.bareUnit);
       const inForce = duration(fallback, spelling.bareUnit);
       number.removeAttribute('aria-invalid');
-      number.disabled = text !== undefined && words.includes(text);
+      number.disabled = !isTyped && text !== undefined && words.includes(text);
       number.value = stated?.number ?? (text !== undefined && !words.includes(text) ? text : '');
       const shown = text ?? fallback;
       const isKnown = words.includes(shown);
-      number.placeholder = text === undefined && !isKnown ? (inForce?.number ?? valueLabel(policy, fallback)) : '';
+      number.placeholder = isKnown ? valueLabel(policy, shown) : text === undefined ? (inForce?.number ?? valueLabel(policy, fallback)) : '';
       unit.value = isKnown ? shown : (stated?.unit ?? (text === undefined ? inForce?.unit : undefined) ?? plainUnit);
     },
   };
