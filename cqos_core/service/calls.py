@@ -49,13 +49,13 @@ class Calls:
         self.limits = settings.limits
         self.observer = observer
         self.pool = Pool(self.limits, self._worker_ended)
-        self.sessions = Sessions(self.limits, self._worker_ended)
         self.draining = False
         self.listening: set[Heard] = set()
         self.leaving = False
         self._shares = {token: share for token, _, share in settings.quotas}
         self._names = {token: name for token, name, _ in settings.quotas if name}
         self.callers = Callers(self.limits, observer.meter, self._shares)
+        self.sessions = Sessions(self.limits, self.callers.copies, self._worker_ended)
         observer.meter.depth = lambda: self.pool.waiting
         self.open = OpenSessions(self.sessions, self.callers, observer.meter, settings.tokens)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
@@ -215,7 +215,7 @@ class Calls:
             data = await heard.next()
             if data is None:
                 return
-            session = await self.sessions.begin(caller.name)
+            session = await self.sessions.begin(caller)
             self.observer.meter.add("sessions")
             try:
                 while data is not None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import socket
+import struct
 import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +13,6 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 if TYPE_CHECKING:
-    import socket
     import ssl
     from collections.abc import Callable
 
@@ -153,7 +154,7 @@ class _Accepted:
         """End it at once."""
         self.gone()
         if self.protocol is not None and self.protocol.transport is not None:
-            self.protocol.transport.abort()
+            self.protocol.drop()
         elif self._task is not None:
             self._task.cancel()
 
@@ -248,7 +249,7 @@ class Patient(H11Protocol):
             return
         self._dropped += len(data)
         if self._dropped > _REST_BYTES:
-            self.transport.abort()
+            self.drop()
 
     def send_400_response(self, msg: str) -> None:
         """Refuse what cannot be read; if an answer has begun, it ends here."""
@@ -285,13 +286,20 @@ class Patient(H11Protocol):
         else:
             self._look_in(KEPT_SECONDS)
 
+    def drop(self) -> None:
+        """End it at once, and with it what the kernel has of an answer that nobody reads."""
+        opened = self.transport.get_extra_info("socket")
+        if opened is not None and opened.fileno() >= 0:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.transport.abort()
+
     def finish(self, transport: asyncio.Transport) -> None:
         """Close it when the answer is read, and the rest of its request has come; that has its time and number of bytes."""
         if self.finishing:
             return
         self.finishing = True
         self._looking.cancel()
-        self._looking = self.loop.call_later(self.held.first_seconds, transport.abort)
+        self._looking = self.loop.call_later(self.held.first_seconds, self.drop)
         if self.conn.their_state not in (h11.SEND_BODY, h11.ERROR):
             transport.close()
             return
@@ -314,14 +322,14 @@ class Patient(H11Protocol):
                 await send(message)
                 return
             if late is None:
-                late = self.loop.call_later(self.held.seconds, self.transport.abort)
+                late = self.loop.call_later(self.held.seconds, self.drop)
             body, more = memoryview(message.get("body", b"")), message.get("more_body", False)
             for start in range(0, len(body) or 1, _PIECE):
                 rest = start + _PIECE < len(body)
                 await send({**message, "body": bytes(body[start : start + _PIECE]), "more_body": rest or more})
 
         try:
-            await self.config.loaded_app({**scope, ABORT: self.transport.abort}, receive, in_pieces)
+            await self.config.loaded_app({**scope, ABORT: self.drop}, receive, in_pieces)
         finally:
             if late is not None:
                 late.cancel()

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from cqos_core.service.settings import Settings
 
 _BACKLOG: Final = 1024
+_UNREAD_BYTES: Final = 256 * 1024
+"""Of an answer on its way, in the kernel: it would take megabytes for each connection."""
 _RELOAD_SECONDS: Final = 2.0
 _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
@@ -448,6 +450,7 @@ def _opened(settings: Settings) -> socket.socket:
         # Only of sockets that say TCP does asyncio take the delay that otherwise comes before every answer but the first.
         opened = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _UNREAD_BYTES)
         if settings.processes > 1:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         opened.bind(target)

@@ -365,8 +365,10 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
             body = f'{{"protocol": "ros2", "topic": {{"name": "t{number}"}}}}'.encode()
             calls._answers.put((f"json {PAIR}", date.today(), body), b"{}")  # noqa: DTZ011 - as the service has it
 
+            messages = [{"type": "http.request", "body": body, "more_body": False}]
+
             async def receive():
-                return {"type": "http.request", "body": body, "more_body": False}
+                return messages.pop() if messages else await asyncio.Event().wait()
 
             async def send(message):
                 if message["type"] == "http.response.start":
