@@ -260,12 +260,18 @@ async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:
 
 
 class _Home:
-    """A process that sessions live in, and whose they are."""
+    """A process that sessions live in.
+
+    Attributes:
+        sessions: whose those are that it has.
+        guests: whose those are that it has or is asked for, also while it opens them.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.process = Process(limits)
         self.turns = Turns([self.process], Process.start)
         self.sessions: dict[int, str] = {}
+        self.guests: dict[int, str] = {}
 
 
 class Sessions:
@@ -317,12 +323,18 @@ class Sessions:
         """Note that a session is closed."""
         self._open -= 1
 
-    def home_for(self, caller: str, but: _Home | None = None) -> _Home:
-        """Return the process with the fewest sessions; where there are several, one caller has all but one at most."""
-        own = [each for each in self._homes if caller in each.sessions.values()]
+    def home_for(self, caller: str, number: int, before: _Home | None = None) -> _Home:
+        """Let a session live in another process than before, that with the fewest; one caller has all but one at most."""
+        if before is not None:
+            before.guests.pop(number, None)
+        own = [each for each in self._homes if caller in each.guests.values()]
         free = own if len(own) >= max(len(self._homes) - 1, 1) else self._homes
-        candidates = [each for each in free if each is not but] or [each for each in self._homes if each is not but]
-        return min(candidates or self._homes, key=lambda each: len(each.sessions))
+        candidates = [each for each in free if each is not before] or [
+            each for each in self._homes if each is not before
+        ]
+        home = min(candidates or self._homes, key=lambda each: len(each.guests))
+        home.guests[number] = caller
+        return home
 
     def leave(self, home: _Home, caller: str, number: int) -> None:
         """Close a session in a process that it has left, when that has time."""
@@ -347,7 +359,7 @@ class HostedModel:
     def __init__(self, house: Sessions, number: int, caller: str) -> None:
         """Live in one of the processes of ``house``."""
         self._house, self._number, self._caller = house, number, caller
-        self._home = house.home_for(caller)
+        self._home = house.home_for(caller, number)
         self._copy: ModelCopy | None = None
         self._opening = self._closed = False
 
@@ -398,7 +410,7 @@ class HostedModel:
         try:
             return await self._answered(data, _PATIENCE_SECONDS)
         except asyncio.TimeoutError:
-            before, self._home = self._home, self._house.home_for(self._caller, self._home)
+            before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
             if before is not self._home and before.sessions.pop(self._number, None) is not None:
                 self._house.leave(before, self._caller, self._number)
         except DiedError:
@@ -441,6 +453,7 @@ class HostedModel:
         home = self._home
         if self._opening or self._number in home.sessions:
             await home.turns.use(self._caller, lambda process: self._forgotten(process, home))
+        home.guests.pop(self._number, None)
         self._house.ended()
 
 
@@ -451,7 +464,7 @@ class HostedSession:
         """Live in one of the processes of ``house``."""
         self._house, self._number, self._owner = house, number, caller
         self._caller = caller.name
-        self._home = house.home_for(caller.name)
+        self._home = house.home_for(caller.name, number)
         self._begun = False
         self._messages: list[bytes] | None = []
         self._kept = 0
@@ -528,7 +541,7 @@ class HostedSession:
 
     def _move(self) -> None:
         """Leave for a process that is less busy."""
-        before, self._home = self._home, self._house.home_for(self._caller, self._home)
+        before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
         if before is not self._home and before.sessions.pop(self._number, None) is not None:
             self._house.leave(before, self._caller, self._number)
 
@@ -543,4 +556,5 @@ class HostedSession:
         """Forget it."""
         self._house.ended()
         self._forget()
+        self._home.guests.pop(self._number, None)
         await self._leave(self._home)
