@@ -63,6 +63,7 @@ class Caller:
         turn: held while something is answered in the process that serves: others come between two of its answers.
         budget: what it may use of that process; beyond that, workers answer it.
         seen: when it last called.
+        going: how many of its calls end, because others need their places.
     """
 
     def __init__(self, name: str, share: float) -> None:
@@ -72,12 +73,54 @@ class Caller:
         self.turn = asyncio.Lock()
         self.budget = Budget(_OWN_PART)
         self.seen = time.monotonic()
-        self.calls = self.bytes = self.sessions = self.watches = self.kept = 0
+        self.calls = self.bytes = self.sessions = self.watches = self.kept = self.going = 0
 
     @property
     def idle(self) -> bool:
         """Whether nothing of it is under way."""
         return not (self.calls or self.watches or self.sessions)
+
+
+class Shared:
+    """Bytes that callers have together, each up to its share; where there are too many, those of who has most go first."""
+
+    def __init__(self, whole: int) -> None:
+        """Hold so many at most."""
+        self.whole = whole
+        self.held = 0
+        self._sizes: dict[str, dict[object, tuple[int, Callable[[], None]]]] = {}
+
+    def of(self, caller: str) -> int:
+        """How many bytes a caller has."""
+        return sum(size for size, _ in self._sizes.get(caller, {}).values())
+
+    def put(self, caller: Caller, key: object, size: int, drop: Callable[[], None]) -> bool:
+        """Hold ``size`` bytes under a key, in place of those that are there; ``drop`` is called if they have to go.
+
+        Whether there is room: not if they are beyond the caller's share, or no other caller has more.
+        """
+        self.forget(caller.name, key)
+        if self.of(caller.name) + size > max(_part(self.whole, caller.share), size if not self.held else 0):
+            return False
+        while self.held and self.held + size > self.whole:
+            most = max(self._sizes, key=self.of)
+            if self.of(most) <= self.of(caller.name) + size:
+                return False
+            first = next(iter(self._sizes[most]))
+            _, gone = self._sizes[most][first]
+            self.forget(most, first)
+            gone()
+        self._sizes.setdefault(caller.name, {})[key] = (size, drop)
+        self.held += size
+        return True
+
+    def forget(self, caller: str, key: object) -> None:
+        """Hold them no longer."""
+        own = self._sizes.get(caller, {})
+        if key in own:
+            self.held -= own.pop(key)[0]
+        if not own:
+            self._sizes.pop(caller, None)
 
 
 class Callers:
@@ -88,7 +131,10 @@ class Callers:
         self._limits = limits
         self._meter = meter
         self._shares = shares or {}
-        self._held = self.calls = self.watches = self.kept = 0
+        self._held = self.calls = self.watches = self.kept = self._going = 0
+        self._waiting: dict[Caller, dict[object, Callable[[], None]]] = {}
+        self.copies = Shared(limits.bytes_kept)
+        self._unread = Shared(limits.bytes_together)
         self._known: dict[str, Caller] = {}
         self._budget = Budget(_ALL_PARTS)
 
@@ -115,6 +161,11 @@ class Callers:
         """Count what an answer in the serving process took."""
         caller.budget.spend(seconds)
         self._budget.spend(seconds)
+
+    async def time_for(self, caller: Caller) -> None:
+        """Wait until a caller has something left of the time of the serving process."""
+        while min(caller.budget.left, self._budget.left) <= 0:  # noqa: ASYNC110 - it refills with time
+            await asyncio.sleep(_SAVED_SECONDS)
 
     @contextmanager
     def watching(self, name: str) -> Iterator[None]:
@@ -146,11 +197,56 @@ class Callers:
                 f"{limit}, and so many of yours are under way; send fewer at a time",
                 reason=CALLER_QUOTA,
             )
-        if self.calls >= self._limits.calls:
+        if self.calls - self._going >= self._limits.calls and not self._one_gives_way(caller):
             limit = f"{self.calls} calls are under way already, which is all that this service takes"
             raise Refused("RESOURCE_EXHAUSTED", f"{limit}; try again later", reason=BUSY)
         with _counted("calls", self, caller):
             yield caller
+
+    def _one_gives_way(self, caller: Caller) -> bool:
+        """End a call of the caller that has most, if that is more than this one will have and waits for its own caller."""
+        most = max(self._waiting, key=lambda each: each.calls - each.going, default=None)
+        if most is None or most.calls - most.going <= caller.calls + 1:
+            return False
+        _, give_way = self._waiting[most].popitem()
+        if not self._waiting[most]:
+            del self._waiting[most]
+        most.going += 1
+        self._going += 1
+        give_way()
+        return True
+
+    @contextmanager
+    def waiting(self, caller: Caller, give_way: Callable[[], None]) -> Iterator[None]:
+        """Wait for a message of a caller: if others need its place, ``give_way`` is called, and the wait has to end."""
+        mine = object()
+        self._waiting.setdefault(caller, {})[mine] = give_way
+        try:
+            yield
+        finally:
+            own = self._waiting.get(caller, {})
+            if own.pop(mine, None) is None:
+                caller.going -= 1
+                self._going -= 1
+            elif not own:
+                del self._waiting[caller]
+
+    @contextmanager
+    def unread(self, caller: Caller, size: int, drop: Callable[[], None]) -> Iterator[None]:
+        """Count the bytes of an answer until it is read; ``drop`` is called if others need the room.
+
+        Raises:
+            Refused: the caller, or all of them, have too many answers that they do not read.
+        """
+        key = object()
+        if size > self._limits.inline_bytes and not self._unread.put(caller, key, size, drop):
+            limit = f"this service keeps {self._unread.whole} bytes of answers that wait to be read"
+            now = f"{self._unread.of(caller.name)} of them are yours, and this answer has {size} more"
+            raise Refused("RESOURCE_EXHAUSTED", f"{limit}; {now}; read the answers before", reason=CALLER_QUOTA)
+        try:
+            yield
+        finally:
+            self._unread.forget(caller.name, key)
 
     @contextmanager
     def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:

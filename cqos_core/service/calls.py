@@ -35,6 +35,7 @@ _KEPT_ENTRIES: Final = 2_048
 _KEPT_BYTES: Final = 32 * 1024 * 1024
 _BEARER: Final = "bearer "
 ENDS: Final = "the service ends"
+OTHERS: Final = "you have most of all calls under way, and others need the place"
 _REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
 """Field 1, a number; a longer one is left to the decoder."""
 
@@ -48,13 +49,13 @@ class Calls:
         self.limits = settings.limits
         self.observer = observer
         self.pool = Pool(self.limits, self._worker_ended)
-        self.sessions = Sessions(self.limits, self._worker_ended)
         self.draining = False
-        self.listening: set[_Heard] = set()
+        self.listening: set[Heard] = set()
         self.leaving = False
         self._shares = {token: share for token, _, share in settings.quotas}
         self._names = {token: name for token, name, _ in settings.quotas if name}
         self.callers = Callers(self.limits, observer.meter, self._shares)
+        self.sessions = Sessions(self.limits, self.callers.copies, self._worker_ended)
         observer.meter.depth = lambda: self.pool.waiting
         self.open = OpenSessions(self.sessions, self.callers, observer.meter, settings.tokens)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
@@ -77,7 +78,7 @@ class Calls:
             return ""
         given = metadata.get("authorization", "")
         if given[: len(_BEARER)].lower() == _BEARER:
-            found = token_sum(given[len(_BEARER) :].strip())
+            found = token_sum(given[len(_BEARER) :].strip(" \t"))
             # Every token is compared, so that the time it takes tells nothing.
             if any([hmac.compare_digest(found, token) for token in self.settings.tokens]):  # noqa: C419
                 return found
@@ -193,7 +194,7 @@ class Calls:
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = _Heard(self, requests, _stream_ended)
+        heard = Heard(self, caller, requests, _stream_ended)
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
@@ -209,12 +210,12 @@ class Calls:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        heard = _Heard(self, requests, session_lost)
+        heard = Heard(self, caller, requests, session_lost)
         with self.callers.editing(caller):
             data = await heard.next()
             if data is None:
                 return
-            session = await self.sessions.begin(caller.name)
+            session = await self.sessions.begin(caller)
             self.observer.meter.add("sessions")
             try:
                 while data is not None:
@@ -259,11 +260,15 @@ def _stream_ended(why: str) -> Refused:
     return Refused("ABORTED", f"the stream of pairs is ended: {why}; begin another one")
 
 
-class _Heard:
+class Heard:
     """The messages of a stream, as long as the service runs and the caller sends any."""
 
-    def __init__(self, calls: Calls, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]) -> None:
+    def __init__(
+        self, calls: Calls, caller: Caller, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]
+    ) -> None:
+        """Listen to a caller; ``ended`` says why it is no longer heard."""
         self._calls = calls
+        self._caller = caller
         self._requests = requests
         # The first message is there, or on its way: a place that is taken without one is soon free again.
         self._patience = min(calls.limits.seconds, calls.limits.idle_seconds)
@@ -285,7 +290,8 @@ class _Heard:
         if self._calls.draining:
             asyncio.get_running_loop().call_soon(self.end, ENDS)
         try:
-            data = await anext(self._requests, None)
+            with self._calls.callers.waiting(self._caller, partial(self.end, OTHERS)):
+                data = await anext(self._requests, None)
         except asyncio.CancelledError:
             if not self._why:
                 raise

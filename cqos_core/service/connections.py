@@ -1,55 +1,225 @@
-"""HTTP connections of browsers: bounded in number, and closed if they wait too long."""
+"""HTTP connections of browsers: bounded in number and time, from the moment they are accepted until their last answer is read."""
 
 from __future__ import annotations
 
+import asyncio
+import socket
+import struct
+import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
+import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 if TYPE_CHECKING:
-    import asyncio
+    import ssl
+    from collections.abc import Callable
 
     from cqos_core.service.settings import Limits
 
 _FIRST_SECONDS: Final = 10.0
 KEPT_SECONDS: Final = 75
 """For which a connection without a request is kept: longer than proxies and browsers do, or requests would cross its end."""
+ABORT: Final = "cqos.abort"
+"""In the scope of a request, what ends its connection at once."""
+_PIECE: Final = 64 * 1024
+"""Of an answer; the next one is written when the one before is on its way."""
+_FREE_CHUNKS: Final = 256
+_CHUNK_BYTES: Final = 512
+"""On the average beyond the free ones: each chunk takes as long to parse as kilobytes in one."""
+_REST_BYTES: Final = 16 * 1024 * 1024
+"""Of a request that was answered already: dropped without parsing, so that its caller can read the answer."""
+_ACCEPTING_SECONDS: Final = 0.05
+"""Before another try, where there is no descriptor left."""
+_DESCRIPTORS_PART: Final = 4
+"""Of all descriptors that the process may have, connections of browsers take one in so many; the rest is for the other door."""
+
+
+def most_connections(limits: Limits) -> int:
+    """Return how many connections of browsers there may be: as many as calls, as long as descriptors are left to others."""
+    if sys.platform == "win32":
+        return limits.calls
+    import resource
+
+    descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return limits.calls if descriptors < 0 else max(min(limits.calls, descriptors // _DESCRIPTORS_PART), 1)
 
 
 class Connections:
-    """The open connections: bounded in number, and those without a request go first."""
+    """The open connections of one door: bounded in number, and those without a request go first."""
 
     def __init__(self, limits: Limits) -> None:
         self.seconds = limits.seconds
-        self.most = limits.calls
-        self._open: dict[Patient, None] = {}
+        self.most = most_connections(limits)
+        self._open: dict[_Accepted, None] = {}
 
-    def begun(self, connection: Patient) -> None:
-        """Take a connection; where there are too many, one ends that has had no request yet, else one that is idle."""
-        self._open[connection] = None
+    @property
+    def first_seconds(self) -> float:
+        """From its acceptance to the whole head of its first request, and for each other head from its first byte."""
+        return min(self.seconds, _FIRST_SECONDS)
+
+    async def accept(
+        self, listening: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+    ) -> None:
+        """Accept connections until this is cancelled, one in a turn of the loop."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                opened, _ = await loop.sock_accept(listening)
+            except OSError:  # it is gone already, or there is no descriptor for it until another one ends
+                await asyncio.sleep(_ACCEPTING_SECONDS)
+                continue
+            accepted = _Accepted(self)
+            self._open[accepted] = None
+            self._make_room(accepted)
+            accepted.begin(opened, protocol, context)
+            await asyncio.sleep(0)
+
+    def _make_room(self, newest: _Accepted) -> None:
+        """Where there are too many, end one that has had no request yet, else one that is idle, else the newest."""
         if len(self._open) > self.most:
-            silent = (each for each in self._open if each.is_silent and each is not connection)
-            idle = (each for each in self._open if each.is_idle and each is not connection)
-            (next(silent, None) or next(idle, None) or connection).close()
+            silent = (each for each in self._open if each.is_silent and each is not newest)
+            idle = (each for each in self._open if each.is_idle and each is not newest)
+            (next(silent, None) or next(idle, None) or newest).end()
 
-    def ended(self, connection: Patient) -> None:
+    def ended(self, accepted: _Accepted) -> None:
         """Forget a connection."""
-        self._open.pop(connection, None)
+        self._open.pop(accepted, None)
+
+    def leave(self) -> None:
+        """End those that do not speak yet."""
+        for each in [*self._open]:
+            if each.protocol is None:
+                each.end()
 
 
-class Patient(H11Protocol):
-    """HTTP/1.1 that closes connections that are idle, and those on which a request does not come or not as a whole."""
+class _Accepted:
+    """A connection from its acceptance on, also while its encryption is negotiated.
 
-    held: Connections
-    _seen: Any = None
-    _in_part: bool = False
-    _looking: asyncio.TimerHandle
+    Attributes:
+        protocol: what speaks HTTP on it, as soon as it can.
+        until: when the head of its first request has to be there.
+    """
+
+    def __init__(self, held: Connections) -> None:
+        self._held = held
+        self._ended = False
+        self._task: asyncio.Task[Any] | None = None
+        self.protocol: Patient | None = None
+        self.until = asyncio.get_running_loop().time() + held.first_seconds
 
     @property
     def is_silent(self) -> bool:
         """Whether no request has come yet."""
-        latest: Any = self.cycle
-        return latest is None
+        return self.protocol is None or self.protocol.cycle is None
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no request is under way."""
+        return self.protocol is None or self.protocol.is_idle
+
+    def begin(self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None) -> None:
+        """Negotiate, and speak."""
+        if self._ended:
+            opened.close()
+            return
+        self._task = asyncio.ensure_future(self._begun(opened, protocol, context))
+
+    async def _begun(
+        self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+    ) -> None:
+        loop = asyncio.get_running_loop()
+
+        def speaking() -> Patient:
+            self.protocol = protocol()
+            self.protocol.accepted = self
+            return self.protocol
+
+        seconds = max(self.until - loop.time(), 0.001)
+        # A caller that speaks no TLS, or goes away, is no event of ours.
+        with suppress(OSError):
+            async with asyncio.timeout_at(self.until):
+                await loop.connect_accepted_socket(
+                    speaking,
+                    opened,
+                    ssl=context,
+                    ssl_handshake_timeout=None if context is None else seconds,
+                    ssl_shutdown_timeout=None if context is None else self._held.first_seconds,
+                )
+            return
+        self.gone()
+
+    def end(self) -> None:
+        """End it at once."""
+        self.gone()
+        if self.protocol is not None and self.protocol.transport is not None:
+            self.protocol.drop()
+        elif self._task is not None:
+            self._task.cancel()
+
+    def gone(self) -> None:
+        """Note its end."""
+        self._ended = True
+        self._held.ended(self)
+
+
+class _Parser(h11.Connection):
+    """HTTP/1.1 that refuses a body in very many very small chunks."""
+
+    def __init__(self, most_head: int) -> None:
+        super().__init__(h11.SERVER, most_head)
+        self._chunks = self._bytes = 0
+
+    def next_event(self) -> Any:
+        event = super().next_event()
+        if isinstance(event, h11.Request):
+            self._chunks = self._bytes = 0
+        elif isinstance(event, h11.Data):
+            self._chunks += 1
+            self._bytes += len(event.data)
+            if self._chunks > _FREE_CHUNKS + self._bytes // _CHUNK_BYTES:
+                raise h11.RemoteProtocolError("the body comes in too many small chunks")
+        return event
+
+
+class _Closing:
+    """A transport that is closed so that the last answer arrives, and that does not wait for ever for it to be read."""
+
+    def __init__(self, transport: asyncio.Transport, connection: Patient) -> None:
+        self._transport = transport
+        self._connection = connection
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+    def close(self) -> None:
+        self._connection.finish(self._transport)
+
+    def is_closing(self) -> bool:
+        return self._connection.finishing or self._transport.is_closing()
+
+
+class Patient(H11Protocol):
+    """HTTP/1.1 that ends connections that are idle, requests that do not come as a whole, and answers that nobody reads.
+
+    Attributes:
+        accepted: the connection that this speaks on.
+        finishing: whether it is to be closed: what still comes is dropped.
+    """
+
+    held: Connections
+    accepted: _Accepted
+    finishing = False
+    _seen: Any = None
+    _in_part = False
+    _dropped = 0
+    _looking: asyncio.TimerHandle
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.conn = _Parser(self.conn._max_incomplete_event_size)  # noqa: SLF001 - as it was told
+        self.app = self._answered
 
     @property
     def is_idle(self) -> bool:
@@ -57,27 +227,40 @@ class Patient(H11Protocol):
         latest: Any = self.cycle
         return latest is None or latest.response_complete
 
-    def close(self) -> None:
-        """End it."""
-        self.held.ended(self)
-        self.transport.abort()
-
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a request."""
-        super().connection_made(transport)
-        self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
-        self.held.begun(self)
+        closing: Any = _Closing(transport, self)
+        transport.set_write_buffer_limits(_PIECE)
+        super().connection_made(closing)
+        self._looking = self.loop.call_at(self.accepted.until, self._look)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop waiting."""
+        self.finishing = True
         self._looking.cancel()
-        self.held.ended(self)
+        self.accepted.gone()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
         """Read, and bound the wait for the rest."""
-        super().data_received(data)
-        self._bound_rest()
+        if not self.finishing:
+            super().data_received(data)
+            self._bound_rest()
+            return
+        self._dropped += len(data)
+        if self._dropped > _REST_BYTES:
+            self.drop()
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what cannot be read; if an answer has begun, it ends here."""
+        latest: Any = self.cycle
+        if latest is not None:  # it waits for the rest of its body
+            latest.disconnected = True
+            latest.message_event.set()
+        if self.conn.our_state is h11.SEND_RESPONSE or self.conn.our_state is h11.IDLE:
+            super().send_400_response(msg)
+        else:
+            self.transport.abort()
 
     def on_response_complete(self) -> None:
         """Go on to the next request, whose beginning may be there."""
@@ -87,21 +270,71 @@ class Patient(H11Protocol):
     def _bound_rest(self) -> None:
         """Give the rest of a head that has begun as long as a first request, however slowly it comes."""
         in_part = self.is_idle and bool(self.conn.trailing_data[0])
-        if in_part and not self._in_part:
-            self._looking.cancel()
-            self._seen = self.cycle
-            self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
+        if in_part and not self._in_part and self.cycle is not None:
+            self._look_in(self.held.first_seconds)
         self._in_part = in_part
 
+    def _look_in(self, seconds: float) -> None:
+        self._looking.cancel()
+        self._seen = self.cycle
+        self._looking = self.loop.call_later(seconds, self._look)
+
     def _look(self) -> None:
-        """Close it if nothing was under way since the last look."""
+        """End it if nothing was under way since the last look."""
         if self.cycle is self._seen and self.is_idle:
             self.transport.close()
+        else:
+            self._look_in(KEPT_SECONDS)
+
+    def drop(self) -> None:
+        """End it at once, and with it what the kernel has of an answer that nobody reads."""
+        opened = self.transport.get_extra_info("socket")
+        if opened is not None and opened.fileno() >= 0:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.transport.abort()
+
+    def finish(self, transport: asyncio.Transport) -> None:
+        """Close it when the answer is read, and the rest of its request has come; that has its time and number of bytes."""
+        if self.finishing:
             return
-        self._seen = self.cycle
-        self._looking = self.loop.call_later(KEPT_SECONDS, self._look)
+        self.finishing = True
+        self._looking.cancel()
+        self._looking = self.loop.call_later(self.held.first_seconds, self.drop)
+        if self.conn.their_state not in (h11.SEND_BODY, h11.ERROR):
+            transport.close()
+            return
+        # If it were closed with bytes that nobody read, its end would overtake the answer.
+        transport.resume_reading()
+        if transport.can_write_eof():
+            transport.write_eof()
+
+    async def _answered(self, scope: Any, receive: Any, send: Any) -> None:
+        """Answer a request; the answer is written piece by piece and has to be read in time."""
+        late: asyncio.TimerHandle | None = None
+        cycle: Any = self.cycle
+
+        async def in_pieces(message: Any) -> None:
+            nonlocal late
+            if message["type"] == "http.response.start" and cycle.more_body:
+                # What is still to come is not read.
+                message = {**message, "headers": [*message.get("headers", ()), (b"connection", b"close")]}
+            if message["type"] != "http.response.body":
+                await send(message)
+                return
+            if late is None:
+                late = self.loop.call_later(self.held.seconds, self.drop)
+            body, more = memoryview(message.get("body", b"")), message.get("more_body", False)
+            for start in range(0, len(body) or 1, _PIECE):
+                rest = start + _PIECE < len(body)
+                await send({**message, "body": bytes(body[start : start + _PIECE]), "more_body": rest or more})
+
+        try:
+            await self.config.loaded_app({**scope, ABORT: self.drop}, receive, in_pieces)
+        finally:
+            if late is not None:
+                late.cancel()
 
 
-def patient(connections: Connections) -> type[H11Protocol]:
+def patient(connections: Connections) -> type[Patient]:
     """Return the protocol of the connections of one door."""
     return type("Protocol", (Patient,), {"held": connections})

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import re
-from contextlib import asynccontextmanager, suppress
+import time
+from contextlib import AbstractContextManager, asynccontextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -12,14 +13,15 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import grpc
 from google.rpc import code_pb2
 from grpc_health.v1 import health, health_pb2
-from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
+from grpc_reflection.v1alpha import reflection, reflection_pb2
 
 from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
 from cqos_core.model.problems import CqosError
+from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused, fitted
 from cqos_core.service.answers import EDIT, PAIRS
 from cqos_core.service.callers import origin
-from cqos_core.service.calls import failure
+from cqos_core.service.calls import OTHERS, Heard, failure
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.open_sessions import REQUESTS
 from cqos_core.service.settings import Files, joined, split_address
@@ -40,6 +42,7 @@ SERVICES: Final = tuple(
         (session_pb2, "SessionService"),
     )
 )
+_REFLECTION: Final = f"/{reflection.SERVICE_NAME}/ServerReflectionInfo"
 _HEAD_ROOM: Final = 1024 * 1024
 ERROR_BYTES: Final = "cqos-error-bytes"
 """In which callers say how many bytes of details they take with an error."""
@@ -90,8 +93,11 @@ class NativeDoor:
         }
         self._server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler(health.SERVICE_NAME, watched),))
         names = [*SERVICES, health.SERVICE_NAME, reflection.SERVICE_NAME]
-        add_reflection: Any = reflection_pb2_grpc.add_ServerReflectionServicer_to_server
-        add_reflection(_Reflection(calls, names), self._server)
+        answers = partial(self._several, _REFLECTION, _Reflection(calls, names).answers)
+        reflected: dict[str, Any] = {_REFLECTION.rpartition("/")[2]: grpc.stream_stream_rpc_method_handler(answers)}
+        self._server.add_generic_rpc_handlers(
+            (grpc.method_handlers_generic_handler(reflection.SERVICE_NAME, reflected),)
+        )
         for service in SERVICES:
             handlers = grpc.method_handlers_generic_handler(service, self._handlers(service))
             self._server.add_generic_rpc_handlers((handlers,))
@@ -132,7 +138,8 @@ class NativeDoor:
     async def _one(self, method: str, _requests: Any, context: Any) -> bytes:
         """Answer a call of one message."""
         async with self._watched(method, context) as (watch, caller):
-            data = await _only_message(context, self._calls.limits.seconds)
+            waiting = partial(self._calls.callers.waiting, caller)
+            data = await _only_message(context, self._calls.limits.seconds, waiting)
             watch.size = len(data)
             answered = await self._calls.unary(caller, method, data, context.time_remaining())
             watch.answered = len(answered)
@@ -249,20 +256,35 @@ class _Written:
         self._answers.put_nowait(message.SerializeToString())
 
 
-async def _only_message(context: Any, seconds: float) -> bytes:
+def _alone(_give_way: Callable[[], None]) -> AbstractContextManager[None]:
+    """Wait in a place that nobody else needs."""
+    return nullcontext()
+
+
+async def _only_message(
+    context: Any, seconds: float, waiting: Callable[[Callable[[], None]], AbstractContextManager[None]] = _alone
+) -> bytes:
     """Wait for the message of a call.
 
     Raises:
-        Refused: none arrives in time.
+        Refused: none arrives in time, or others need the place.
     """
     loop, task = asyncio.get_running_loop(), cast("asyncio.Task[Any]", asyncio.current_task())
-    late = loop.call_later(seconds, task.cancel)  # `asyncio.wait_for` takes another task
+    ended: list[Refused] = []
+
+    def end(refused: Refused) -> None:
+        ended.append(refused)
+        task.cancel()
+
+    too_late = Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds")
+    late = loop.call_later(seconds, end, too_late)  # `asyncio.wait_for` takes another task
     try:
-        data = await context.read()
+        with waiting(lambda: end(Refused("RESOURCE_EXHAUSTED", f"the call is ended: {OTHERS}", reason=CALLER_QUOTA))):
+            data = await context.read()
     except asyncio.CancelledError:
-        if context.cancelled() or loop.time() < late.when():
+        if context.cancelled() or not ended:
             raise
-        raise Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds") from None
+        raise ended[0] from None
     finally:
         late.cancel()
     if data is grpc.aio.EOF:
@@ -271,21 +293,36 @@ async def _only_message(context: Any, seconds: float) -> bytes:
 
 
 class _Reflection(reflection.aio.ReflectionServicer):
-    """Says what there is to those who are let in."""
+    """Says what there is."""
 
     def __init__(self, calls: Calls, names: list[str]) -> None:
         super().__init__(names)
         self._calls = calls
 
-    async def ServerReflectionInfo(self, request_iterator: Any, context: Any) -> Any:  # noqa: N802 - the method's name
-        try:
-            with self._calls.calling(_metadata(context), context.peer()):
-                answers: Any = super().ServerReflectionInfo(request_iterator, context)
-                async for answer in answers:
-                    yield answer
-        except Refused as refused:
-            await _abort(context, refused, "")
-            raise
+    async def answers(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+        """Answer a stream, within the caller's share of the time of this process.
+
+        Raises:
+            Refused: something came that is no message, or nothing for too long.
+        """
+        heard = Heard(self._calls, caller, requests, _reflection_ended)
+        while (data := await heard.next()) is not None:
+            request = decode(reflection_pb2.ServerReflectionRequest, data)
+            await self._calls.callers.time_for(caller)
+            began = time.perf_counter()
+            answers: Any = self.ServerReflectionInfo(_single(request), None)
+            found = [answer.SerializeToString() async for answer in answers]
+            self._calls.callers.answered_here(caller, time.perf_counter() - began)
+            for each in found:
+                yield each
+
+
+async def _single(request: Any) -> AsyncIterator[Any]:
+    yield request
+
+
+def _reflection_ended(why: str) -> Refused:
+    return Refused("ABORTED", f"the stream of reflection is ended: {why}; begin another one")
 
 
 def _metadata(context: Any) -> dict[str, str]:

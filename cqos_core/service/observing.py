@@ -10,6 +10,7 @@ import secrets
 import sys
 import threading
 import time
+import traceback
 from dataclasses import field
 from functools import partial
 from importlib.metadata import version
@@ -30,6 +31,8 @@ ALWAYS: Final = 60
 """The level of events that every level logs: the service begins and ends."""
 # Other loggers, whose lines get the same form.
 _OTHERS: Final = ("asyncio", "grpc", "opentelemetry", "uvicorn")
+_OUR_COLLECTOR: Final = ("opentelemetry.exporter", "opentelemetry.sdk")
+"""What they log is about the collector of spans, and not about callers."""
 _LAST_SPANS_SECONDS: Final = 3.0
 _GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
 _OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
@@ -63,6 +66,25 @@ class PlainLines(logging.Formatter):
         return f"{line}\n{trace}".rstrip()
 
 
+class _NoValues(logging.Filter):
+    """Leaves out of the lines of libraries what a caller may have sent.
+
+    They log what they cannot read: a token in a header that is not UTF-8, or the exception of a task with its arguments. So the
+    text stays, without arguments and further lines, and of an exception its type and the lines of code.
+    """
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if record.name == log.name or record.name.startswith(_OUR_COLLECTOR):
+            return True
+        record.msg, record.args = str(record.msg).partition("\n")[0], ()
+        kind, _, frames = record.exc_info or (None, None, None)
+        record.exc_info = record.exc_text = None
+        if kind is not None:
+            trace = "".join(traceback.format_tb(frames)) + kind.__qualname__
+            record.fields = {"logger": record.name, "traceback": trace}
+        return True
+
+
 def _level(record: logging.LogRecord) -> str:
     return "info" if record.levelno == ALWAYS else record.levelname.lower()
 
@@ -78,6 +100,8 @@ def start_logging(level: str, form: str) -> None:
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines() if form == "json" else PlainLines())
+    handler.addFilter(_NoValues())
+    logging.lastResort = handler  # of all loggers that nobody named here
     log.setLevel(level.upper())
     for logger in (log, *map(logging.getLogger, _OTHERS)):
         logger.handlers[:] = [handler]

@@ -11,9 +11,10 @@ from cqos.v1 import session_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
 from cqos_core.service.answers import METHODS
+from cqos_core.service.pool import SessionGoneError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Mapping
+    from collections.abc import Callable, Container, Coroutine, Mapping
 
     from cqos_core.service.callers import Caller, Callers
     from cqos_core.service.observing import Meter
@@ -59,7 +60,7 @@ class OpenSessions:
         self._house, self._callers, self._meter, self._tokens = house, callers, meter, tokens
         self._process = secrets.token_hex(4)
         self._open: dict[str, _OpenedSession] = {}
-        self._closing: set[asyncio.Task[None]] = set()
+        self._running: set[asyncio.Task[Any]] = set()
 
     async def answer(self, caller: Caller, method: str, data: bytes, seconds: float) -> bytes:
         """Answer a call for a session.
@@ -83,7 +84,7 @@ class OpenSessions:
             try:
                 answered = await found.model.open(data, seconds)
             except BaseException:
-                await asyncio.shield(found.model.close())
+                self._later(_given_back(found.model, held.pop_all()))
                 raise
             found.held = held.pop_all()
         self._open[name] = found
@@ -93,24 +94,51 @@ class OpenSessions:
         return answered + session_pb2.OpenSessionResponse(session=name, idle_seconds=idle).SerializeToString()
 
     async def _edited(self, caller: Caller, request: Any, data: bytes, seconds: float) -> bytes:
+        """Edit a session; an edit that has begun is done to its end, and only its answer depends on who waits."""
         found = self._find(request.session, caller)
+        begun = asyncio.Event()
+        task = asyncio.ensure_future(self._done(found, request, data, begun))
+        try:
+            await asyncio.wait({task}, timeout=seconds)
+        finally:
+            if begun.is_set():
+                self._running.add(task)
+                task.add_done_callback(self._finished)
+            else:
+                task.cancel()
+        if not task.done():
+            more = ", and the session stays open" if begun.is_set() else ", and the edit is not done"
+            raise Refused("DEADLINE_EXCEEDED", f"there is no answer: it took more than {seconds:g} seconds{more}")
+        return task.result()
+
+    async def _done(self, found: _OpenedSession, request: Any, data: bytes, begun: asyncio.Event) -> bytes:
         async with found.turn:
+            begun.set()
             if self._open.get(request.session) is not found:
                 raise no_session("the session was closed meanwhile")
             self._wait(request.session, found)
             sizes = _sizes_after(found.sizes, request)
             found.keep(sum(sizes.values()))
             try:
-                # It is awaited even if its caller goes away: what it changed is then known here, too.
-                answered = await asyncio.shield(found.model.edit(data, seconds))
-            except Refused:
+                answered = await found.model.edit(data)
+            except SessionGoneError as error:
                 await self._close(request.session)
-                raise
+                raise no_session(str(error)) from None
             if session_pb2.EditSessionResponse.FromString(answered).HasField("refusal"):
                 found.keep(sum(found.sizes.values()))
             else:
                 found.sizes = sizes
             return answered
+
+    def _later(self, work: Coroutine[Any, Any, Any]) -> None:
+        task = asyncio.ensure_future(work)
+        self._running.add(task)
+        task.add_done_callback(self._finished)
+
+    def _finished(self, task: asyncio.Task[Any]) -> None:
+        self._running.discard(task)
+        if not task.cancelled():
+            task.exception()  # who waited for it may be gone; an exception that is not read is logged
 
     async def _closed(self, caller: Caller, request: Any, _data: bytes, _seconds: float) -> bytes:
         found = self._open.get(request.session)
@@ -140,9 +168,7 @@ class OpenSessions:
         found.ending = asyncio.get_running_loop().call_later(self._house.limits.idle_seconds, self._forget, name)
 
     def _forget(self, name: str) -> None:
-        closing = asyncio.ensure_future(self._close(name))
-        self._closing.add(closing)
-        closing.add_done_callback(self._closing.discard)
+        self._later(self._close(name))
 
     async def _close(self, name: str) -> None:
         found = self._open.pop(name, None)
@@ -152,6 +178,12 @@ class OpenSessions:
                 found.ending.cancel()
             found.held.close()
             await found.model.close()
+
+
+async def _given_back(model: HostedModel, held: ExitStack) -> None:
+    """Give back what an abandoned session has of its caller's share, when its process no longer works for it."""
+    with held:
+        await model.close()
 
 
 def _sizes_of(documents: Any) -> dict[str, int]:

@@ -8,18 +8,20 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from google.rpc import status_pb2
 
-from cqos_core.remote.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, no_session, session_lost
+from cqos_core.remote.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, session_lost
 from cqos_core.service import frames
 from cqos_core.service.fair_scheduler import Turns
+from cqos_core.service.model_copies import ModelCopy
 from cqos_core.service.worker import METHOD_NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
 
+    from cqos_core.service.callers import Caller, Shared
     from cqos_core.service.settings import Limits
 
 _STARTING_SECONDS: Final = 60.0
@@ -56,6 +58,10 @@ class SpentError(LostError):
         """Refuse the call with what the process said at last."""
         super().__init__("it took all memory that it may have", "RESOURCE_EXHAUSTED")
         self.refused = StatusRefused(status)
+
+
+class SessionGoneError(Exception):
+    """A session of single calls has lost its process, and cannot go on in another one; the text says why."""
 
 
 class FailedError(Exception):
@@ -235,13 +241,37 @@ class Pool:
         await asyncio.gather(*(each.close() for each in self._all))
 
 
+async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:
+    """Wait so long for an answer. What makes it goes on: others live in the same process.
+
+    Raises:
+        Refused: it took longer.
+    """
+    task = asyncio.ensure_future(answer)
+    try:
+        done, _ = await asyncio.wait({task}, timeout=seconds)
+    except asyncio.CancelledError:
+        task.cancel()
+        raise
+    if not done:
+        task.cancel()
+        raise Refused("DEADLINE_EXCEEDED", f"there is no answer: it took more than {seconds:g} seconds")
+    return task.result()
+
+
 class _Home:
-    """A process that sessions live in, and whose they are."""
+    """A process that sessions live in.
+
+    Attributes:
+        sessions: whose those are that it has.
+        guests: whose those are that it has or is asked for, also while it opens them.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.process = Process(limits)
         self.turns = Turns([self.process], Process.start)
         self.sessions: dict[int, str] = {}
+        self.guests: dict[int, str] = {}
 
 
 class Sessions:
@@ -251,20 +281,21 @@ class Sessions:
     goes on in another one.
     """
 
-    def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
-        """Keep as many as the limits allow."""
+    def __init__(self, limits: Limits, copies: Shared, lost: Callable[[str], None] = lambda _why: None) -> None:
+        """Keep as many as the limits allow, and of their messages what ``copies`` has room for."""
         self.limits = limits
+        self.copies = copies
         self.lost = lost
-        self.kept = 0
         self._homes = [_Home(limits) for _ in range(limits.session_workers)]
         self._next = itertools.count(1)
         self._open = 0
+        self._leaving: set[asyncio.Task[None]] = set()
 
     async def warm(self) -> None:
         """Start one process, so that the first session need not wait for it."""
         await self._homes[0].process.start()
 
-    async def begin(self, caller: str) -> HostedSession:
+    async def begin(self, caller: Caller) -> HostedSession:
         """Open a session in the process that has fewest.
 
         Raises:
@@ -288,17 +319,34 @@ class Sessions:
             raise Refused("RESOURCE_EXHAUSTED", limit, reason=BUSY)
         self._open += 1
 
-    def ended(self, kept: int) -> None:
-        """Note that a session of so many bytes is closed."""
+    def ended(self) -> None:
+        """Note that a session is closed."""
         self._open -= 1
-        self.kept -= kept
 
-    def home_for(self, caller: str, but: _Home | None = None) -> _Home:
-        """Return the process with the fewest sessions; where there are several, one caller has all but one at most."""
-        own = [each for each in self._homes if caller in each.sessions.values()]
+    def home_for(self, caller: str, number: int, before: _Home | None = None) -> _Home:
+        """Let a session live in another process than before, that with the fewest; one caller has all but one at most."""
+        if before is not None:
+            before.guests.pop(number, None)
+        own = [each for each in self._homes if caller in each.guests.values()]
         free = own if len(own) >= max(len(self._homes) - 1, 1) else self._homes
-        candidates = [each for each in free if each is not but] or [each for each in self._homes if each is not but]
-        return min(candidates or self._homes, key=lambda each: len(each.sessions))
+        candidates = [each for each in free if each is not before] or [
+            each for each in self._homes if each is not before
+        ]
+        home = min(candidates or self._homes, key=lambda each: len(each.guests))
+        home.guests[number] = caller
+        return home
+
+    def leave(self, home: _Home, caller: str, number: int) -> None:
+        """Close a session in a process that it has left, when that has time."""
+        frame = frames.Frame(frames.CLOSE_SESSION, number, b"")
+
+        async def left() -> None:
+            with suppress(LostError, FailedError, Refused):
+                await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
+
+        leaving = asyncio.ensure_future(left())
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
 
     async def close(self) -> None:
         """End all."""
@@ -306,15 +354,17 @@ class Sessions:
 
 
 class HostedModel:
-    """A session in a worker process that lives as long as that: of its messages nothing is kept."""
+    """A session in a worker process. Its documents are kept, so that it goes on in another process as a stream does."""
 
     def __init__(self, house: Sessions, number: int, caller: str) -> None:
         """Live in one of the processes of ``house``."""
         self._house, self._number, self._caller = house, number, caller
-        self._home = house.home_for(caller)
+        self._home = house.home_for(caller, number)
+        self._copy: ModelCopy | None = None
+        self._opening = self._closed = False
 
     async def open(self, data: bytes, seconds: float) -> bytes:
-        """Open it.
+        """Open it; what the answer takes beyond ``seconds`` is nobody's but the worker's, where others live, too.
 
         Raises:
             Refused: it is not opened.
@@ -322,63 +372,102 @@ class HostedModel:
         """
 
         async def opened(process: Process) -> bytes:
-            answered = await process.call(frames.Frame(frames.OPEN_MODEL, self._number, data), seconds)
+            self._opening = True
+            try:
+                answered = await process.call(
+                    frames.Frame(frames.OPEN_MODEL, self._number, data), self._house.limits.seconds
+                )
+            except LostError as error:
+                self._lost(self._home, error)
+                raise
+            finally:
+                self._opening = False
             self._home.sessions[self._number] = self._caller
+            self._copy = ModelCopy(data)
+            if self._closed:  # its caller did not wait
+                await self._forgotten(process, self._home)
             return answered
 
         try:
-            return await self._home.turns.use(self._caller, opened)
+            return await _within(seconds, self._home.turns.use(self._caller, opened))
         except LostError as error:
-            self._lost(error)
             raise error.refused from None
 
-    async def edit(self, data: bytes, seconds: float) -> bytes:
+    async def edit(self, data: bytes) -> bytes:
         """Answer an edit.
 
         Raises:
-            Refused: the session is lost.
+            SessionGoneError: the session is lost.
             FailedError: it failed.
         """
-
-        async def edited(process: Process) -> bytes:
-            if self._number not in self._home.sessions:
-                raise DiedError("its process ended", "UNAVAILABLE")
-            return await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), seconds)
-
         try:
-            return await self._home.turns.use(self._caller, edited)
+            return await self._somewhere(data)
         except LostError as error:
-            self._lost(error)
-            raise no_session(f"the session is lost: {error}") from None
+            raise SessionGoneError(f"the session is lost: {error}") from None
 
-    def _lost(self, error: LostError) -> None:
-        """Note that a process is gone, and all that lived there."""
-        if self._number in self._home.sessions:
-            self._house.lost(str(error))
-            self._home.sessions.clear()
+    async def _somewhere(self, data: bytes) -> bytes:
+        """Let the process of the session answer; where that is busy or dies, another one, once."""
+        try:
+            return await self._answered(data, _PATIENCE_SECONDS)
+        except asyncio.TimeoutError:
+            before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
+            if before is not self._home and before.sessions.pop(self._number, None) is not None:
+                self._house.leave(before, self._caller, self._number)
+        except DiedError:
+            pass
+        return await self._answered(data, None)
 
-    async def close(self) -> None:
-        """Forget it."""
-        self._house.ended(0)
-        if self._home.sessions.pop(self._number, None) is not None:
+    async def _answered(self, data: bytes, patience: float | None) -> bytes:
+        home = self._home
+        return await home.turns.use(self._caller, lambda process: self._edited(home, process, data), patience)
+
+    async def _edited(self, home: _Home, process: Process, data: bytes) -> bytes:
+        copy, seconds = self._copy, self._house.limits.seconds
+        assert copy is not None  # noqa: S101 - it is open
+        try:
+            if self._number not in home.sessions:
+                for kind, message in copy.frames():
+                    await process.call(frames.Frame(kind, self._number, message), seconds)
+                home.sessions[self._number] = self._caller
+            answered = await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), seconds)
+        except LostError as error:
+            self._lost(home, error)
+            raise
+        copy.follow(data, answered)
+        return answered
+
+    def _lost(self, home: _Home, error: LostError) -> None:
+        """Note that a process is gone; all that lived there go on elsewhere."""
+        self._house.lost(str(error))
+        home.sessions.clear()
+
+    async def _forgotten(self, process: Process, home: _Home) -> None:
+        if home.sessions.pop(self._number, None) is not None:
             frame = frames.Frame(frames.CLOSE_SESSION, self._number, b"")
             with suppress(LostError, FailedError, Refused):
-                await self._home.turns.use(
-                    self._caller, lambda process: process.call(frame, self._house.limits.seconds)
-                )
+                await process.call(frame, self._house.limits.seconds)
+
+    async def close(self) -> None:
+        """Forget it, as soon as its process is free."""
+        self._closed = True
+        home = self._home
+        if self._opening or self._number in home.sessions:
+            await home.turns.use(self._caller, lambda process: self._forgotten(process, home))
+        home.guests.pop(self._number, None)
+        self._house.ended()
 
 
 class HostedSession:
     """A session in a worker process."""
 
-    def __init__(self, house: Sessions, number: int, caller: str) -> None:
+    def __init__(self, house: Sessions, number: int, caller: Caller) -> None:
         """Live in one of the processes of ``house``."""
-        self._house, self._number, self._caller = house, number, caller
-        self._home = house.home_for(caller)
+        self._house, self._number, self._owner = house, number, caller
+        self._caller = caller.name
+        self._home = house.home_for(caller.name, number)
         self._begun = False
         self._messages: list[bytes] | None = []
         self._kept = 0
-        self._leaving: set[asyncio.Task[None]] = set()
 
     async def edit(self, data: bytes) -> bytes:
         """Answer one edit.
@@ -397,16 +486,19 @@ class HostedSession:
         return answered
 
     def _keep(self, data: bytes) -> None:
-        """Keep a message for another process, as long as all that is kept is not too much."""
+        """Keep a message for another process, as long as its caller has room for it."""
         if self._messages is None:
             return
         self._messages.append(data)
         self._kept += len(data)
-        self._house.kept += len(data)
-        limit = self._house.limits.bytes_kept
-        if self._house.kept > limit or len(self._messages) > _MOST_KEPT:
-            self._house.kept -= self._kept
-            self._kept, self._messages = 0, None
+        room = self._house.copies.put(self._owner, self, self._kept, self._forget)
+        if not room or len(self._messages) > _MOST_KEPT:
+            self._forget()
+
+    def _forget(self) -> None:
+        """Keep none: from now on it lives no longer than its process."""
+        self._house.copies.forget(self._caller, self)
+        self._messages = None
 
     async def _somewhere(self, data: bytes) -> bytes:
         """Let the process of the session answer; where that is busy or dies, another one, once."""
@@ -449,11 +541,9 @@ class HostedSession:
 
     def _move(self) -> None:
         """Leave for a process that is less busy."""
-        before, self._home = self._home, self._house.home_for(self._caller, self._home)
-        if before is not self._home:
-            leaving = asyncio.ensure_future(self._leave(before))
-            self._leaving.add(leaving)
-            leaving.add_done_callback(self._leaving.discard)
+        before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
+        if before is not self._home and before.sessions.pop(self._number, None) is not None:
+            self._house.leave(before, self._caller, self._number)
 
     async def _leave(self, home: _Home) -> None:
         if home.sessions.pop(self._number, None) is None:
@@ -464,6 +554,7 @@ class HostedSession:
 
     async def close(self) -> None:
         """Forget it."""
-        self._house.ended(self._kept)
-        self._kept, self._messages = 0, None
+        self._house.ended()
+        self._forget()
+        self._home.guests.pop(self._number, None)
         await self._leave(self._home)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
-import sys
+import threading
 from contextvars import ContextVar
 from ssl import CERT_NONE, CERT_REQUIRED
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -33,13 +33,13 @@ from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
-from cqos_core.service.connections import KEPT_SECONDS, Connections, patient
+from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, patient
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
 from cqos_core.service.settings import Files, joined, split_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Coroutine, Iterator, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from cqos_core.service.settings import Settings
 
 _BACKLOG: Final = 1024
+_UNREAD_BYTES: Final = 256 * 1024
+"""Of an answer on its way, in the kernel: it would take megabytes for each connection."""
 _RELOAD_SECONDS: Final = 2.0
 _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
@@ -88,7 +90,7 @@ class _WebForm:
 
 
 class _Exchange:
-    """One HTTP request.
+    """One HTTP request. It is counted in the loop of `Calls`, which is another one than that of the door.
 
     Attributes:
         caller: who makes it, as soon as it is let in.
@@ -97,42 +99,82 @@ class _Exchange:
         answered: bytes of the answer.
     """
 
-    def __init__(self) -> None:
-        """Begin with nothing."""
+    def __init__(self, calls: Calls, loop: asyncio.AbstractEventLoop, abort: Callable[[], None]) -> None:
+        """Begin with nothing; ``abort`` ends its connection."""
         self.caller: Caller | None = None
         self.request_id = ""
         self.size = 0
         self.answered = 0
+        self._calls, self._loop = calls, loop
         self._calling = contextlib.ExitStack()
         self._reading = contextlib.ExitStack()
+        self._unread = contextlib.ExitStack()
         self._hold: Callable[[int], None] = lambda _size: None
+        here = asyncio.get_running_loop()
 
-    def begin(self, calls: Calls, metadata: Mapping[str, str], peer: str) -> None:
+        def ended() -> None:
+            here.call_soon_threadsafe(abort)
+
+        self._abort = ended
+
+    async def _there(self, work: Coroutine[Any, Any, Any]) -> Any:
+        """Do something in the loop of `Calls`."""
+        return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, self._loop))
+
+    async def begin(self, metadata: Mapping[str, str], peer: str) -> None:
         """Let its caller in.
 
         Raises:
             Refused: it has no token that is known, or too many calls under way.
         """
-        self.caller = self._calling.enter_context(calls.calling(metadata, peer))
-        self._hold = self._reading.enter_context(calls.callers.holding(self.caller))
 
-    def came(self, size: int) -> None:
+        async def begun() -> None:
+            self.caller = self._calling.enter_context(self._calls.calling(metadata, peer))
+            self._hold = self._reading.enter_context(self._calls.callers.holding(self.caller))
+
+        await self._there(begun())
+
+    async def came(self, size: int) -> None:
         """Count what came of its body.
 
         Raises:
             Refused: there is too much under way.
         """
-        self.size += size
-        self._hold(size)
 
-    def read(self) -> None:
-        """Forget its body, which is a message now."""
-        self._reading.close()
+        async def counted() -> None:
+            self._hold(size)
+
+        self.size += size
+        await self._there(counted())
+
+    async def answer(self, method: str, sent: _Sent, remaining: float | None) -> bytes:
+        """Forget its body, which is a message now, and answer that; the answer counts until `read`.
+
+        Raises:
+            Refused: it is not answered.
+            FailedError: a worker failed.
+        """
+        caller = self.caller
+        assert caller is not None  # noqa: S101 - it was let in before its message was read
+
+        async def answered() -> bytes:
+            self._reading.close()
+            answer = await self._calls.unary(caller, method, sent.data, remaining, browser=True, json=sent.json)
+            self._unread.enter_context(self._calls.callers.unread(caller, len(answer), self._abort))
+            return answer
+
+        answer: bytes = await self._there(answered())
+        self.answered = len(answer)
+        return answer
 
     def end(self) -> None:
-        """Give back what it had."""
-        self._reading.close()
-        self._calling.close()
+        """Give back the place of the call."""
+        self._loop.call_soon_threadsafe(self._reading.close)
+        self._loop.call_soon_threadsafe(self._calling.close)
+
+    def read(self) -> None:
+        """Forget the answer: it is read, or its caller is gone."""
+        self._loop.call_soon_threadsafe(self._unread.close)
 
 
 _EXCHANGE: Final[ContextVar[_Exchange]] = ContextVar("exchange")
@@ -152,7 +194,7 @@ class _Admission:
         exchange = _EXCHANGE.get()
         exchange.request_id = context.response_headers[REQUEST_ID] = watch.request_id
         try:
-            exchange.begin(self._calls, metadata, peer)
+            await exchange.begin(metadata, peer)
         except Refused as refused:
             watch.refused(refused)
             raise _error(refused) from None
@@ -181,6 +223,7 @@ class _Application(ConnectASGIApplication[Any]):
             read_max_bytes=calls.limits.message_bytes,
             codecs=[_WebForm(json=False), _WebForm(json=True)],
         )
+        self._calls, self._loop = calls, asyncio.get_running_loop()
         self._seconds = calls.limits.seconds
         self._beginning = asyncio.Lock()
 
@@ -192,7 +235,7 @@ class _Application(ConnectASGIApplication[Any]):
         if (answer := _unspoken(scope)) is not None:
             await answer(scope, receive, send)
             return
-        exchange = _Exchange()
+        exchange = _Exchange(self._calls, self._loop, scope.get(ABORT, _nothing))
         _EXCHANGE.set(exchange)
         until = asyncio.get_running_loop().time() + self._seconds
         more = True
@@ -202,13 +245,14 @@ class _Application(ConnectASGIApplication[Any]):
             if not more:  # it waits for the end of the connection
                 return await receive()
             try:
-                message = await asyncio.wait_for(receive(), until - asyncio.get_running_loop().time())
-            except asyncio.TimeoutError:
+                async with asyncio.timeout_at(until):  # `asyncio.wait_for` may lose the cancellation of who waits
+                    message = await receive()
+            except TimeoutError:
                 text = f"the request did not come within {self._seconds:g} seconds"
                 raise ConnectError(Code.DEADLINE_EXCEEDED, text) from None
             more = message.get("more_body", False)
             try:
-                exchange.came(len(message.get("body", b"")))
+                await exchange.came(len(message.get("body", b"")))
             except Refused as refused:
                 raise _error(refused) from None
             return message
@@ -216,11 +260,21 @@ class _Application(ConnectASGIApplication[Any]):
         # A small request is answered in one go. One begins in each turn of the loop, so that others come between two.
         async with self._beginning:
             await asyncio.sleep(0)
-        await super().__call__(scope, counted, send)
+        try:
+            await super().__call__(scope, counted, send)
+        finally:
+            exchange.end()
+            exchange.read()
+
+
+def _nothing() -> None:
+    """End no connection: a server that is not ours has its own limits."""
 
 
 def _unspoken(scope: Any) -> JSONResponse | None:
     """Say what is wrong with a request that is none of any protocol here; they would say nothing but a number."""
+    if (text := _unreadable(scope["headers"])) is not None:
+        return JSONResponse({"code": "invalid_argument", "message": text}, 400)
     path, method = scope["path"], scope["method"]
     encoding = parse_qs(scope["query_string"].decode("utf-8", "replace")).get("encoding", [""])[0]
     kind = dict(scope["headers"]).get(b"content-type", b"").partition(b";")[0].strip().lower().decode("latin-1")
@@ -263,6 +317,16 @@ def _unspoken(scope: Any) -> JSONResponse | None:
     return None
 
 
+def _unreadable(headers: list[tuple[bytes, bytes]]) -> str | None:
+    """Name a header that is not UTF-8, without its value, which may be a token."""
+    for name, value in headers:
+        try:
+            value.decode()
+        except UnicodeDecodeError:
+            return f"the header `{name.decode('ascii', 'replace')[:60]}` is not UTF-8"
+    return None
+
+
 class WebDoor:
     """An HTTP server around `Calls`."""
 
@@ -276,17 +340,16 @@ class WebDoor:
         host, port = self._socket.getsockname()[:2]
         self.address = joined(host, port)
         self._calls = calls
+        connections = Connections(settings.limits)
         config = uvicorn.Config(
             application(calls, settings),
-            http=patient(Connections(settings.limits)),
+            http=patient(connections),
             log_config=None,
             access_log=False,
             server_header=False,
             lifespan="off",
             # A caller could state any address with them.
             proxy_headers=False,
-            # One is accepted in a turn of the loop: up to Python 3.13 as many as this, from 3.14 on one more.
-            backlog=0 if sys.version_info >= (3, 14) else 1,
             timeout_keep_alive=KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
@@ -298,19 +361,31 @@ class WebDoor:
         self._context = config.ssl
         self._files = Files(settings) if settings.encrypted else None
         self._settings = settings
-        self._server = _Server(config)
-        self._running: asyncio.Task[None] | None = None
+        self._server = _Server(config, self._socket, connections)
+        self._thread = threading.Thread(target=self._serve, name="browsers", daemon=True)
+        self._failed: BaseException | None = None
 
     async def start(self) -> None:
-        """Answer from now on."""
-        self._running = asyncio.create_task(self._server.serve(sockets=[self._socket]))
-        self._watching = asyncio.create_task(self._reload())
-        while not self._server.started and not self._running.done():  # noqa: ASYNC110 - uvicorn has no event for it
-            await asyncio.sleep(0.01)
-        if self._running.done():
-            await self._running
-        else:
-            self._socket.listen(_BACKLOG)  # so many wait in the kernel
+        """Answer from now on, in a loop of its own: nothing that browsers send keeps the other door waiting."""
+        self._socket.listen(_BACKLOG)  # so many wait in the kernel
+        self._thread.start()
+        await asyncio.to_thread(self._server.ready.wait)
+        if self._failed is not None:
+            raise self._failed
+
+    def _serve(self) -> None:
+        try:
+            asyncio.run(self._served())
+        except BaseException as error:  # noqa: BLE001 - it belongs to who starts the door
+            self._failed = error
+            self._server.ready.set()
+
+    async def _served(self) -> None:
+        watching = asyncio.ensure_future(self._reload())
+        try:
+            await self._server.serve(sockets=[self._socket])
+        finally:
+            watching.cancel()
 
     async def _reload(self) -> None:
         """Take new certificates from their files, for connections from then on."""
@@ -322,17 +397,50 @@ class WebDoor:
     async def stop(self, grace: float) -> None:  # noqa: ARG002 - of all doors; uvicorn knows it
         """Take no more calls, and end when those under way are answered, or after the time of grace."""
         self._server.should_exit = True
-        self._watching.cancel()
-        if self._running is not None:
-            await self._running
+        await asyncio.to_thread(self._thread.join)
+        if self._failed is not None:
+            raise self._failed
 
 
 class _Server(uvicorn.Server):
-    """Leaves signals to the process, which has two doors."""
+    """Accepts connections itself, and leaves signals to the process, which has two doors.
+
+    Attributes:
+        ready: set when it accepts connections, or cannot.
+    """
+
+    def __init__(self, config: uvicorn.Config, listening: socket.socket, connections: Connections) -> None:
+        super().__init__(config)
+        self.ready = threading.Event()
+        self._listening, self._connections = listening, connections
+        self._accepting: asyncio.Task[None] | None = None
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:  # noqa: ARG002 - it is the one we know
+        """Accept connections; uvicorn would leave those that never speak TLS alone for a minute, in any number."""
+        await self.lifespan.startup()
+        self._listening.setblocking(False)
+        kind: Any = self.config.http_protocol_class
+        self.servers = []
+        self._accepting = asyncio.ensure_future(
+            self._connections.accept(
+                self._listening, lambda: kind(self.config, self.server_state, self.lifespan.state), self.config.ssl
+            )
+        )
+        self.started = True
+        self.ready.set()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept no more, and answer what is under way."""
+        if self._accepting is not None:
+            self._accepting.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._accepting
+        self._connections.leave()
+        await super().shutdown(sockets)
 
 
 def _opened(settings: Settings) -> socket.socket:
@@ -342,6 +450,7 @@ def _opened(settings: Settings) -> socket.socket:
         # Only of sockets that say TCP does asyncio take the delay that otherwise comes before every answer but the first.
         opened = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _UNREAD_BYTES)
         if settings.processes > 1:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         opened.bind(target)
@@ -370,7 +479,7 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
     return Starlette(routes=routes, middleware=[cors] if settings.origins else [])
 
 
-def _endpoints(calls: Calls) -> Mapping[str, Any]:
+def _endpoints(_calls: Calls) -> Mapping[str, Any]:
     """Every call of one message, found by its descriptor."""
     found: Any = descriptor_pool.Default()
     methods = {path: found.FindMethodByName(path[1:].replace("/", ".")) for path in REQUESTS}
@@ -384,26 +493,22 @@ def _endpoints(calls: Calls) -> Mapping[str, Any]:
                 idempotency_level=IdempotencyLevel.UNKNOWN if path in SESSIONS else IdempotencyLevel.NO_SIDE_EFFECTS,
                 stream_type=StreamType.UNARY,
             ),
-            _unary(calls, path),
+            _unary(path),
         )
         for path, method in methods.items()
     }
 
 
-def _unary(calls: Calls, method: str) -> Any:
+def _unary(method: str) -> Any:
     async def handle(sent: _Sent, context: Any) -> bytes:
         exchange = _EXCHANGE.get()
-        assert exchange.caller is not None  # noqa: S101 - it was let in before its message was read
-        exchange.read()
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
-            answered = await calls.unary(exchange.caller, method, sent.data, remaining, browser=True, json=sent.json)
+            return await exchange.answer(method, sent, remaining)
         except Refused as refused:
             raise _error(refused) from None
         except Exception as error:  # noqa: BLE001 - one call shall not end the others
             raise _error(failure(error, exchange.request_id)) from None
-        exchange.answered = len(answered)
-        return answered
 
     return handle
 

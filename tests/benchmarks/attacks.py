@@ -2,6 +2,9 @@
 
 python tests/benchmarks/attacks.py [--seconds 3] [--only NAME ...]
 
+The last seven are those of which the service did not take enough care before. What they attack is a session or a door, so the polite
+client edits a session where sessions are attacked, and calls over TLS where that is.
+
 Everything runs on loopback, in processes that this script starts and ends by their ids; every attack is bounded in number and in
 time. The polite client sends a small `CheckPair` every 10 ms and says how long each took. The echo is a plain `grpc.aio` server
 that returns a ready answer. A plain `uvicorn` on the same event loop returns an empty one. All share the processors of one
@@ -16,14 +19,17 @@ import multiprocessing
 import socket
 import statistics
 import sys
+import tempfile
 import threading
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import grpc
 from grpc_health.v1 import health_pb2
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2, system_pb2
+from tests.service.raw import grpc_status
 from tests.service.running import serving
 
 if TYPE_CHECKING:
@@ -31,7 +37,9 @@ if TYPE_CHECKING:
 
 PAIR = "/cqos.v1.CheckService/CheckPair"
 SYSTEM = "/cqos.v1.CheckService/CheckSystem"
-EDIT = "/cqos.v1.SessionService/Edit"
+SESSIONS = "/cqos.v1.SessionService/"
+EDIT = f"{SESSIONS}Edit"
+REFLECTION = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
 WATCH = "/grpc.health.v1.Health/Watch"
 _TAKING_HOLD = 0.5  # seconds
 SPAWNED = multiprocessing.get_context("forkserver")
@@ -54,22 +62,63 @@ class Polite(NamedTuple):
     lost: int
 
 
-def polite(address: str, seconds: float, pause: float = 0.01, least: int = 1) -> Polite:
+Asking: TypeAlias = "Callable[[int], None]"
+
+
+def _pairs(channel: Any) -> Asking:
+    """Ask about one pair after the other."""
+    ask = channel.unary_unary(PAIR)
+
+    def asked(number: int) -> None:
+        question = check_pb2.CheckPairRequest(protocol="ros2", topic={"name": f"polite{number}"})
+        ask(question.SerializeToString(), timeout=20)
+
+    return asked
+
+
+def _edits(channel: Any) -> Asking:
+    """Open a session, and edit it again and again."""
+    opening = session_pb2.OpenSessionRequest(revision=1, system=system_pb2.System(protocol="ros2"))
+    opened = channel.unary_unary(f"{SESSIONS}OpenSession")(opening.SerializeToString(), timeout=20)
+    session = session_pb2.OpenSessionResponse.FromString(opened).session
+    ask = channel.unary_unary(f"{SESSIONS}EditSession")
+
+    def asked(number: int) -> None:
+        put = session_pb2.Change(put_participant=system_pb2.Participant(id=f"p{number % 10}"))
+        edit = session_pb2.EditSessionRequest(
+            revision=number + 1,
+            base_revision=number,
+            session=session,
+            changes=session_pb2.Changes(changes=[put]),
+        )
+        ask(edit.SerializeToString(), timeout=20)
+
+    return asked
+
+
+def polite(
+    address: str,
+    seconds: float,
+    pause: float = 0.01,
+    least: int = 1,
+    *,
+    edits: bool = False,
+    authority: bytes | None = None,
+) -> Polite:
     """Ask small questions one after the other, for so many seconds and at least so many."""
     took, lost = [], 0
-    with reached(address) as channel:
-        ask = channel.unary_unary(PAIR)
-        ask(POLITE, timeout=20)
+    secure = authority and grpc.secure_channel(address, grpc.ssl_channel_credentials(authority))
+    with secure or reached(address) as channel:
+        ask = (_edits if edits else _pairs)(channel)
+        with contextlib.suppress(grpc.RpcError):  # the first one opens the connection
+            ask(0)
         until = time.monotonic() + seconds
         number = 0
         while time.monotonic() < until or number < least:
             number += 1
-            question = check_pb2.CheckPairRequest(
-                protocol="ros2", topic={"name": f"polite{number}"}
-            ).SerializeToString()
             began = time.monotonic()
             try:
-                ask(question, timeout=20)
+                ask(number)
             except grpc.RpcError:
                 lost += 1
             took.append(time.monotonic() - began)
@@ -261,6 +310,96 @@ def http_flood(_address: str, web: str) -> None:
     each_in_a_thread(flood, 8)
 
 
+def deadlines_on_a_worker(address: str, _web: str) -> None:
+    """Documents of 30,000 lines with a deadline of 200 ms, one after the other."""
+    lines = b"".join(b"  p%d: {publishes: {t%d: {depth: 5}}}\n" % (number, number) for number in range(19_000))
+    document = check_pb2.Document(name="a.yaml", content=b"cqos: 1\nprotocol: ros2\nparticipants:\n" + lines)
+    opening = session_pb2.OpenSessionRequest(documents=check_pb2.Documents(documents=[document])).SerializeToString()
+    with reached(address) as channel:
+        for _ in range(100):
+            with contextlib.suppress(grpc.RpcError):
+                channel.unary_unary(f"{SESSIONS}OpenSession")(opening, timeout=0.2)
+            time.sleep(0.05)
+
+
+def small_chunks(_address: str, web: str) -> None:
+    """Bodies of a megabyte in chunks of one byte, eight connections without a pause."""
+    head = f"POST {PAIR} HTTP/1.1\r\nhost: x\r\ncontent-type: application/proto\r\ntransfer-encoding: chunked\r\n\r\n"
+    body = head.encode() + b"1\r\nx\r\n" * 1_000_000
+
+    def flood(_which: int) -> None:
+        host, _, port = web.rpartition(":")
+        for _ in range(200):
+            with contextlib.suppress(OSError), socket.create_connection((host, int(port)), timeout=20) as opened:
+                opened.sendall(body)
+
+    each_in_a_thread(flood, 8)
+
+
+def silent_at_the_encrypted_door(_address: str, web: str) -> None:
+    """1,500 silent connections to the browsers' door, which waits for TLS."""
+    silent_connections(web, "", 1_500)
+
+
+def reflection_streams(address: str, _web: str) -> None:
+    """Streams of reflection that send nothing, as many as eight connections take."""
+
+    def hold(_which: int) -> None:
+        with reached(address, ("grpc.use_local_subchannel_pool", 1)) as channel:
+            waiting = threading.Event()
+
+            def nothing() -> Iterator[bytes]:
+                waiting.wait()
+                yield from ()
+
+            kept = [channel.stream_stream(REFLECTION)(nothing(), timeout=60) for _ in range(128)]
+            time.sleep(60)
+            waiting.set()
+            del kept
+
+    each_in_a_thread(hold, 8)
+
+
+def unread_answers(_address: str, web: str) -> None:
+    """200 connections that ask for the description of a pack, 50 times each, and read nothing."""
+    body = b'{"id": "dds"}'
+    head = f"POST /cqos.v1.CatalogueService/GetPack HTTP/1.1\r\nhost: x\r\ncontent-length: {len(body)}\r\n"
+    asking = head.encode() + b"content-type: application/json\r\naccept-encoding: identity\r\n\r\n" + body
+    host, _, port = web.rpartition(":")
+    with contextlib.ExitStack() as stack:
+        for _ in range(200):
+            with contextlib.suppress(OSError):
+                opened = stack.enter_context(socket.create_connection((host, int(port)), timeout=20))
+                opened.sendall(asking * 50)
+        time.sleep(60)
+
+
+def copies_of_sessions(address: str, _web: str) -> None:
+    """Four sessions of 15 MB, which take all room for copies, and an edit that takes longer than its deadline."""
+    opening = session_pb2.EditRequest(open=system_pb2.System(protocol="ros2", name="x" * 15_000_000))
+    with reached(address) as channel:
+        waiting = threading.Event()
+
+        def once() -> Iterator[bytes]:
+            yield opening.SerializeToString()
+            waiting.wait()
+
+        kept = [channel.stream_stream(EDIT)(once(), timeout=60) for _ in range(4)]
+        time.sleep(60)
+        waiting.set()
+        del kept
+
+
+def odd_headers(address: str, _web: str) -> None:
+    """Calls whose token ends with a byte that is no UTF-8, one after the other."""
+    for _ in range(5_000):
+        with contextlib.suppress(OSError):
+            grpc_status(address, PAIR, (b"authorization", b"Bearer a-token-of-somebody\xa0"))
+
+
+OF_SESSIONS = frozenset({"deadlines on a worker", "copies of sessions"})
+ENCRYPTED = frozenset({"silent at the encrypted door"})
+
 ATTACKS: dict[str, Callable[[str, str], None]] = {
     each.__name__.replace("_", " "): each
     for each in (
@@ -274,6 +413,13 @@ ATTACKS: dict[str, Callable[[str, str], None]] = {
         silent_at_both_doors,
         half_heads,
         http_flood,
+        deadlines_on_a_worker,
+        small_chunks,
+        silent_at_the_encrypted_door,
+        reflection_streams,
+        unread_answers,
+        copies_of_sessions,
+        odd_headers,
     )
 }
 
@@ -323,7 +469,7 @@ def echo(pipe: Any) -> None:
 
         class Anything(grpc.GenericRpcHandler):
             def service(self, details: Any) -> Any:
-                if details.method in (EDIT, WATCH):
+                if details.method in (EDIT, WATCH, REFLECTION):
                     return grpc.stream_stream_rpc_method_handler(stream)
                 return grpc.unary_unary_rpc_method_handler(answer)
 
@@ -357,15 +503,30 @@ Rows: TypeAlias = tuple[Polite, Polite]
 def measured(names: list[str], seconds: float) -> Iterator[tuple[str, Rows, Rows]]:
     """Yield per attack the polite client at the service and at the echo, calm and under attack."""
     for name in names:
-        with serving("--web", "127.0.0.1:0", "--log-level", "error") as service:
+        edits = name in OF_SESSIONS
+        with contextlib.ExitStack() as stack:
+            arguments, authority = stack.enter_context(_encrypted()) if name in ENCRYPTED else ((), None)
+            service = stack.enter_context(serving("--web", "127.0.0.1:0", "--log-level", "error", *arguments))
             web = str(service.addresses["web"])
-            calm = polite(service.grpc, seconds)
+            calm = polite(service.grpc, seconds, edits=edits, authority=authority)
             with attacking(name, service.grpc, web):
-                under = polite(service.grpc, seconds)
+                under = polite(service.grpc, seconds, edits=edits, authority=authority)
         with echoing() as (address, http):
-            calm_echo = polite(address, seconds)
+            calm_echo = polite(address, seconds, edits=edits)
             with attacking(name, address, http):
-                yield name, (calm, under), (calm_echo, polite(address, seconds))
+                yield name, (calm, under), (calm_echo, polite(address, seconds, edits=edits))
+
+
+@contextlib.contextmanager
+def _encrypted() -> Iterator[tuple[tuple[str, ...], bytes]]:
+    """Yield the options of a service with a certificate, and what to trust."""
+    from tests.service.test_process import certificate
+
+    with tempfile.TemporaryDirectory(prefix="cqos-attacks-") as name:
+        folder = Path(name)
+        certificate(folder, "server")
+        options = ("--tls-cert", str(folder / "server.pem"), "--tls-key", str(folder / "server.key"))
+        yield options, (folder / "server.pem").read_bytes()
 
 
 def _cells(calm: Polite, under: Polite) -> list[str]:

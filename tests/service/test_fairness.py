@@ -8,10 +8,13 @@ import sys
 import threading
 import time
 from datetime import date
+from functools import partial
 from typing import Any, cast
 
 import grpc
 import pytest
+import uvicorn
+from uvicorn.server import ServerState
 
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
@@ -24,7 +27,7 @@ from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.frames import ANSWER, ANSWER_JSON
 from cqos_core.service.observing import Observer
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.web import WebDoor, application
+from cqos_core.service.web import application
 from tests.benchmarks.attacks import PAIR
 from tests.service.crowd import heavy
 from tests.service.test_sessions import two
@@ -362,8 +365,10 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
             body = f'{{"protocol": "ros2", "topic": {{"name": "t{number}"}}}}'.encode()
             calls._answers.put((f"json {PAIR}", date.today(), body), b"{}")  # noqa: DTZ011 - as the service has it
 
+            messages = [{"type": "http.request", "body": body, "more_body": False}]
+
             async def receive():
-                return {"type": "http.request", "body": body, "more_body": False}
+                return messages.pop() if messages else await asyncio.Event().wait()
 
             async def send(message):
                 if message["type"] == "http.response.start":
@@ -410,18 +415,21 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
 
     async def run():
         nonlocal turn
+        held = Connections(Limits())
         settings = Settings(web="127.0.0.1:0")
-        door = WebDoor(Calls(settings, Observer(settings)), settings)
-        door._server.config.http_protocol_class = type("Protocol", (Counted,), {"held": Connections(Limits())})
-        await door.start()
-        host, _, port = door.address.rpartition(":")
-        with contextlib.ExitStack() as stack:
+        config = uvicorn.Config(application(Calls(settings, Observer(settings)), settings), lifespan="off")
+        config.load()
+        kind = cast("Any", type("Protocol", (Counted,), {"held": held}))
+        with socket.create_server(("127.0.0.1", 0)) as listening, contextlib.ExitStack() as stack:
+            listening.setblocking(False)
             for _ in range(20):
-                stack.enter_context(socket.create_connection((host, int(port))))
+                stack.enter_context(socket.create_connection(listening.getsockname()))
+            speaking = partial(kind, config, ServerState(), {})
+            accepting = asyncio.ensure_future(held.accept(listening, speaking, None))
             while len(made) < 20:
                 turn += 1
                 await asyncio.sleep(0)
-        await door.stop(0)
+            accepting.cancel()
 
     asyncio.run(run())
     assert len(set(made)) == 20

@@ -293,18 +293,32 @@ def test_sessions_are_bounded_in_number_bytes_and_time(start):
             assert stub.OpenSession(opening()).session
 
 
-def test_a_session_whose_worker_dies_is_lost_and_opened_again(start):
+def test_a_session_whose_worker_dies_goes_on_in_another_one(start):
+    """Its worker is that of other callers, too: what they ask for must not end it."""
     with start("--heavy-workers", "1") as own:
         stub, channel = stub_of(own)
         with channel:
             before = set(own.children())
-            opened = stub.OpenSession(opening())
+            opened = stub.OpenSession(opening(describe=True))
+            second = stub.EditSession(editing(opened.session, 2, 1, model=FIXED))
+            model = session_pb2.OpenSessionRequest(revision=1, system=system_pb2.System(protocol="ros2"))
+            drawn = stub.OpenSession(model)
+            put = session_pb2.Change(put_participant=system_pb2.Participant(id="p"))
+            change = session_pb2.Changes(changes=[put])
+            asked = session_pb2.EditSessionRequest(session=drawn.session, revision=2, base_revision=1, changes=change)
+            stub.EditSession(asked)
             for home in set(own.children()) - before:
                 os.kill(home, signal.SIGKILL)
-            ask = lambda: stub.EditSession(editing(opened.session, 2, 1, model=FIXED))  # noqa: E731
-            assert refused(ask) == ("FAILED_PRECONDITION", "SESSION_LOST")
-            again = stub.OpenSession(opening())
-            assert content_of(again.report) == content_of(opened.report)
+            third = stub.EditSession(editing(opened.session, 3, 2, model=MODEL))
+            assert third.delta.base_revision == 2
+            reports = followed(followed(opened.report, second.delta), third.delta)
+            assert content_of(reports) == content_of(opened.report)
+            assert [each.id for each in third.endpoints] == ["throw"]
+            end = system_pb2.Endpoint(id="e", role=report_pb2.ROLE_PUBLISHER, participant="p", topic="/t")
+            change = session_pb2.Changes(changes=[session_pb2.Change(put_endpoint=end)])
+            asked = session_pb2.EditSessionRequest(session=drawn.session, revision=3, base_revision=2, changes=change)
+            edited = stub.EditSession(asked)
+            assert (edited.HasField("refusal"), edited.revision) == (False, 3)
 
 
 @pytest.mark.skipif(not hasattr(socket, "SO_REUSEPORT"), reason="no shared ports here")

@@ -1,0 +1,43 @@
+"""What is kept of a session of single calls, so that another process can go on with it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos.v1 import session_pb2
+from cqos_core.service import frames
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class ModelCopy:
+    """The documents of a session as they now stand; of a model, its first form and all changes since."""
+
+    def __init__(self, opening: bytes) -> None:
+        """Keep the request that opened it."""
+        self._opening = session_pb2.OpenSessionRequest.FromString(opening)
+        self._changes: list[bytes] = []
+
+    def follow(self, edit: bytes, answer: bytes) -> None:
+        """Keep what an edit made of it."""
+        if session_pb2.EditSessionResponse.FromString(answer).HasField("refusal"):
+            return
+        request = session_pb2.EditSessionRequest.FromString(edit)
+        if request.HasField("changes"):
+            self._changes.append(edit)
+            return
+        self._opening.revision = request.revision
+        documents = {each.name: each for each in self._opening.documents.documents}
+        for name in request.documents.removed:
+            documents.pop(name, None)
+        documents |= {each.name: each for each in request.documents.put}
+        kept = [*documents.values()]
+        del self._opening.documents.documents[:]
+        self._opening.documents.documents.extend(kept)
+
+    def frames(self) -> Iterator[tuple[int, bytes]]:
+        """Yield the calls that open it again, each with its kind of `frames`."""
+        yield frames.OPEN_MODEL, self._opening.SerializeToString()
+        for each in self._changes:
+            yield frames.EDIT_SESSION, each
