@@ -124,7 +124,10 @@ def test_what_is_reported(changes, codes):
 
 def test_a_promise_is_named_as_an_assumption():
     found = times(
-        changed((", period: 50ms", ""), ("{reliability: reliable}", "{reliability: reliable, history: keep_all, deadline: 50ms}"))
+        changed(
+            (", period: 50ms", ""),
+            ("{reliability: reliable}", "{reliability: reliable, history: keep_all, deadline: 50ms}"),
+        )
     )
     assert "`lidar/publisher/scan` keeps the gap that its settings promise" in found.steps[1].assumed
     assert "`fusion` uses the newest sample of `/scan`" in found.steps[1].assumed

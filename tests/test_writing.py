@@ -153,7 +153,7 @@ def test_no_line_of_a_program_that_appends_all_the_time_is_lost(tmp_path):
     file = tmp_path / "a.yaml"
     file.write_text(SYSTEM)
     done = threading.Event()
-    written = []
+    written: list[str] = []
 
     def append():
         while not done.is_set():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.language.binding import parts
 from cqos_core.language.domains import Choice
 from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
@@ -164,10 +165,10 @@ def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfi
 
 def _open_uses(bound: BoundCondition, a: Values, b: Values) -> Iterator[Use]:
     """Yield what an undecided condition reads, without what its decided parts read: these leave nothing open."""
-    parts = () if bound.aggregate_uses else [part for part in bound.parts if part.judge(a, b).result is None]
-    if not parts:
+    undecided = () if bound.aggregate_uses else [part for part in parts(bound) if part.judge(a, b).result is None]
+    if not undecided:
         yield from bound.uses
-    for part in parts:
+    for part in undecided:
         yield from _open_uses(part, a, b)
 
 

@@ -37,6 +37,12 @@ def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:
     )
 
 
+def parts(bound: BoundCondition) -> tuple[BoundCondition, ...]:
+    """Return the conditions that one joins by ``&`` or ``|``, each bound by itself; none for any other condition."""
+    joined = bound.condition.args if bound.condition.name in {"&", "|"} else ()
+    return tuple(bind(part, bound.vocabulary) for part in joined if isinstance(part, Condition))
+
+
 def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     """Compile, in the open form, the values that something is applied to: a comparison, a function of the pack, a sum."""
     key = (vocabulary, node.key)

@@ -104,15 +104,6 @@ class BoundCondition:
         return tuple(use.index for use in self.uses if use.term.scope == "option")
 
     @cached_property
-    def parts(self) -> tuple[BoundCondition, ...]:
-        """The conditions that it joins by ``&`` or ``|``, each bound by itself; none for any other condition."""
-        from cqos_core.language.binding import bind
-        from cqos_core.language.expression import Condition
-
-        joined = self.condition.args if self.condition.name in {"&", "|"} else ()
-        return tuple(bind(part, self.vocabulary) for part in joined if isinstance(part, Condition))
-
-    @cached_property
     def indices(self) -> tuple[int, ...]:
         """The policies whose values it reads, on any side."""
         return tuple(dict.fromkeys(use.index for use in (*self.uses, *self.aggregate_uses)))

@@ -139,8 +139,8 @@ class _Accepted:
         seconds = max(self.until - loop.time(), 0.001)
         # A caller that speaks no TLS, or goes away, is no event of ours.
         with suppress(OSError):
-            async with asyncio.timeout_at(self.until):
-                await loop.connect_accepted_socket(
+            async with asyncio.timeout_at(self.until):  # type: ignore[attr-defined,unused-ignore] # Python 3.11, as the extra `web`
+                await loop.connect_accepted_socket(  # type: ignore[call-arg,unused-ignore]
                     speaking,
                     opened,
                     ssl=context,

@@ -245,7 +245,8 @@ class _Application(ConnectASGIApplication[Any]):
             if not more:  # it waits for the end of the connection
                 return await receive()
             try:
-                async with asyncio.timeout_at(until):  # `asyncio.wait_for` may lose the cancellation of who waits
+                # `asyncio.wait_for` may lose the cancellation of who waits.
+                async with asyncio.timeout_at(until):  # type: ignore[attr-defined,unused-ignore] # Python 3.11, as `web`
                     message = await receive()
             except TimeoutError:
                 text = f"the request did not come within {self._seconds:g} seconds"

@@ -34,7 +34,7 @@ LENGTHS = {
     "mqtt": (63, 64, 65, 255, 256, 9_999, 10_001, 65_534, 65_535, 65_536),
 }
 PARTICIPANTS = ("p", "a node", "9p", "p/q", "p//", "_p", "ü", "p.q", "p" * 300)
-SETTINGS = {
+SETTINGS: dict[str, dict[str, tuple[str, ...]]] = {
     "ros2": {
         "reliability": ("", "reliable", "best_effort"),
         "namespace": ("", "", "/n", "n/", "/n n", "/" + "n" * 250),
@@ -68,7 +68,7 @@ def write_hostile(path: Path, protocol: str, seed: int, number: int) -> None:
         for at in range(number):
             owner = chosen.choice(PARTICIPANTS) + str(chosen.randrange(3))
             texts = {name: chosen.choice(values) for name, values in settings.items()}
-            of_owner = {name: texts[name] for name in ("namespace", "client_id") if name in texts}
+            of_owner = {name: text for name, text in texts.items() if name in {"namespace", "client_id"}}
             texts |= owned.setdefault(owner, of_owner)
             role = chosen.choice(("publisher", "subscriber"))
             writer.writerow(

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections.abc import Mapping
 from itertools import product
 
 import pytest
@@ -34,7 +35,7 @@ HISTORIES: list[Settings] = [
 ]
 
 
-def judged(offered: Settings, requested: Settings, needs: dict[str, str | int], **topic: str) -> str:
+def judged(offered: Settings, requested: Settings, needs: Mapping[str, str | int], **topic: str) -> str:
     return check_pair("dds", offered, requested, CYCLONE, topic, needs=needs).verdict.value
 
 

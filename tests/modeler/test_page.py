@@ -7,7 +7,8 @@ import shutil
 import pytest
 
 import cqos_core
-from tests.modeler.conftest import FLAGS, NAME, ROOT, Shown
+from tests.browser import FLAGS
+from tests.modeler.conftest import NAME, ROOT, Shown
 from tests.modeler.drawings import THROW, Event, Pool, drawing
 
 AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"

@@ -154,7 +154,8 @@ def test_streams_over_many_connections_lock_nobody_out(method, start):
         for _ in range(6):  # each is a caller of its own, and has two of the eight places
             channel = stack.enter_context(reached(own.grpc, ("grpc.use_local_subchannel_pool", 1)))
             held = [channel.stream_stream(method)(nothing(), timeout=60) for _ in range(2)]
-            stack.callback(lambda held=held: [each.cancel() for each in held])
+            for each in held:
+                stack.callback(each.cancel)
         with reached(own.grpc, ("grpc.use_local_subchannel_pool", 1)) as channel:
             for _ in range(20):
                 channel.unary_unary(PAIR)(POLITE, timeout=20)

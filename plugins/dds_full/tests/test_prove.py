@@ -55,11 +55,11 @@ def test_fast_dds_refuses_a_reader_that_alone_sends_no_positive_acks(writer, rea
     """The fact behind DDS113."""
     if (why := fast.PROVER.missing()) and os.environ.get("CI") != "true":
         pytest.skip(why)
-    ends = (
-        End(name, {"disable_positive_acks": acks, "reliability": "reliable", "history": "keep_all"})
-        for name, acks in (("w", writer), ("r", reader))
+    settings = {"reliability": "reliable", "history": "keep_all"}
+    offered, requested = (
+        End(name, {**settings, "disable_positive_acks": acks}) for name, acks in (("w", writer), ("r", reader))
     )
-    run = fast.PROVER.prove(Plan("dds", "t", *ends))
+    run = fast.PROVER.prove(Plan("dds", "t", offered, requested))
     fits = writer == "true" or reader == "false"
     assert (run.matched, run.refused) == (fits, () if fits else ("disable_positive_acks",))
     assert len(run.arrived) == (len(run.sent) if fits else 0)
