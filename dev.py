@@ -20,7 +20,6 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said before anything fails
     sys.exit("dev.py: this is Python %d.%d, C-QoS needs 3.10 or newer" % sys.version_info[:2])  # noqa: UP031
 
-import contextlib
 import hashlib
 import importlib.util
 import json
@@ -31,6 +30,8 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 from pathlib import Path
 
 if sys.version_info >= (3, 11):
@@ -44,6 +45,9 @@ else:  # the pip that comes with Python brings a reader of TOML
     ]
     sys.path += map(str, bundled)
     from pip._vendor import tomli as tomllib
+
+Step = tuple[str, list[str]]
+"""A name and a command."""
 
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
@@ -141,7 +145,7 @@ def test(arguments: list[str]) -> int:
     build_page()
     # One seed for the order of sets too: the same tests give the same answer every time.
     os.environ.setdefault("PYTHONHASHSEED", "0")
-    return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))], beside=docs_steps())
+    return run_steps([("pytest", pytest_command(arguments))], beside=[lint_steps(), docs_steps()])
 
 
 def explore(arguments: list[str]) -> int:
@@ -219,7 +223,7 @@ def setup_everything(_: list[str]) -> int:
 # --- steps of test and lint -------------------------------------------------------------------------------------
 
 
-def lint_steps() -> list[tuple[str, list[str]]]:
+def lint_steps() -> list[Step]:
     """Names and commands of the static checks."""
     tests = [project / "tests" for project in projects()]
     scripts = [
@@ -241,7 +245,7 @@ def lint_steps() -> list[tuple[str, list[str]]]:
     ]
 
 
-def docs_steps() -> list[tuple[str, list[str]]]:
+def docs_steps() -> list[Step]:
     """The build of the site, where its generator runs on this Python."""
     if subprocess.run([tool("python"), "-c", "import zensical"], capture_output=True, check=False).returncode:
         print("dev.py: the site is not built, its generator needs Python 3.11.5 or newer", file=sys.stderr, flush=True)
@@ -266,32 +270,44 @@ def pytest_command(arguments: list[str]) -> list[str]:
     return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 1), "--dist", "worksteal", *coverage, *rest]
 
 
-def run_steps(steps: list[tuple[str, list[str]]], beside: Sequence[tuple[str, list[str]]] = ()) -> int:
+def run_steps(steps: list[Step], beside: Sequence[list[Step]] = ()) -> int:
     """Run every step, also after one failed; return 1 if any did.
 
-    What stands in ``beside`` runs meanwhile, and is printed at the end.
+    Each list in ``beside`` runs meanwhile, one step after another, and is printed at the end.
     """
-    with contextlib.ExitStack() as stack:
-        outputs = [stack.enter_context(tempfile.TemporaryFile()) for _ in beside]
-        running = [
-            subprocess.Popen(command, cwd=ROOT, env=environment(), stdout=output, stderr=subprocess.STDOUT)
-            for (_, command), output in zip(beside, outputs, strict=True)
-        ]
+    with ThreadPoolExecutor(max(len(beside), 1)) as pool:
+        waiting = [pool.submit(run_quietly, others) for others in beside]
         failed = []
         for name, command in steps:
             print(f"\n== {name}", flush=True)
             if subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode != 0:
                 failed.append(name)
-        for (name, _), process, output in zip(beside, running, outputs, strict=True):
-            if process.wait() != 0:
+        for name, code, output in chain.from_iterable(each.result() for each in waiting):
+            if code != 0:
                 failed.append(name)
-            output.seek(0)
-            print(f"\n== {name}\n{output.read().decode(errors='replace').rstrip()}", flush=True)
-    passed = [name for name, _ in (*steps, *beside) if name not in failed]
+            print(f"\n== {name}\n{output.rstrip()}", flush=True)
+    passed = [name for name, _ in chain(steps, *beside) if name not in failed]
     print(f"\npassed: {', '.join(passed) or 'nothing'}")
     if failed:
         print(f"FAILED: {', '.join(failed)}")
     return 1 if failed else 0
+
+
+def run_quietly(steps: list[Step]) -> list[tuple[str, int, str]]:
+    """Run every step; return name, exit code and output of each."""
+    found = []
+    for name, command in steps:
+        done = subprocess.run(
+            command,
+            cwd=ROOT,
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
+        found.append((name, done.returncode, done.stdout.decode(errors="replace")))
+    return found
 
 
 # --- projects ---------------------------------------------------------------------------------------------------
