@@ -150,9 +150,13 @@ def test_a_profile_that_endpoints_use_is_not_tried_by_itself():
     )
 
 
-def test_a_role_in_which_no_endpoint_uses_a_profile_is_tried():
-    found = unused_profiles(world(writer("t", "w", "alike"), ALIKE))
-    assert ends(found) == [("alike/subscriber", "alike")]
+def test_what_a_used_profile_states_for_the_other_role_alone_is_tried():
+    found = unused_profiles(world(writer("t", "w", "apart"), *APART))
+    assert ends(found) == [("apart/subscriber", "apart")]
+
+
+def test_what_a_used_profile_states_for_both_roles_need_not_make_both():
+    assert unused_profiles(world(writer("t", "w", "alike"), ALIKE)) is None
 
 
 def test_what_is_not_known_of_an_unused_profile_is_no_finding_beside_a_system():

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.topic import TopicResult, check_topic
-from cqos_core.checking.trial import unused_profiles
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline, resolve_all
@@ -349,6 +348,10 @@ def check_system(
         step: called before each topic with how many of how many are judged.
     """
     report = _checked(system, context, step)
+    if not system.profiles:
+        return report
+    from cqos_core.checking.trial import unused_profiles
+
     apart = unused_profiles(system, context.default_protocol)
     return report if apart is None else _with_unused(report, _checked(apart, context))
 
@@ -356,13 +359,16 @@ def check_system(
 def _with_unused(report: Report, apart: Report) -> Report:
     """Add what is wrong with profiles that no endpoint uses, and how many pairs of them were tried.
 
-    Notes and what is not known matter to who uses a profile; a cause that the report has already is no second finding.
+    Notes and what is not known matter to the user of a profile. A cause that the report has already is no second finding, and
+    the topics on which profiles are tried have no names of their own to find fault with.
     """
     known = {_cause(each) for each in report.findings}
     wrong = [
         each
         for each in apart.findings
-        if (each.severity is Severity.ERROR or each.verdict is Verdict.INCOMPATIBLE) and _cause(each) not in known
+        if (each.severity is Severity.ERROR or each.verdict is Verdict.INCOMPATIBLE)
+        and _cause(each) not in known
+        and (each.code.startswith("CQ") or any(side.facts for side in each.sides))
     ]
     findings = in_order([*report.findings, *wrong]) if wrong else report.findings
     return replace(report, findings=findings, hypothetical=apart.hypothetical)

@@ -60,14 +60,20 @@ def tried_out(system: System, protocol: str | None = None) -> System:
 def unused_profiles(system: System, protocol: str | None = None) -> System | None:
     """Return a hypothetical system that tries the profiles which no endpoint of ``system`` uses; None where there are none.
 
-    A profile is tried in the roles in which neither an endpoint nor a profile that an endpoint uses takes values from it.
+    A profile that only publishers use is tried as a subscriber where it states something for subscribers alone; what it states for
+    both roles need not make a subscriber.
     """
     if system.hypothetical or not system.profiles or not (system.endpoints or system.bridges):
         return None
     used = _used(system)
     parts = {ref.name for each in system.profiles.values() for ref in each.base if ref.scope.part is not None}
+    somewhere = {name for name, _ in used}
     open_roles = {
-        name: [role for role in (PUBLISHER, SUBSCRIBER) if (name, role) not in used]
+        name: [
+            role
+            for role in (PUBLISHER, SUBSCRIBER)
+            if (name, role) not in used and (name not in somewhere or any(ref.scope.role == role for ref in each.base))
+        ]
         for name, each in system.profiles.items()
         if name not in parts and (each.protocol or system.protocol or protocol) is not None
     }

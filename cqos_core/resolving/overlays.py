@@ -52,7 +52,7 @@ class Overlays:
         topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
         for index in self._by_topic.matching(*topics):
             overlay = self._system.overlays[index]
-            if overlay.settings and all(_is_of_participants(name, pack) for name in overlay.settings):
+            if overlay.settings and all(is_of_participants(name, pack) for name in overlay.settings):
                 self._of_participants.add(index)
             elif (
                 overlay.protocol in {None, pack.id}
@@ -106,7 +106,7 @@ class Overlays:
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
             of_endpoints = {
-                name: each for name, each in overlay.settings.items() if not _is_of_participants(name, pack)
+                name: each for name, each in overlay.settings.items() if not is_of_participants(name, pack)
             }
             found, unread = self._reader.recognise(pack, (ENDPOINT,), of_endpoints, dialect, overlay.name, "system", [])
             layer = self._layers[id(pack), index] = Layer(
@@ -144,7 +144,7 @@ def laid_on_participant(
     pack, owner = participant.pack, participant.participant
     addresses = (pack.meeting.address(owner.id, participant.texts), owner.id)
     for overlay in overlays:
-        settings = {name: each for name, each in overlay.settings.items() if _is_of_participants(name, pack)}
+        settings = {name: each for name, each in overlay.settings.items() if is_of_participants(name, pack)}
         certain = holds(overlay, participant) if settings and overlay.protocol in {None, pack.id} else False
         if certain is False or not any(pack.meeting.covers(overlay.participant, each) for each in addresses):
             continue
@@ -190,7 +190,8 @@ def holds(overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
     return value in expected if is_plain(value) else None
 
 
-def _is_of_participants(name: str, pack: RulePack) -> bool:
+def is_of_participants(name: str, pack: RulePack) -> bool:
+    """Whether a setting is one of participants, and not of endpoints."""
     return pack.find("participant", name) is not None and pack.find(ENDPOINT, name) is None
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
-    from cqos_core.model.system import Participant, Place, ProfileRef, Settings, System
+    from cqos_core.model.system import Overlay, Participant, Place, ProfileRef, Settings, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import Stated
@@ -48,6 +48,7 @@ class Participants:
         self._known = known
         self.facts: dict[str, Settings] = {}
         self._option_layers: dict[int, Layer] = {}
+        self._participant_overlays: dict[int, Sequence[Overlay]] = {}
         self._own_surroundings: dict[tuple[Any, ...], Surroundings] = {}
         self._layers_of_brokers: dict[tuple[int, str], tuple[Layer, ...]] = {}
         self._brokerless: dict[str, dict[str, Participant]] = {}
@@ -88,10 +89,22 @@ class Participants:
         if broker is not None:
             layers += self._broker_layers(broker, pack)
         found = ResolvedParticipant(participant, pack, shared, layers, broker)
-        if self._system.overlays:
+        overlays = self._overlays_of_participants(pack) if self._system.overlays else ()
+        if overlays:
             from cqos_core.resolving.overlays import laid_on_participant
 
-            found = laid_on_participant(found, self._system.overlays, self._reader)
+            found = laid_on_participant(found, overlays, self._reader)
+        return found
+
+    def _overlays_of_participants(self, pack: RulePack) -> Sequence[Overlay]:
+        """Return the overlays that set something of participants, in the eyes of a pack."""
+        found = self._participant_overlays.get(id(pack))
+        if found is None:
+            from cqos_core.resolving.overlays import is_of_participants
+
+            found = self._participant_overlays[id(pack)] = [
+                each for each in self._system.overlays if any(is_of_participants(name, pack) for name in each.settings)
+            ]
         return found
 
     def _options(self, pack: RulePack) -> Layer:

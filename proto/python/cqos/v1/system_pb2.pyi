@@ -615,8 +615,11 @@ class Profile(_message.Message):
     BASE_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ROOM_FIELD_NUMBER: _builtins.int
+    PROTOCOL_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Unique in the system."""
+    protocol: _builtins.str
+    """Rule pack of its file, where files of several protocols are one system; that of the system if not stated."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """Values by policy name or alias."""
@@ -646,12 +649,15 @@ class Profile(_message.Message):
         base: _abc.Iterable[Global___ProfileRef] | None = ...,
         place: _report_pb2.Place | None = ...,
         room: Global___Room | None = ...,
+        protocol: _builtins.str | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "room", b"room"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "place", b"place", "protocol", b"protocol", "room", b"room"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["base", b"base", "name", b"name", "place", b"place", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "base", b"base", "name", b"name", "place", b"place", "protocol", b"protocol", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
+    _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
+    _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__protocol) -> _WhichOneofReturnType__protocol | None: ...
 
 Global___Profile: _TypeAlias = Profile  # noqa: Y015
 
