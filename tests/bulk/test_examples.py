@@ -75,7 +75,9 @@ def test_the_two_endpoints_of_an_example_alone_have_the_finding(kind, seed, tmp_
     found = examples(path, protocol, options)
     assert found or options  # settings at random may be none of pairs
     for code, example in found:
-        assert code in said_of_two(tmp_path, protocol, example, options), (code, example)
+        # What follows from all publishers of the topic is not there when two ends are alone.
+        if not {"best_available", "from_publishers"} & {*example[1].values(), *example[2].values()}:
+            assert code in said_of_two(tmp_path, protocol, example, options), (code, example)
 
 
 DEADLINES = """role,participant,topic,deadline
