@@ -47,11 +47,11 @@ ID: Final = Key("id", TEXT, "Id of the endpoint, unique in the system; without i
 TYPE: Final = Key("type", TEXT, "Name of the data type.")
 NEEDS: Final = Key(
     "needs",
-    SettingsMap("a map of needs", advice="write each with a value: `needs: {{{found}: true}}`"),
+    SettingsMap("a map of needs", advice="write each with a value: `needs: {{{found}: true}}`", listed="true"),
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
-_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it"}
+_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: …}}`"}
 _TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
@@ -96,17 +96,18 @@ def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
     # A group without endpoints is a slip: `publishers:` for `publishes:`.
     required = replace(key, required=True, help=f"{key.help} Without groups, write `{key.name}:` at the participant.")
     expected = f"a group that {key.name}"
-    return Form(name, expected, (required, PROFILE), others=SETTING, never=never, hints=_ENDPOINT_SETTINGS)
+    bare = f"{key.name}: {{{{{{name}}: {{0}}}}}}"
+    return Form(name, expected, (required, PROFILE), others=SETTING, never=never, hints=_ENDPOINT_SETTINGS, bare=bare)
 
 
 PUBLISHERS: Final = Key(
     "publishers",
-    MapOf(_group("publisher_group", PUBLISHES), "a map of named publishers", empty=True),
+    MapOf(_group("publisher_group", PUBLISHES), "a map of named publishers", empty=True, instead=PUBLISHES.name),
     "Named groups (DDS publishers): settings that hold for all endpoints in `publishes` below them.",
 )
 SUBSCRIBERS: Final = Key(
     "subscribers",
-    MapOf(_group("subscriber_group", SUBSCRIBES), "a map of named subscribers", empty=True),
+    MapOf(_group("subscriber_group", SUBSCRIBES), "a map of named subscribers", empty=True, instead=SUBSCRIBES.name),
     "Named groups (DDS subscribers): settings that hold for all endpoints in `subscribes` below them.",
 )
 
@@ -148,7 +149,7 @@ PARTICIPANT: Final = Form(
     ),
     others=FLAT_SETTING,
     never={
-        PROFILE.name: "write it at an endpoint, or at a group of endpoints",
+        PROFILE.name: "write it at each endpoint, `TOPIC: {profile: …}`, or at a group of endpoints",
         **dict.fromkeys(("sends", "writes"), f"write `{PUBLISHES.name}`"),
         **dict.fromkeys(("receives", "reads", "listens"), f"write `{SUBSCRIBES.name}`"),
         **_NEEDS_ELSEWHERE,
