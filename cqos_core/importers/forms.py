@@ -42,7 +42,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
 
     ``empty`` tells that a name without a value states something all the same: a topic with nothing but defaults.
     `EntryLines` stay as they are where they may have settings under other names than ``rows_but``. ``instead`` is the key that a
-    list or a text at this one was meant for.
+    list or a text at this one was meant for. ``beside`` are keys of the map around it, which are no names where they hold names.
     """
 
     def __init__(
@@ -53,12 +53,14 @@ class MapOf(Shape[dict[str, Member[T]]]):
         empty: bool = False,
         rows_but: frozenset[str] | None = None,
         instead: str = "",
+        beside: frozenset[str] = frozenset(),
     ) -> None:
         super().__init__(expected)
         self.shape = shape
         self.empty = empty
         self.rows_but = rows_but
         self.instead = instead
+        self.beside = beside
 
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
@@ -73,6 +75,10 @@ class MapOf(Shape[dict[str, Member[T]]]):
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
                 continue
+            if key.text in self.beside and _holds_names(value):
+                advice = f"write `{key.text}` beside `{name}`, with the same indentation"
+                reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
+                continue
             read = self.shape.read(value, reading, key.text)
             if read is not None:
                 found[key.text] = Member(read, reading.place(key))
@@ -82,6 +88,12 @@ class MapOf(Shape[dict[str, Member[T]]]):
         """Any name, values of one schema."""
         values = self.shape.schema(shared)
         return named(values if self.empty else nullable(values))
+
+
+def _holds_names(node: Node) -> bool:
+    """Whether a map has names of topics as keys: one with a slash, which no setting has."""
+    entries = node.entries.items() if isinstance(node, MappingNode) else ()
+    return any("/" in name for name, _ in entries)
 
 
 def _as_map(node: Node, name: str, *, named: bool) -> str:
@@ -178,7 +190,7 @@ class OneOrMore(Shape[list[T]]):
         one = part_text(MappingNode(None, None, {key.text: (key, value) for key, value in entries}))
         message = f"the dashes at {shown(name)} make {len(entries)} of it, each with one setting"
         advice = f"if one is meant, write `{name}: {one}`" if len(one) <= _LONGEST_MAP else "if one is meant, leave the dashes out"
-        reading.warn("CQ020", message, node, f"{advice}; if not, give each an `id`")
+        reading.warn("CQ021", message, node, f"{advice}; if not, give each an `id`")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """One, or a list that is not empty."""

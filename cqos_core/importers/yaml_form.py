@@ -7,14 +7,17 @@ name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.forms import Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
 from cqos_core.importers.timing import CHAINS, LINKS
-from cqos_core.importers.tree import whole_number
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, whole_number
+
+if TYPE_CHECKING:
+    from cqos_core.importers.tree import Node
 
 VERSION: Final = 1
 
@@ -63,7 +66,14 @@ ENDPOINT: Final = Form(
     never=_TOPIC_ABOVE,
     hints=(*_ENDPOINT_SETTINGS, *PROFILE.hints),
 )
-_ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True, rows_but=ENDPOINT.own)
+_DIRECTIONS: Final = ("publishes", "subscribes", "serves", "calls", "action_servers", "action_clients")
+_ENDPOINTS: Final = MapOf(
+    OneOrMore(ENDPOINT),
+    "a map from topics to endpoints",
+    empty=True,
+    rows_but=ENDPOINT.own,
+    beside=frozenset(_DIRECTIONS),
+)
 PUBLISHED: Final = Form(
     "published",
     "a publisher",
@@ -76,7 +86,13 @@ PUBLISHED: Final = Form(
 
 PUBLISHES: Final = Key(
     "publishes",
-    MapOf(OneOrMore(PUBLISHED), "a map from topics to endpoints", empty=True, rows_but=PUBLISHED.own),
+    MapOf(
+        OneOrMore(PUBLISHED),
+        "a map from topics to endpoints",
+        empty=True,
+        rows_but=PUBLISHED.own,
+        beside=frozenset(_DIRECTIONS),
+    ),
     "Topics it publishes: topic to profile, to settings, or to a list of those.",
 )
 SUBSCRIBES: Final = Key(
@@ -86,9 +102,6 @@ SERVES: Final = Key("serves", _ENDPOINTS, "Services it offers.")
 CALLS: Final = Key("calls", _ENDPOINTS, "Services it calls.")
 ACTION_SERVERS: Final = Key("action_servers", _ENDPOINTS, "Actions it offers.")
 ACTION_CLIENTS: Final = Key("action_clients", _ENDPOINTS, "Actions it calls.")
-
-
-_DIRECTIONS: Final = tuple(key.name for key in (PUBLISHES, SUBSCRIBES, SERVES, CALLS, ACTION_SERVERS, ACTION_CLIENTS))
 
 
 def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
@@ -127,6 +140,31 @@ PARTICIPANT_OPTIONS: Final = Key(
     "Options for this participant only, without the name of the pack.",
     hints=("option_settings",),
 )
+_OF_THE_FILE: Final = (
+    *("system", "observed", "part", "include", "profiles", "topics", "instances", "participants"),
+    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities"),
+)
+
+
+def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
+    """Say what was meant by a map under a name that no participant has as a key: its topics, or an endpoint's settings."""
+    del around
+    if not isinstance(value, MappingNode):
+        return ""
+    topics = _topics_in(value)
+    if "/" in name or not topics:
+        return (
+            f"if `{name}` is a topic, write `publishes: {{{name}: …}}` or `subscribes: {{{name}: …}}`; "
+            "settings of the participant are written beside its other keys, without a map around them"
+        )
+    return f"{' and '.join(f'`{topic}`' for topic in topics)} in it: write topics below `publishes` or `subscribes`"
+
+
+def _topics_in(value: MappingNode) -> list[str]:
+    """Return the first names in a map that have a slash, as topics do and settings do not."""
+    return [name for name in value.entries if "/" in name][:3]
+
+
 PARTICIPANT: Final = Form(
     "participant",
     "a participant",
@@ -155,6 +193,8 @@ PARTICIPANT: Final = Form(
         **_NEEDS_ELSEWHERE,
     },
     hints=_PARTICIPANT_SETTINGS,
+    elsewhere={name: f"write it at the left edge of the file: `{name}: …`" for name in _OF_THE_FILE},
+    guess=_guess_in_participant,
 )
 
 # Topics, profiles, brokers, bridges
@@ -262,6 +302,27 @@ SEVERITIES: Final = Key(
     MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
 )
+def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
+    """Say what was meant by a key that no system file has: a participant, a topic, or an option."""
+    if isinstance(value, MappingNode) and any(word in value.entries for word in (*_DIRECTIONS, "publishers", "subscribers")):
+        return f"write participants below `participants`, indented: `participants: {{{name}: …}}`"
+    if isinstance(value, MappingNode):
+        if "/" in name:
+            return f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: …}}`"
+        return f"write a participant below `participants`: `participants: {{{name}: …}}`; allowed here: {_ALLOWED}"
+    if is_null(value):
+        return ""
+    _, protocol = around.entries.get(DEFAULT_PROTOCOL.name, (None, None))
+    pack = protocol.text if isinstance(protocol, ScalarNode) and protocol.text else "PACK"
+    return (
+        f"if it is an option of the deployment, write `options: {{{pack}: {{{name}: …}}}}`; "
+        f"if it is a setting, write it at endpoints or in a profile: `profiles: {{NAME: {{{name}: …}}}}`"
+    )
+
+
+_ALLOWED: Final = ", ".join(("cqos", "protocol", "options", *_OF_THE_FILE))
+_AT_A_PARTICIPANT: Final = (*_DIRECTIONS, "publishers", "subscribers", "remap", "external", "starts_after", "client", "label")
+_AT_AN_ENDPOINT: Final = ("profile", "needs", "type", "id")
 DOCUMENT: Final = Form(
     "document",
     "a system file",
@@ -269,4 +330,11 @@ DOCUMENT: Final = Form(
         *(CQOS, SYSTEM, DEFAULT_PROTOCOL, ALL_OBSERVED, PART, OPTIONS, INCLUDE, PROFILES, TOPICS, INSTANCES),
         *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
     ),
+    elsewhere={
+        **{name: f"write it at a participant: `participants: {{NAME: {{{name}: …}}}}`" for name in _AT_A_PARTICIPANT},
+        **{name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: …}}}}}}}}`" for name in _AT_AN_ENDPOINT},
+        **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: …`"),
+        "name": "write `system: …`",
+    },
+    guess=_guess_in_document,
 )
