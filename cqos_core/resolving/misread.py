@@ -77,13 +77,16 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 
     A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
     """
+    if slip := meant_instead(pack, f"{name}: {setting.text}"):
+        return f"did you mean `{slip}`?"
     if normalise(name) in _TAKING:
         return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
     if inside:
         return f"write {' and '.join(inside)} without `{name}` around {'it' if len(inside) == 1 else 'them'}"
+    text = setting.text or "VALUE"
     places = [
-        where
+        where.format(name=name, text=text, pack=pack.id)
         for level, where in _PLACES.items()
         if level not in levels and (index := pack.find(level, name)) is not None and may_be_stated(pack.policies[index])
     ]
@@ -93,13 +96,23 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 _TAKING: Final = frozenset(("base", "extends", "inherits", "inherit", "parent", "preset", "qos_profile"))
 """Words of other formats for the profile from which values are taken."""
 _PLACES: Final = {
-    ENDPOINT: "at each endpoint, or in a profile that endpoints use",
-    NEED: "under `needs` of a subscriber",
-    "participant": "at the participant",
-    "option": "under `options`",
-    TOPIC: "under `topics`",
-    BROKER: "at the broker",
+    ENDPOINT: "at each endpoint, `TOPIC: {{{name}: {text}}}`, or in a profile that endpoints use",
+    NEED: "under `needs` of a subscriber: `needs: {{{name}: {text}}}`",
+    "participant": "at the participant, beside `publishes` and `subscribes`: `{name}: {text}`",
+    "option": "under `options`: `options: {{{pack}: {{{name}: {text}}}}}`",
+    TOPIC: "under `topics`: `topics: {{TOPIC: {{{name}: {text}}}}}`",
+    BROKER: "at the broker: `brokers: {{NAME: {{{name}: {text}}}}}`",
 }
+
+
+def meant_instead(pack: RulePack, text: str) -> str:
+    """Return what to write for a setting, ``name: value``, or a profile that the pack lists as a slip; else nothing."""
+    from cqos_core.model.regular import re
+
+    for slip in pack.slips:
+        if (found := re.fullmatch(slip.written, text.strip(), re.IGNORECASE)) is not None:
+            return found.expand(slip.write)
+    return ""
 
 
 def _keys(text: str) -> tuple[str, ...]:

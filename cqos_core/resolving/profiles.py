@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
+from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
-from cqos_core.resolving.misread import every_policy
+from cqos_core.resolving.misread import every_policy, meant_instead
+from cqos_core.resolving.pasted import settings_of_call, settings_of_values
 from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import ResolvedParticipant
 
 
+_SEVERAL: Final = 2
 _NO_PROFILE: Final = ("CQ204",)
 _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
@@ -140,10 +144,40 @@ class Profiles:
             )
             self._reader.say_once("CQ206", message, place, "")
 
+    def _settings_of(self, name: str, pack: RulePack) -> str:
+        """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
+        return (
+            meant_instead(pack, name)
+            or settings_of_call(pack, name)
+            or ("" if self._known(pack).nearest(name) else settings_of_values(pack, [name]))
+        )
+
+    def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
+        """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
+        place = ref.place
+        data = None if place is None else self._system.sources.get(place.source)
+        if place is None or place.line is None or place.column is None or data is None:
+            return None
+        line = Lines(decode(data)).line(place.line)
+        start, end = line.rfind("[", 0, place.column), line.find("]", place.column - 1)
+        parts = [part.strip().strip("'\"") for part in line[start + 1 : end].split(",")] if 0 <= start < end else []
+        if len(parts) < _SEVERAL or ref.name not in parts:
+            return None
+        settings = settings_of_values(pack, parts)
+        message = f"`{line[start : end + 1]}` is a list of values, and each is taken for the profile of an endpoint of its own"
+        return (message, replace(place, column=start + 1), f"write the names of the settings: `{settings}`") if settings else None
+
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer:
         name = pack.preset_names.get(normalise(ref.name))
         if name is None or pack.presets[name].level != ENDPOINT:
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
+            if values := self._values_in_a_list(ref, pack):
+                self._reader.say_once("CQ204", *values)
+                return no_profile(ref, pack, ENDPOINT)
+            if settings := self._settings_of(ref.name, pack):
+                message = f"`{ref.name}` is no profile"
+                self._reader.say_once("CQ204", message, ref.place, f"write its settings: `{settings}`")
+                return no_profile(ref, pack, ENDPOINT)
             # A text at an endpoint is a profile, at a topic it is a type.
             meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
             self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
