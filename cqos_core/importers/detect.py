@@ -37,6 +37,8 @@ def may_have_exceptions(data: bytes) -> bool:
     return _EXCEPTION.search(data.replace(b"\0", b"")) is not None
 
 
+SMALLEST_SYSTEM = "participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscribes: {TOPIC: }}}"
+"""What a system file states at least, for messages."""
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
 _FLOW_VERSION_KEY = regular_expression(r"""[{,]\s*(?:cqos|"cqos"|'cqos'|[\u201c\u201d\u201e\u00ab\u00bb]cqos[\u201c\u201d\u00ab\u00bb])\s*:""")

@@ -14,7 +14,7 @@ from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
 from cqos_core.importers.timing import CHAINS, LINKS
-from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, whole_number
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, part_text, whole_number
 
 if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
@@ -151,18 +151,19 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     del around
     if not isinstance(value, MappingNode):
         return ""
-    topics = _topics_in(value)
-    if "/" in name or not topics:
+    if "parameters" in name.lower():
         return (
-            f"if `{name}` is a topic, write `publishes: {{{name}: …}}` or `subscribes: {{{name}: …}}`; "
-            "settings of the participant are written beside its other keys, without a map around them"
+            "write parameters into a file of their own, as the program reads it, and check both: `cqos check SYSTEM PARAMETERS`; "
+            f"settings of endpoints are written below `{PUBLISHES.name}` and `{SUBSCRIBES.name}`"
         )
-    return f"{' and '.join(f'`{topic}`' for topic in topics)} in it: write topics below `publishes` or `subscribes`"
-
-
-def _topics_in(value: MappingNode) -> list[str]:
-    """Return the first names in a map that have a slash, as topics do and settings do not."""
-    return [name for name in value.entries if "/" in name][:3]
+    if "/" not in name and any("/" in inner for inner in value.entries):
+        return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: …`"
+    if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
+        return (
+            f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: …}}` or `{SUBSCRIBES.name}: {{{name}: …}}`; if these are "
+            f"settings of the participant, write them without `{name}` around them: `{part_text(value)[1:-1]}`"
+        )
+    return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: …}}` or `{SUBSCRIBES.name}: {{{name}: …}}`"
 
 
 PARTICIPANT: Final = Form(
