@@ -74,8 +74,16 @@ class MapOf(Shape[dict[str, Member[T]]]):
         found = {}
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
+                if _is_bare(key, value, reading):
+                    before, _, after = (part.strip() for part in key.text.replace(":=", "=").partition("="))
+                    advice = f"write `{before}: {after or 'VALUE'}`, with a colon and a blank"
+                    reading.problem("CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice)
                 continue
-            if key.text in self.beside and _holds_names(value):
+            if (above := self._above(key.text, value, node)) is not None:
+                advice = f"indent it below `{above}`, which is empty"
+                reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
+                continue
+            if key.text in self.beside and self._holds_names(value):
                 advice = f"write `{key.text}` beside `{name}`, with the same indentation"
                 reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
                 continue
@@ -84,21 +92,37 @@ class MapOf(Shape[dict[str, Member[T]]]):
                 found[key.text] = Member(read, reading.place(key))
         return found
 
+    def _holds_names(self, node: Node) -> bool:
+        """Whether a map has names as keys: one with a slash, which no setting has; or maps, and none of the form's own keys."""
+        if not isinstance(node, MappingNode):
+            return False
+        if isinstance(self.shape, Form):
+            own = self.shape.own
+            return own.isdisjoint(node.entries) and any(isinstance(each, MappingNode) for _, each in node.entries.values())
+        return any("/" in name for name in node.entries)
+
+    def _above(self, name: str, value: Node, node: MappingNode) -> str | None:
+        """Return the empty key at the end of the map before a name that is no name of this map, but a topic."""
+        if "/" not in name or not isinstance(self.shape, Form) or not isinstance(value, MappingNode):
+            return None
+        names = [*node.entries]
+        before = node.entries[names[names.index(name) - 1]][1] if names[0] != name else None
+        if not isinstance(before, MappingNode) or not before.entries or not self.shape.own.isdisjoint(value.entries):
+            return None
+        last, (_, below) = next(reversed(before.entries.items()))
+        return last if is_null(below) and last in self.shape.keys and isinstance(self.shape.keys[last].shape, MapOf) else None
+
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, values of one schema."""
         values = self.shape.schema(shared)
         return named(values if self.empty else nullable(values))
 
 
-def _holds_names(node: Node) -> bool:
-    """Whether a map has names of topics as keys: one with a slash, which no setting has."""
-    entries = node.entries.items() if isinstance(node, MappingNode) else ()
-    return any("/" in name for name, _ in entries)
-
-
 def _as_map(node: Node, name: str, *, named: bool) -> str:
     """Say how a text, or the parts of a list, are written as the map at a key; or how the first is, where all are too long."""
-    parts = [_as_entry(part) for part in (node.items if isinstance(node, SequenceNode) else [node])]
+    parts = [_as_entry(part) for part in (_pairs(node.items) if isinstance(node, SequenceNode) else [node])]
+    if not parts:
+        return f"write a map: `{name}: {{{_NAME}: …}}`"
     whole = f"{name}: {{{', '.join(f'{key}: {value}' if value else f'{key}: ' for key, value in parts)}}}"
     if len({key for key, _ in parts} - {_NAME}) < len(parts):
         return f"write each as `{_NAME}: …`, without a dash"
@@ -106,8 +130,23 @@ def _as_map(node: Node, name: str, *, named: bool) -> str:
         return f"write a map: `{whole}`"
     key, value = parts[0]
     if not value:
-        return f"write each with a colon, without dashes or brackets: `{key}:`"
+        keys = ", ".join(f"`{key}:`" for key, _ in parts[:_SHOWN])
+        return f"write each with a colon, without dashes or brackets: {keys}{', …' if len(parts) > _SHOWN else ''}"
     return f"write each without a dash: `{key}: {value if len(value) <= _LONGEST_MAP else '…'}`"
+
+
+def _pairs(items: list[Node]) -> list[Node]:
+    """Return the items of a list, with each pair in round brackets, ``(a, b)``, as a list of two."""
+    texts = [item.text if isinstance(item, ScalarNode) else "" for item in items]
+    pairs: list[Node] = []
+    for index, item in enumerate(items):
+        if texts[index].startswith("(") and index + 1 < len(items) and texts[index + 1].endswith(")"):
+            both = [texts[index][1:], texts[index + 1][:-1]]
+            words = [ScalarNode(text.strip().strip("'\""), item.line, item.column, plain=True) for text in both]
+            pairs.append(SequenceNode(item.line, item.column, [*words]))
+        elif not (index and pairs and texts[index].endswith(")") and texts[index - 1].startswith("(")):
+            pairs.append(item)
+    return pairs
 
 
 def _as_entry(node: Node) -> tuple[str, str]:
@@ -115,6 +154,8 @@ def _as_entry(node: Node) -> tuple[str, str]:
     if isinstance(node, ScalarNode):
         before, arrow, after = node.text.partition(":=")
         return (before, after) if arrow else (part_text(node) if node.text else _NAME, "")
+    if isinstance(node, SequenceNode) and len(node.items) == _PAIR:
+        return part_text(node.items[0]), part_text(node.items[1])
     names = node.entries if isinstance(node, MappingNode) else {}
     if names.keys() == {"from", "to"}:
         source, target = (part_text(value) for _, value in names.values())
@@ -128,6 +169,8 @@ def _as_entry(node: Node) -> tuple[str, str]:
 
 _NAME: Final = "NAME"
 _LONGEST_MAP: Final = 140
+_SHOWN: Final = 4
+_PAIR: Final = 2
 
 
 class ListOf(Shape[list[T]]):
@@ -450,14 +493,19 @@ def _missing_blank(node: Node) -> str | None:
     return f"write a blank after the colon: `{glued[1]}: {glued[2]}`" if glued else None
 
 
+def _is_bare(key: ScalarNode, value: Node, reading: Reading) -> bool:
+    """Whether a key of a flow map has neither a value nor a colon."""
+    if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
+        return False
+    return not reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":")
+
+
 def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple[str, Setting] | None:
     """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known.
 
     ``before`` is the setting before it: in ``{deadline: 0,5s}`` a comma stands for a decimal point.
     """
-    if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
-        return None
-    if reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":"):
+    if not _is_bare(key, value, reading):
         return None  # an empty value states nothing
     line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
     if before and (number := re.search(r"[:\s](\d+),$", line)) and re.match(r"\d", key.text):
@@ -465,11 +513,12 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
         reading.warn("CQ020", message, key, f"write a decimal point: `{before}: {number[1]}.{key.text}`")
         return before, Setting(f"{number[1]},{key.text}", reading.place(key), message, reported="CQ020")
     name, mark, text = key.text, "", ""
-    if (found := re.search("[:=]", key.text)) is not None:
+    if (found := re.search("[:=\uff1a]", key.text)) is not None:
         name, mark, text = key.text[: found.start()].strip(), found[0], key.text[found.end() :].strip()
     elif (found := re.fullmatch(r"([\w.-]+)\s+(\S.*)", key.text)) is not None:
         name, text = found[1], found[2]
-    message = f"{shown(key.text)} {'has `=` in place of a colon' if mark == '=' else 'is a key without a value'}"
+    other = mark and mark != ":"
+    message = f"{shown(key.text)} {f'has `{mark}` in place of a colon' if other else 'is a key without a value'}"
     if mark != ":":  # which every map reports
         reading.warn("CQ020", message, key, f"write `{name}: {text or 'VALUE'}`, with a colon and a blank")
     return name, Setting(text, reading.place(key), message, reported="CQ020")

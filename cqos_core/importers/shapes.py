@@ -180,7 +180,9 @@ class Texts(Shape[tuple[Setting, ...]]):
             if isinstance(item, ScalarNode) and _text(item):
                 found.append(Setting(item.text, reading.place(item)))
             else:
-                self.refuse(item, reading, name)
+                names = [*item.entries] if isinstance(item, MappingNode) else []
+                advice = f"write `{name}: [{', '.join(names)}]`" if names and item is node else None
+                self.refuse(item, reading, name, advice)
         return tuple(found)
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

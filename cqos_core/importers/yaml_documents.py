@@ -10,7 +10,7 @@ from cqos_core.importers import yaml_form as form
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.reading import Reading, described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, whole_number
-from cqos_core.importers.yaml_traps import refuse_odd_texts, warn_of_traps
+from cqos_core.importers.yaml_traps import join_calls, refuse_odd_texts, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Place
@@ -77,6 +77,7 @@ class Loader:
         before = len(self.problems)
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
+        join_calls(tree, reading)
         refuse_odd_texts(tree, reading, _FOR_PEOPLE)
         warn_of_traps(tree, reading, (form.PUBLISHES.name, form.SUBSCRIBES.name))
         self.keep_templates(tree, reading)

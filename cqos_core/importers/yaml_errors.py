@@ -23,6 +23,7 @@ _Position: TypeAlias = tuple[int, int]
 _NO_START = "cannot start any token"
 _KEY = "simple key"
 _FEW = 50
+_BEHIND_QUOTES = 2
 _QUOTE_IT = "a name or pattern that begins so must stand in quotes: write {0}"
 _UNQUOTED_HASH = regular_expression(r"(?:[\[{,:-]|/)\s*#(?:\s*$|[:,\]}/]|\s*[,\]}])")
 _GLUED = regular_expression(r"""\s*(?:- +)?([\w./~$+-]+):([^\s:/"'][^\s:]*)\s*(?:#.*)?$""")
@@ -113,7 +114,10 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
     )
     tried = (
         each(failure, reading)
-        for each in (_unquoted, _glued, _bare, _deeper, _colon_in_value, _uncommaed, _too_many, _unclosed, _open_quotes)
+        for each in (
+            *(_unquoted, _glued, _bare, _deeper, _colon_in_value),
+            *(_uncommaed, _late_quotes, _too_many, _unclosed, _open_quotes),
+        )
     )
     message, advice, where = next(filter(None, tried), None) or _other(failure, reading)
     advice = _hash_advice(failure, reading) or advice
@@ -205,7 +209,14 @@ def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
     line, column = failure.last
     keys = _NEXT_KEY.finditer(reading.lines.line(line)) if "expected ','" in failure.problem else ()
     found = next((each for each in keys if each.start(1) < column <= each.end()), None)
-    return found and (f"no comma before {shown(found[1])}", f"write `, {found[1]}`", (line, found.start(1) + 1))
+    if not found:
+        return None
+    text, start = reading.lines.line(line), found.start(1)
+    before = text[:start].rstrip()
+    message = f"no comma before {shown(found[1])}"
+    if before.endswith(";"):
+        before, message = before[:-1], f"a semicolon stands before {shown(found[1])}, where YAML wants a comma"
+    return message, f"write {to_write(f'{before}, {text[start:]}'.strip())}", (line, start + 1)
 
 
 def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
@@ -285,12 +296,29 @@ def _open_in(text: str, column: int = 1) -> str:
     return missing
 
 
+def _late_quotes(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain quotes that are closed on a later line, by those that open the next text."""
+    line, column = failure.last
+    sign = reading.lines.line(line)[column - 2 : column - 1]
+    if sign not in {"'", '"'} or column < _BEHIND_QUOTES:
+        return None
+    for number in range(line - 1, max(0, line - _FEW), -1):
+        text = reading.lines.line(number).split(" #")[0].rstrip()
+        if text.count(sign) % 2:
+            message = f"the quotes that are opened on line {number} are closed on line {line}"
+            start = text.rindex(sign)
+            return message, f"close them on line {number}: {to_write((text + sign).strip())}", (number, start + 1)
+    return None
+
+
 def _open_quotes(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain quotes that are not closed before the end of the file."""
     if "unexpected end of stream" not in failure.problem or "quoted" not in failure.context:
         return None
     rest = reading.rest_of_line(*failure.first)
-    word = _token(reading, (failure.first[0], failure.first[1]))
+    word = _token(reading, failure.first)
+    if word[-1] in "'\"" and word[-1] != rest[0]:
+        word = word[:-1]  # closed by quotes of the other kind
     message = f"the quotes that are opened on line {failure.first[0]} are never closed"
     return message, f"close them at the end of the value: {to_write(word + rest[0])}", failure.first
 

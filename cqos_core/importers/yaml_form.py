@@ -194,6 +194,7 @@ PARTICIPANT: Final = Form(
         **_NEEDS_ELSEWHERE,
     },
     hints=_PARTICIPANT_SETTINGS,
+    bare=f"{{name}}: {{{{{PUBLISHES.name}: {{{{TOPIC: }}}}}}}}",
     elsewhere={name: f"write it at the left edge of the file: `{name}: …`" for name in _OF_THE_FILE},
     guess=_guess_in_participant,
 )
@@ -283,7 +284,7 @@ INSTANCES: Final = Key(
     "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
 )
 PARTICIPANTS: Final = Key(
-    "participants", MapOf(PARTICIPANT, "a map of participants", empty=True), "Who takes part, by id."
+    "participants", MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)), "Who takes part, by id."
 )
 BROKERS: Final = Key(
     "brokers",
@@ -316,8 +317,8 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     _, protocol = around.entries.get(DEFAULT_PROTOCOL.name, (None, None))
     pack = protocol.text if isinstance(protocol, ScalarNode) and protocol.text else "PACK"
     return (
-        f"if it is an option of the deployment, write `options: {{{pack}: {{{name}: …}}}}`; "
-        f"if it is a setting, write it at endpoints or in a profile: `profiles: {{NAME: {{{name}: …}}}}`"
+        f"an option of the deployment is written `options: {{{pack}: {{{name}: …}}}}`; a setting of participants at each, "
+        f"`participants: {{NAME: {{{name}: …}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: …}}}}`"
     )
 
 

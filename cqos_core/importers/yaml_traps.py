@@ -64,7 +64,11 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
             advice = "write an ordinary blank, or put the text in quotes if the character belongs to it"
             reading.problem("CQ002", message, node, advice)
         elif id(node) not in for_people and (said := _foreign(node.text)) is not None:
-            reading.problem("CQ002", said[0], node, said[1])
+            message, advice = said
+            rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
+            if node.text[0] in _DASHES and rest.startswith(":"):
+                advice = f"write `{node.text[1:].strip()}:`, or in a list `- {node.text[1:].strip()}:`"
+            reading.problem("CQ002", message, node, advice)
 
 
 def _foreign(text: str) -> tuple[str, str] | None:
@@ -81,6 +85,39 @@ def _foreign(text: str) -> tuple[str, str] | None:
         advice = f"remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `\"{text}\"`"
         return f"a comma at the end is part of {shown(text)} to YAML", advice
     return None
+
+
+_CUT_CALL = regular_expression(r"\w\([^()\n]*(?:\([^()\n]*\)[^()\n]*)*,")
+
+
+def join_calls(tree: Tree, reading: Reading) -> None:
+    """Make one text again of a call in a map between brackets, ``{/scan: QoSProfile(depth=5, durability=volatile)}``.
+
+    YAML ends a text at a comma, so the arguments behind it are keys to it. The whole text is what has to be reported.
+    """
+    if b"(" not in reading.source.data or not _CUT_CALL.search(reading.lines.text):
+        return
+    for node in walk(tree.documents):
+        if isinstance(node, MappingNode):
+            _join_calls(node, reading)
+
+
+def _join_calls(node: MappingNode, reading: Reading) -> None:
+    opened: ScalarNode | None = None
+    for name, (key, value) in [*node.entries.items()]:
+        if opened is not None:
+            more = reading.rest_of_line(key.line, key.column or 1)[: len(name)]
+            opened.text += f", {more}"
+            del node.entries[name]
+            last: Node = key if is_null(value) else value
+        else:
+            last = value
+        if not isinstance(last, ScalarNode) or not last.plain:
+            return
+        if opened is None and last.text.count("(") > last.text.count(")"):
+            opened = last
+        elif opened is not None and opened.text.count("(") <= opened.text.count(")"):
+            opened = None
 
 
 def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> None:

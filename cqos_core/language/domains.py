@@ -277,6 +277,8 @@ class Duration(Domain):
             if all(unit for _, unit in spans):
                 near = self.format(sum(_nanoseconds(number, unit, text) for number, unit in spans))
                 raise self.refused(f"`{text}` is not a duration", near)
+        if "_" in text and _parts(joined := text.replace("_", "")):
+            raise self.refused(f"`{text}` is not a duration", joined)
         meant = _BARE.match(text)
         unit = _MISTAKEN.get(text[meant.end() :].strip().lower(), "") if meant else ""
         raise self.refused(f"`{text}` is not a duration", f"{meant[0]}{unit}" if meant and unit else "")

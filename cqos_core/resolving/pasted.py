@@ -8,6 +8,7 @@ from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import regular_expression
+from cqos_core.resolving.misread import meant_instead
 
 if TYPE_CHECKING:
     from cqos_core.language.domains import Domain
@@ -20,15 +21,19 @@ _ARGUMENT: Final = regular_expression(r"(?:[^,()]|\([^()]*\))+")
 _NAMED: Final = regular_expression(r"\s*(\w+)\s*=\s*(.+?)\s*")
 _CHAIN: Final = regular_expression(r"(?:\.?[A-Za-z_][\w.:]*\((?:[^()]|\([^()]*\))*\))+")
 _LAST: Final = regular_expression(r".*(?:\.|::)")
+_CAMEL: Final = regular_expression(r"(?<=[a-z])(?=[A-Z])")
 _NUMBER: Final = regular_expression(r"\d{1,9}")
 
 
-def settings_of_call(pack: RulePack, text: str) -> str:
-    """Return the settings, as a map, that a call or a chain of calls in a program makes; empty where not all of it is understood."""
+def settings_of_call(pack: RulePack, text: str, of: str = "") -> str:
+    """Return the settings, as a map, that a call or a chain of calls in a program makes; empty where not all of it is understood.
+
+    ``of`` is a policy that must be among them.
+    """
     if len(text) > _LONGEST or not _CHAIN.fullmatch(text.strip()):
         return ""
     found: dict[str, str] = {}
-    return _written(found) if _read_calls(pack, text, found) else ""
+    return _written(found) if _read_calls(pack, text, found) and (not of or of in found) else ""
 
 
 def settings_of_values(pack: RulePack, texts: list[str]) -> str:
@@ -48,14 +53,14 @@ def _read_calls(pack: RulePack, text: str, found: dict[str, str]) -> bool:
 
 def _read_call(pack: RulePack, function: str, arguments: str, found: dict[str, str]) -> bool:
     name = _last(function)
+    if _policies_with(pack, _words(name)):
+        return _read_value(pack, name, found) and (not arguments or _read_value(pack, arguments, found))
     if pack.find(ENDPOINT, name) is not None:
         return _set(pack, name, arguments, found)
-    if _policies_with(pack, name):
-        return _read_value(pack, name, found) and (not arguments or _read_value(pack, arguments, found))
     for argument in _ARGUMENT.findall(arguments):
         named = _NAMED.fullmatch(argument)
         if named is not None:
-            understood = _set(pack, named[1], named[2], found)
+            understood = _set_by_call(pack, named[1], named[2], found) or _set(pack, named[1], named[2], found)
         elif _CALL.search(argument):
             understood = _read_calls(pack, argument, found)
         else:
@@ -63,6 +68,23 @@ def _read_call(pack: RulePack, function: str, arguments: str, found: dict[str, s
         if not understood:
             return False
     return True
+
+
+def _set_by_call(pack: RulePack, name: str, text: str, found: dict[str, str]) -> bool:
+    """Add what a call sets that stands for the value of a policy, ``history=keep_last(5)``; False where it does not set that policy."""
+    more: dict[str, str] = {}
+    index = pack.find(ENDPOINT, name)
+    if index is None or not _CHAIN.fullmatch(text) or not _read_calls(pack, text, more):
+        return False
+    if pack.policies[index].name not in more:
+        return False
+    found.update(more)
+    return True
+
+
+def _words(name: str) -> str:
+    """Return a name in camel case, ``KeepLast``, as words with underscores."""
+    return _CAMEL.sub("_", name)
 
 
 def _last(text: str) -> str:
@@ -76,7 +98,7 @@ def _set(pack: RulePack, name: str, text: str, found: dict[str, str]) -> bool:
     if index is None:
         return False
     policy = pack.policies[index]
-    for word in (text.strip(), _last(text)):
+    for word in (text.strip(), _last(text), _words(_last(text))):
         value, near = _read(policy.domain, word)
         if value is not None or near:
             found[policy.name] = near or policy.domain.format(value)
@@ -92,18 +114,22 @@ def _read(domain: Domain, text: str) -> tuple[Plain | None, str]:
 
 
 def _read_value(pack: RulePack, text: str, found: dict[str, str]) -> bool:
-    """Add a value by the only policy that has it; a number is a depth."""
+    """Add a value by the only policy that has it, or as the pack reads it; a number is a depth."""
+    slip = meant_instead(pack, text)
+    if slip.startswith("{"):
+        found.update(each.split(": ", 1) for each in slip[1:-1].split(", "))
+        return True
     if _NUMBER.fullmatch(text.strip()):
         return bool(pack.timing.depth) and _set(pack, pack.timing.depth, text, found)
-    name = _last(text)
+    name = _words(_last(text))
     policies = _policies_with(pack, name)
     return len(policies) == 1 and _set(pack, policies[0], name, found)
 
 
 def _policies_with(pack: RulePack, text: str) -> list[str]:
-    """Return the policies of endpoints that have a word as one of a few values."""
+    """Return the policies of endpoints that have a word as one of a few values; those that are a part of another do not count."""
     return [
         policy.name
         for policy in pack.policies
-        if policy.level == ENDPOINT and isinstance(policy.domain, Choice) and policy.domain.read(text) is not None
+        if policy.level == ENDPOINT and "." not in policy.name and isinstance(policy.domain, Choice) and policy.domain.read(text) is not None
     ]

@@ -248,7 +248,7 @@ class SettingsReader:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             name_of = policy.name.removeprefix("need.")
-            if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text)[1:-1]:
+            if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]:
                 problem = InvalidValueError(problem.message, problem.expected, meant)
             elif not problem.near and (others := _policies_with(pack, text)):
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)

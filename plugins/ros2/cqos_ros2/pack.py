@@ -70,7 +70,12 @@ SLIPS: Final = (
     Slip(r"(?:retain|retained|latch|latched): false", "durability: volatile"),
     Slip(r"(?:qos|reliability): (?:0|at_most_once|fire_and_forget)", "reliability: best_effort"),
     Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
-    Slip(r"(?:rmw_)?qos_profile_(sensor_data|parameters|default|system_default|services_default)", r"profile: \1"),
+    Slip(r"(?:rclcpp::)?SensorDataQoS\(\)|QoSPresetProfiles\.SENSOR_DATA(?:\.value)?", "{profile: sensor_data}"),
+    Slip(r"(?:rclcpp::)?ParametersQoS\(\)", "{profile: parameters}"),
+    Slip(r"(?:rclcpp::)?ServicesQoS\(\)", "{profile: services_default}"),
+    Slip(r"(?:rclcpp::)?SystemDefaultsQoS\(\)", "{profile: system_defaults_cpp}"),
+    Slip(r"(?:rclcpp::)?ClockQoS\(\)", "{profile: clock}"),
+    Slip(r"(?:rclcpp::)?RosoutQoS\(\)", "{profile: rosout}"),
 )
 """Words of MQTT, DDS and ROS 1, and the value that has no deprecated spelling."""
 _RAW: Final = RulePack(
