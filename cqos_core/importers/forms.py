@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+WRITTEN: Final = "{value}"
+"""In advice about a key: the value that was written for it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Member(Generic[T]):
@@ -306,7 +309,7 @@ class Form(Shape[Entry]):
         one_of: at least one of these keys is required.
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
         bare: how a text, ``{0}``, is written as such a map; ``{name}`` is the name of the map.
-        elsewhere: names that belong to other forms, with what to write there; ``…`` in it stands for the value that was written.
+        elsewhere: names that belong to other forms, with what to write there; `WRITTEN` in it stands for the value.
         guess: says what to write for a key of no form, by its name, its value and the map it stands in; empty where that is not known.
     """
 
@@ -421,7 +424,7 @@ class Form(Shape[Entry]):
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
         written = "" if is_null(value) else part_text(value)
-        advice = advice.replace("…", written if len(written) <= _LONGEST_MAP else "…")
+        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…")
         reading.problem("CQ006", message, key, advice or f"allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

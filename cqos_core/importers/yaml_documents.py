@@ -85,7 +85,8 @@ class Loader:
             self.missing_version(reading, Place(source.name, 1, 1), "nothing stands in this file")
         entries = [entry for root in tree.documents if (entry := self.document(root, reading)) is not None]
         self.documents += entries
-        names = [name for entry in entries for name in entry.get(form.INCLUDE) or ()]
+        wrong = {problem.place for problem in self.problems}
+        names = [name for entry in entries for name in entry.get(form.INCLUDE) or () if name.place not in wrong]
         return [_Included(name, reading) for name in reversed(names)]
 
     def trail(self, path: str) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
+from cqos_core.importers.forms import WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
@@ -54,7 +54,7 @@ NEEDS: Final = Key(
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
-_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: …}}`"}
+_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"}
 _TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
@@ -157,13 +157,13 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
             f"settings of endpoints are written below `{PUBLISHES.name}` and `{SUBSCRIBES.name}`"
         )
     if "/" not in name and any("/" in inner for inner in value.entries):
-        return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: …`"
+        return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: {WRITTEN}`"
     if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
         return (
-            f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: …}}` or `{SUBSCRIBES.name}: {{{name}: …}}`; if these are "
+            f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`; if these are "
             f"settings of the participant, write them without `{name}` around them: `{part_text(value)[1:-1]}`"
         )
-    return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: …}}` or `{SUBSCRIBES.name}: {{{name}: …}}`"
+    return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`"
 
 
 PARTICIPANT: Final = Form(
@@ -188,14 +188,14 @@ PARTICIPANT: Final = Form(
     ),
     others=FLAT_SETTING,
     never={
-        PROFILE.name: "write it at each endpoint, `TOPIC: {profile: …}`, or at a group of endpoints",
+        PROFILE.name: "write it at each endpoint, `TOPIC: {profile: {value}}`, or at a group of endpoints",
         **dict.fromkeys(("sends", "writes"), f"write `{PUBLISHES.name}`"),
         **dict.fromkeys(("receives", "reads", "listens"), f"write `{SUBSCRIBES.name}`"),
         **_NEEDS_ELSEWHERE,
     },
     hints=_PARTICIPANT_SETTINGS,
     bare=f"{{name}}: {{{{{PUBLISHES.name}: {{{{TOPIC: }}}}}}}}",
-    elsewhere={name: f"write it at the left edge of the file: `{name}: …`" for name in _OF_THE_FILE},
+    elsewhere={name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
     guess=_guess_in_participant,
 )
 
@@ -307,18 +307,19 @@ SEVERITIES: Final = Key(
 def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     """Say what was meant by a key that no system file has: a participant, a topic, or an option."""
     if isinstance(value, MappingNode) and any(word in value.entries for word in (*_DIRECTIONS, "publishers", "subscribers")):
-        return f"write participants below `participants`, indented: `participants: {{{name}: …}}`"
+        return f"write participants below `participants`, indented: `participants: {{{name}: {WRITTEN}}}`"
     if isinstance(value, MappingNode):
         if "/" in name:
-            return f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: …}}`"
-        return f"write a participant below `participants`: `participants: {{{name}: …}}`; allowed here: {_ALLOWED}"
+            return f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
+        return f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
     if is_null(value):
         return ""
     _, protocol = around.entries.get(DEFAULT_PROTOCOL.name, (None, None))
     pack = protocol.text if isinstance(protocol, ScalarNode) and protocol.text else "PACK"
     return (
-        f"an option of the deployment is written `options: {{{pack}: {{{name}: …}}}}`; a setting of participants at each, "
-        f"`participants: {{NAME: {{{name}: …}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: …}}}}`"
+        f"an option of the deployment is written `options: {{{pack}: {{{name}: {WRITTEN}}}}}`; a setting of participants at each, "
+        f"`participants: {{NAME: {{{name}: {WRITTEN}}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: {WRITTEN}}}}}`; "
+        f"allowed here: {_ALLOWED}"
     )
 
 
@@ -333,10 +334,10 @@ DOCUMENT: Final = Form(
         *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
     ),
     elsewhere={
-        **{name: f"write it at a participant: `participants: {{NAME: {{{name}: …}}}}`" for name in _AT_A_PARTICIPANT},
-        **{name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: …}}}}}}}}`" for name in _AT_AN_ENDPOINT},
-        **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: …`"),
-        "name": "write `system: …`",
+        **{name: f"write it at a participant: `participants: {{NAME: {{{name}: {WRITTEN}}}}}`" for name in _AT_A_PARTICIPANT},
+        **{name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: {WRITTEN}}}}}}}}}`" for name in _AT_AN_ENDPOINT},
+        **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: {value}`"),
+        "name": "write `system: {value}`",
     },
     guess=_guess_in_document,
 )
