@@ -41,7 +41,9 @@ SMALLEST_SYSTEM = "participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscrib
 """What a system file states at least, for messages."""
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
-_FLOW_VERSION_KEY = regular_expression(r"""[{,]\s*(?:cqos|"cqos"|'cqos'|[\u201c\u201d\u201e\u00ab\u00bb]cqos[\u201c\u201d\u00ab\u00bb])\s*:""")
+_FLOW_VERSION_KEY = regular_expression(
+    r"""[{,]\s*(?:cqos|"cqos"|'cqos'|[\u201c\u201d\u201e\u00ab\u00bb]cqos[\u201c\u201d\u00ab\u00bb])\s*:"""
+)
 _FLOW = regular_expression(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
 _PARTICIPANTS = regular_expression(r"^participants[ \t]*:", re.MULTILINE)
 _FLOW_PARTICIPANTS = regular_expression(r"""[{,]\s*(?:participants|"participants"|'participants')\s*:""")

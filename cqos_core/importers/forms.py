@@ -80,7 +80,9 @@ class MapOf(Shape[dict[str, Member[T]]]):
                 if _is_bare(key, value, reading):
                     before, _, after = (part.strip() for part in key.text.replace(":=", "=").partition("="))
                     advice = f"write `{before}: {after or 'VALUE'}`, with a colon and a blank"
-                    reading.problem("CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice)
+                    reading.problem(
+                        "CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice
+                    )
                 continue
             if (above := self._above(key.text, value, node)) is not None:
                 advice = f"indent it below `{above}`, which is empty"
@@ -101,7 +103,9 @@ class MapOf(Shape[dict[str, Member[T]]]):
             return False
         if isinstance(self.shape, Form):
             own = self.shape.own
-            return own.isdisjoint(node.entries) and any(isinstance(each, MappingNode) for _, each in node.entries.values())
+            return own.isdisjoint(node.entries) and any(
+                isinstance(each, MappingNode) for _, each in node.entries.values()
+            )
         return any("/" in name for name in node.entries)
 
     def _above(self, name: str, value: Node, node: MappingNode) -> str | None:
@@ -113,7 +117,11 @@ class MapOf(Shape[dict[str, Member[T]]]):
         if not isinstance(before, MappingNode) or not before.entries or not self.shape.own.isdisjoint(value.entries):
             return None
         last, (_, below) = next(reversed(before.entries.items()))
-        return last if is_null(below) and last in self.shape.keys and isinstance(self.shape.keys[last].shape, MapOf) else None
+        return (
+            last
+            if is_null(below) and last in self.shape.keys and isinstance(self.shape.keys[last].shape, MapOf)
+            else None
+        )
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, values of one schema."""
@@ -235,7 +243,11 @@ class OneOrMore(Shape[list[T]]):
             return
         one = part_text(MappingNode(None, None, {key.text: (key, value) for key, value in entries}))
         message = f"the dashes at {shown(name)} make {len(entries)} of it, each with one setting"
-        advice = f"if one is meant, write `{name}: {one}`" if len(one) <= _LONGEST_MAP else "if one is meant, leave the dashes out"
+        advice = (
+            f"if one is meant, write `{name}: {one}`"
+            if len(one) <= _LONGEST_MAP
+            else "if one is meant, leave the dashes out"
+        )
         reading.warn("CQ021", message, node, f"{advice}; if not, give each an `id`")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

@@ -158,7 +158,9 @@ class _Scanner:
                 more = not (self.comma_at_end and self.peek() == closing)
                 if more and self.peek() == closing:
                     self.at = comma
-                    raise self.error(f"a comma stands before `{closing}`", "remove it; JSON has none behind the last part")
+                    raise self.error(
+                        f"a comma stands before `{closing}`", "remove it; JSON has none behind the last part"
+                    )
         if self.peek() != closing:
             raise self.not_closed(start, closing)
         self.at += 1
@@ -182,13 +184,19 @@ class _Scanner:
                 line, column = self.lines.position(start)
                 text = self.lines.line(self.lines.position(self.at)[0]).strip()
                 opened = f"`{self.text[start]}` of line {line}, column {column}"
-                return self.error(f"{opened} is not closed before here", f"write `{_CLOSING[self.text[start]]}` before `{text}`")
+                return self.error(
+                    f"{opened} is not closed before here", f"write `{_CLOSING[self.text[start]]}` before `{text}`"
+                )
             self.at = start
             return self.error(f"{opened} is not closed", f"write `{closing}` where its last part ends")
         if self.peek() in "]}":
-            return self.error(f"`{self.peek()}` does not close {opened}", f"write `{closing}` before it or in its place")
+            return self.error(
+                f"`{self.peek()}` does not close {opened}", f"write `{closing}` before it or in its place"
+            )
         self.at = len(self.text[: self.at].rstrip())
-        return self.error(f"a comma or `{closing}` is expected here", f"write `,` here, or `{closing}` where {opened} ends")
+        return self.error(
+            f"a comma or `{closing}` is expected here", f"write `,` here, or `{closing}` where {opened} ends"
+        )
 
     def entry(self) -> Iterator[Event]:
         """Read a key and its value."""

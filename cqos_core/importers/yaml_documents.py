@@ -117,7 +117,12 @@ class Loader:
             return None
         reported = {problem.place for problem in self.problems}
         version = root.entries.get(form.CQOS.name)
-        if any(reading.place(each) in reported for key, value in root.entries.values() for each in (key, value) if form.CQOS.name in key.text):
+        if any(
+            reading.place(each) in reported
+            for key, value in root.entries.values()
+            for each in (key, value)
+            if form.CQOS.name in key.text
+        ):
             return None  # a problem says already what is wrong with the version
         if version is None or is_null(version[1]):
             self.missing_version(reading, reading.place(root), f"`cqos: {form.VERSION}` is missing")

@@ -168,7 +168,11 @@ def _tab(reading: Reading, at: _Position) -> _Said:
     above = next((each for each in map(reading.lines.line, range(at[0] - 1, 0, -1)) if each.strip()), "")
     blanks = len(above) - len(above.lstrip(" ")) + (2 if above.split(" #")[0].rstrip().endswith(":") else 0)
     many = f"{blanks} blanks" if "\t" not in above and blanks else "blanks"
-    return "a tab in the indentation", f"YAML is indented with blanks: write {many} before {to_write(text.rstrip())}", at
+    return (
+        "a tab in the indentation",
+        f"YAML is indented with blanks: write {many} before {to_write(text.rstrip())}",
+        at,
+    )
 
 
 def _token(reading: Reading, at: _Position) -> str:
@@ -224,7 +228,7 @@ def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
     line = failure.last[0]
     above, here = (_PAIR.match(reading.lines.line(each)) for each in (line - 1, line))
     name = _NAME.match(reading.lines.line(line))
-    if "mapping values" not in failure.problem or above is None or name is None or here is None and not name:
+    if "mapping values" not in failure.problem or above is None or name is None or (here is None and not name):
         return None
     if name.start(1) <= above.start(2) or failure.last[1] > name.end() + 1:
         return None
@@ -274,7 +278,11 @@ def _unclosed(failure: _Failure, reading: Reading) -> _Said | None:
     if not missing:
         return None
     if text[behind - 1 :].strip() and _indent(text) > _indent(reading.lines.line(first)):
-        return f"no comma at the end of line {end}", f"write {to_write(ended + ',')}", (end, _indent(reading.lines.line(end)) + 1)
+        return (
+            f"no comma at the end of line {end}",
+            f"write {to_write(ended + ',')}",
+            (end, _indent(reading.lines.line(end)) + 1),
+        )
     opened = f"`{_OPENING[missing[-1]]}` of line {first}, column {column}, is not closed"
     where = f"at the end of line {end}: " if end != first else ""
     return opened, f"write {where}{to_write(ended.rstrip(',') + missing)}", failure.first

@@ -54,7 +54,9 @@ NEEDS: Final = Key(
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
-_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"}
+_NEEDS_ELSEWHERE: Final = {
+    NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"
+}
 _TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
@@ -284,7 +286,9 @@ INSTANCES: Final = Key(
     "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
 )
 PARTICIPANTS: Final = Key(
-    "participants", MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)), "Who takes part, by id."
+    "participants",
+    MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)),
+    "Who takes part, by id.",
 )
 BROKERS: Final = Key(
     "brokers",
@@ -304,14 +308,22 @@ SEVERITIES: Final = Key(
     MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
 )
+
+
 def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     """Say what was meant by a key that no system file has: a participant, a topic, or an option."""
-    if isinstance(value, MappingNode) and any(word in value.entries for word in (*_DIRECTIONS, "publishers", "subscribers")):
+    if isinstance(value, MappingNode) and any(
+        word in value.entries for word in (*_DIRECTIONS, "publishers", "subscribers")
+    ):
         return f"write participants below `participants`, indented: `participants: {{{name}: {WRITTEN}}}`"
     if isinstance(value, MappingNode):
         if "/" in name:
-            return f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
-        return f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
+            return (
+                f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
+            )
+        return (
+            f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
+        )
     if is_null(value):
         return ""
     _, protocol = around.entries.get(DEFAULT_PROTOCOL.name, (None, None))
@@ -324,7 +336,16 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
 
 
 _ALLOWED: Final = ", ".join(("cqos", "protocol", "options", *_OF_THE_FILE))
-_AT_A_PARTICIPANT: Final = (*_DIRECTIONS, "publishers", "subscribers", "remap", "external", "starts_after", "client", "label")
+_AT_A_PARTICIPANT: Final = (
+    *_DIRECTIONS,
+    "publishers",
+    "subscribers",
+    "remap",
+    "external",
+    "starts_after",
+    "client",
+    "label",
+)
 _AT_AN_ENDPOINT: Final = ("profile", "needs", "type", "id")
 DOCUMENT: Final = Form(
     "document",
@@ -334,8 +355,14 @@ DOCUMENT: Final = Form(
         *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
     ),
     elsewhere={
-        **{name: f"write it at a participant: `participants: {{NAME: {{{name}: {WRITTEN}}}}}`" for name in _AT_A_PARTICIPANT},
-        **{name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: {WRITTEN}}}}}}}}}`" for name in _AT_AN_ENDPOINT},
+        **{
+            name: f"write it at a participant: `participants: {{NAME: {{{name}: {WRITTEN}}}}}`"
+            for name in _AT_A_PARTICIPANT
+        },
+        **{
+            name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: {WRITTEN}}}}}}}}}`"
+            for name in _AT_AN_ENDPOINT
+        },
         **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: {value}`"),
         "name": "write `system: {value}`",
     },

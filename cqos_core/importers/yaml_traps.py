@@ -75,14 +75,14 @@ def _foreign(text: str) -> tuple[str, str] | None:
     """Say what is wrong with a text that has signs of a word processor, or of JSON, around it."""
     if text[0] in _DASHES and text[1:2] == " ":
         message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
-        return message, f"write `- {text[1:].split(f' {text[0]} ')[0].strip()}`"
+        return message, f"write `- {text[1:].split(f' {text[0]} ', maxsplit=1)[0].strip()}`"
     inner = text.strip(_QUOTES)
     if text[0] in _QUOTES or text[-1] in _QUOTES.translate(dict.fromkeys(map(ord, _APOSTROPHES))):
         word = quoted_where_needed(ScalarNode(inner, None, None, plain=True)) if inner else '""'
         message = f"typographic quotes are part of {shown(text)} to YAML"
-        return message, f"write `{word}`; if they belong to the text, put it in straight quotes: `\"{text}\"`"
+        return message, f'write `{word}`; if they belong to the text, put it in straight quotes: `"{text}"`'
     if text[-1] == "," and text[:-1].strip():
-        advice = f"remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `\"{text}\"`"
+        advice = f'remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `"{text}"`'
         return f"a comma at the end is part of {shown(text)} to YAML", advice
     return None
 

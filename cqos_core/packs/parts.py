@@ -45,7 +45,7 @@ class Slip:
 
     Attributes:
         written: a regular expression for a setting, ``name: value``, or for the name of a profile, whole and without regard to case.
-        write: what to write in its place; ``\\1`` stands for the first group.
+        write: what to write in its place, in which a backslash and a number stand for a group.
     """
 
     written: str

@@ -131,5 +131,8 @@ def _policies_with(pack: RulePack, text: str) -> list[str]:
     return [
         policy.name
         for policy in pack.policies
-        if policy.level == ENDPOINT and "." not in policy.name and isinstance(policy.domain, Choice) and policy.domain.read(text) is not None
+        if policy.level == ENDPOINT
+        and "." not in policy.name
+        and isinstance(policy.domain, Choice)
+        and policy.domain.read(text) is not None
     ]

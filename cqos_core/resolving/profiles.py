@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
-from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
 from cqos_core.resolving.misread import every_policy, meant_instead
-from cqos_core.resolving.pasted import settings_of_call, settings_of_values
 from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:
@@ -146,6 +144,8 @@ class Profiles:
 
     def _settings_of(self, name: str, pack: RulePack) -> str:
         """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
+        from cqos_core.resolving.pasted import settings_of_call, settings_of_values
+
         return (
             meant_instead(pack, name)
             or settings_of_call(pack, name)
@@ -154,6 +154,9 @@ class Profiles:
 
     def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
         """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
+        from cqos_core.model.encoding import Lines, decode
+        from cqos_core.resolving.pasted import settings_of_values
+
         place = ref.place
         data = None if place is None else self._system.sources.get(place.source)
         if place is None or place.line is None or place.column is None or data is None:
@@ -165,7 +168,11 @@ class Profiles:
             return None
         settings = settings_of_values(pack, parts)
         message = f"`{line[start : end + 1]}` is a list of values, and each is taken for the profile of an endpoint of its own"
-        return (message, replace(place, column=start + 1), f"write the names of the settings: `{settings}`") if settings else None
+        return (
+            (message, replace(place, column=start + 1), f"write the names of the settings: `{settings}`")
+            if settings
+            else None
+        )
 
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer:
         name = pack.preset_names.get(normalise(ref.name))

@@ -36,7 +36,6 @@ from cqos_core.resolving.misread import (
     near_policies,
     with_unclear,
 )
-from cqos_core.resolving.pasted import settings_of_call
 from cqos_core.resolving.resolved import Stated, treated
 
 if TYPE_CHECKING:
@@ -248,6 +247,8 @@ class SettingsReader:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             name_of = policy.name.removeprefix("need.")
+            from cqos_core.resolving.pasted import settings_of_call
+
             if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]:
                 problem = InvalidValueError(problem.message, problem.expected, meant)
             elif not problem.near and (others := _policies_with(pack, text)):

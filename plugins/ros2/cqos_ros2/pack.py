@@ -66,7 +66,10 @@ def _read_line(line: str) -> Iterable[Misfit | About]:
 SLIPS: Final = (
     Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
     Slip(r"liveliness: manual_by_participant", "liveliness: manual_by_node"),
-    Slip(r"durability: (?:transient|persistent|latched|retained)|(?:retain|retained|latch|latched): true", "durability: transient_local"),
+    Slip(
+        r"durability: (?:transient|persistent|latched|retained)|(?:retain|retained|latch|latched): true",
+        "durability: transient_local",
+    ),
     Slip(r"(?:retain|retained|latch|latched): false", "durability: volatile"),
     Slip(r"(?:qos|reliability): (?:0|at_most_once|fire_and_forget)", "reliability: best_effort"),
     Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
