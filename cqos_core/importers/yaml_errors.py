@@ -226,9 +226,8 @@ def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
 def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a key that is indented deeper than the key above it, which has a value already."""
     line = failure.last[0]
-    above, here = (_PAIR.match(reading.lines.line(each)) for each in (line - 1, line))
-    name = _NAME.match(reading.lines.line(line))
-    if "mapping values" not in failure.problem or above is None or name is None or (here is None and not name):
+    above, name = _PAIR.match(reading.lines.line(line - 1)), _NAME.match(reading.lines.line(line))
+    if "mapping values" not in failure.problem or above is None or name is None:
         return None
     if name.start(1) <= above.start(2) or failure.last[1] > name.end() + 1:
         return None

@@ -101,7 +101,7 @@ def _set(pack: RulePack, name: str, text: str, found: dict[str, str]) -> bool:
     for word in (text.strip(), _last(text), _words(_last(text))):
         value, near = _read(policy.domain, word)
         if value is not None or near:
-            found[policy.name] = near or policy.domain.format(value)
+            found[policy.name] = near if value is None else policy.domain.format(value)
             return True
     return False
 
@@ -117,7 +117,8 @@ def _read_value(pack: RulePack, text: str, found: dict[str, str]) -> bool:
     """Add a value by the only policy that has it, or as the pack reads it; a number is a depth."""
     slip = meant_instead(pack, text)
     if slip.startswith("{"):
-        found.update(each.split(": ", 1) for each in slip[1:-1].split(", "))
+        entries = (each.partition(": ") for each in slip[1:-1].split(", "))
+        found.update({name: value for name, _, value in entries})
         return True
     if _NUMBER.fullmatch(text.strip()):
         return bool(pack.timing.depth) and _set(pack, pack.timing.depth, text, found)

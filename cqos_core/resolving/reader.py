@@ -205,8 +205,8 @@ class SettingsReader:
                 policy, before = pack.policies[index], found[index]
                 message = f"{owner} states `{policy.name}` twice, as {before.text} and as {text}"
                 spelt = f"`{before.name}: {before.setting.text}` or `{name}: {setting.text}`"
-                advice = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
-                self.say("CQ209", message, setting.place, role, members, advice)
+                keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
+                self.say("CQ209", message, setting.place, role, members, keep)
             found[index] = Stated(text, setting, name)
         found = with_unclear(found, misread, pack, levels)
         for setting in not_known:
