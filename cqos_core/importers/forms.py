@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeGuard, TypeVar
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
-from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
+from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Scalar, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, part_text
 from cqos_core.importers.yaml_plain import EntryLines
 from cqos_core.model.dataclass import dataclass
@@ -73,6 +73,11 @@ class MapOf(Shape[dict[str, Member[T]]]):
         if not isinstance(node, MappingNode):
             advice = _missing_blank(node) or _as_map(node, self.instead or name, named=bool(self.instead))
             self.refuse(node, reading, name, advice)
+            return None
+        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
+            source, target = _as_entry(node)
+            message = f"{shown(name)} has `from` and `to` as names"
+            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
             return None
         found = {}
         for key, value in node.entries.values():
@@ -194,9 +199,28 @@ class ListOf(Shape[list[T]]):
     def read(self, node: Node, reading: Reading, name: str) -> list[T] | None:
         """Read every value; a refused one is left out."""
         if not isinstance(node, SequenceNode):
-            self.refuse(node, reading, name, "begin each with a dash: `- …`")
+            self.refuse(node, reading, name, self._as_list(node, name))
             return None
         return _read_items(self.shape, node, reading, name)
+
+    def _as_list(self, node: Node, name: str) -> str:
+        """Say how a text or a map is written as the list at a key."""
+        own = [*self.shape.keys] if isinstance(self.shape, Form) else []
+        if isinstance(node, MappingNode) and node.entries and own and not node.entries.keys() <= {*own}:
+            items = [
+                part_text(
+                    MappingNode(
+                        None, None, {own[0]: (ScalarNode(own[0], None, None, plain=True), key), **value.entries}
+                    )
+                )
+                if isinstance(value, MappingNode)
+                else part_text(key)
+                for key, value in node.entries.values()
+            ]
+        else:
+            items = [part_text(node)]
+        whole = f"{name}: [{', '.join(items)}]"
+        return f"write a list: `{whole}`" if len(whole) <= _LONGEST_MAP else f"begin each with a dash: `- {items[0]}`"
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """A list, items of one schema."""

@@ -111,6 +111,7 @@ class _Scanner:
         self.text = text
         self.lines = Lines(text)
         self.at = 0
+        self.began = 0  # of the last text in quotes
 
     def events(self) -> Iterator[Event]:
         """Yield events to the end of the text."""
@@ -167,6 +168,8 @@ class _Scanner:
 
     def meant(self) -> str | None:
         """Say how the word that stands here, without quotes or in others, is written."""
+        if self.text.startswith(("//", "/*", "#"), self.at):
+            return "remove the comment: JSON has none"
         found = _BARE.match(self.text, self.at)
         if found is None:
             return None
@@ -189,6 +192,12 @@ class _Scanner:
                 )
             self.at = start
             return self.error(f"{opened} is not closed", f"write `{closing}` where its last part ends")
+        if self.peek().isalnum() and self.text[self.at - 1] == '"':
+            text = self.text[self.began + 1 : self.at - 1]
+            self.at = self.began
+            return self.error(
+                f"the text `{text}` ends where the next one begins", f'close its quotes: `"{text.split(",")[0]}"`'
+            )
         if self.peek() in "]}":
             return self.error(
                 f"`{self.peek()}` does not close {opened}", f"write `{closing}` before it or in its place"
@@ -237,6 +246,7 @@ class _Scanner:
     def string(self) -> Event:
         """Read a text in quotes."""
         mark = self.mark()
+        self.began = self.at
         try:
             return _text_event(self.characters(mark).encode("utf-16-le", "surrogatepass").decode("utf-16-le"), mark)
         except UnicodeDecodeError:

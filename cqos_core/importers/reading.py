@@ -110,6 +110,11 @@ def to_write(text: str) -> str:
     return f"`{text}`" if len(text) <= _LONGEST_TO_WRITE and text.isprintable() else shown(text)
 
 
+def in_quotes(text: str) -> str:
+    """Return a text in the straight quotes that need no escape in it."""
+    return f"'{text}'" if '"' in text or "\\" in text else f'"{text}"'
+
+
 def described(node: Node) -> str:
     """Say what is written, for messages."""
     if isinstance(node, MappingNode):

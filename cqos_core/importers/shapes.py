@@ -16,6 +16,7 @@ from cqos_core.importers.tree import (
     flag,
     flow_text,
     is_null,
+    part_text,
     quoted_where_needed,
 )
 from cqos_core.model.pattern import PatternError, pattern
@@ -167,6 +168,16 @@ DATE: Final = Scalar("a date such as 2027-01-31", _DATE, _date, code="CQ011")
 """A day that exists, as ISO 8601 writes it."""
 
 
+def _without_map(node: Node, name: str) -> str:
+    """Say how the names are written that a map has as keys; or that settings need no key around them."""
+    entries = node.entries if isinstance(node, MappingNode) else {}
+    if not entries:
+        return ""
+    if all(isinstance(value, ScalarNode) and (is_null(value) or flag(value)) for _, value in entries.values()):
+        return f"write `{name}: [{', '.join(entries)}]`"
+    return f"write what is in it without `{name}` around it: `{part_text(node)[1:-1]}`"
+
+
 class Texts(Shape[tuple[Setting, ...]]):
     """One text or a list of texts, each with its place."""
 
@@ -180,9 +191,7 @@ class Texts(Shape[tuple[Setting, ...]]):
             if isinstance(item, ScalarNode) and _text(item):
                 found.append(Setting(item.text, reading.place(item)))
             else:
-                names = [*item.entries] if isinstance(item, MappingNode) else []
-                advice = f"write `{name}: [{', '.join(names)}]`" if names and item is node else None
-                self.refuse(item, reading, name, advice)
+                self.refuse(item, reading, name, _without_map(item, name) or None)
         return tuple(found)
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

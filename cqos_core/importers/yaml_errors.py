@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from yaml.reader import ReaderError
 
-from cqos_core.importers.reading import shown, to_write
+from cqos_core.importers.reading import in_quotes, shown, to_write
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
@@ -32,6 +32,7 @@ _NEXT_KEY = regular_expression(r"[^\s,{\[:]\s+([\w./~$+-]+)\s*:")
 _TOKEN = regular_expression(r"(?:(?!\s#|:(?:\s|$)).)+")
 _TOKEN_IN_FLOW = regular_expression(r"(?:(?!\s#|:(?:\s|$)|[,\[\]{}]).)+")
 _PAIR = regular_expression(r"(\s*)(?:- +)?([\w./~$+-]+):\s+(\S.*?)\s*(?:\s#.*)?")
+_EMPTY_KEY = regular_expression(r"(\s*)([\w./~$+-]+):\s*")
 _NAME = regular_expression(r"\s*(?:- +)?([\w./~$+-]+):")
 _CLOSING = {"{": "}", "[": "]"}
 _OPENING = {closing: opening for opening, closing in _CLOSING.items()}
@@ -149,11 +150,11 @@ def _unquoted(failure: _Failure, reading: Reading) -> _Said | None:
     if _NO_START in failure.problem:
         word = _token(reading, failure.last)
         if word[:1] == word[-1:] == "`" and len(word) > len("``"):
-            return "a backquote begins no text", f"write {_in_quotes(word[1:-1])}", failure.last
-        return f"no value begins with {rest[:1]}", _QUOTE_IT.format(_in_quotes(word)), failure.last
+            return "a backquote begins no text", f"write {in_quotes(word[1:-1])}", failure.last
+        return f"no value begins with {rest[:1]}", _QUOTE_IT.format(in_quotes(word)), failure.last
     for word, sign in (("alias", "*"), ("anchor", "&")):
         if word in failure.context:
-            advice = _QUOTE_IT.format(_in_quotes(_token(reading, failure.first)))
+            advice = _QUOTE_IT.format(in_quotes(_token(reading, failure.first)))
             return f"{sign} begins the name of an anchor here", advice, failure.first
     return None
 
@@ -183,10 +184,6 @@ def _token(reading: Reading, at: _Position) -> str:
     return found[0].rstrip() if found else reading.rest_of_line(*at)[:1]
 
 
-def _in_quotes(text: str) -> str:
-    return f"'{text}'" if '"' in text or "\\" in text else f'"{text}"'
-
-
 def _glued(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a line that looks like ``key:value``, among those that are reported and the one before."""
     for line in (failure.first[0], failure.last[0], failure.last[0] - 1):
@@ -203,9 +200,28 @@ def _glued(failure: _Failure, reading: Reading) -> _Said | None:
 
 def _bare(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a second colon by the key above that has none."""
+    if "expected ':'" in failure.problem:
+        return _value_below(failure, reading)
     line = failure.last[0] - 1
     found = _WORD.fullmatch(reading.lines.line(line)) if "mapping values" in failure.problem else None
     return found and (f"the key {shown(found[1])} has no colon", f"write `{found[1]}:`", (line, found.start(1) + 1))
+
+
+def _value_below(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a word that stands below its key with the same indentation, or a line of other dashes than ``---``."""
+    line = failure.first[0]
+    text, above = reading.lines.line(line), _EMPTY_KEY.fullmatch(reading.lines.line(line - 1))
+    if text.strip() and not text.strip("\u2010\u2011\u2012\u2013\u2014 "):
+        return f"{shown(text.strip())} begins no document", "write `---`", (line, 1)
+    word = _WORD.fullmatch(text)
+    if above is None or word is None or _indent(text) > len(above[1]):
+        return None
+    advice = f"write it behind its key: `{above[2]}: {word[1]}`"
+    return (
+        f"{shown(word[1])} stands below {shown(above[2])}, with the same indentation",
+        advice,
+        (line, word.start(1) + 1),
+    )
 
 
 def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
@@ -241,7 +257,7 @@ def _colon_in_value(failure: _Failure, reading: Reading) -> _Said | None:
     found = _PAIR.fullmatch(reading.lines.line(failure.last[0])) if "mapping values" in failure.problem else None
     if found is None or failure.last[1] <= found.start(3):
         return None
-    advice = f"put the value in quotes: `{found[2]}: {_in_quotes(found[3])}`"
+    advice = f"put the value in quotes: `{found[2]}: {in_quotes(found[3])}`"
     return "a second colon in one value", advice, (failure.last[0], found.start(3) + 1)
 
 
@@ -250,6 +266,12 @@ def _too_many(failure: _Failure, reading: Reading) -> _Said | None:
     line, column = failure.last
     text = reading.lines.line(line)
     sign = text[column - 1 : column]
+    if sign == "," and "node content" in failure.problem:
+        right = f"{text[: column - 1].rstrip()} {text[column:].lstrip()}".replace("{ ", "{").replace("[ ", "[")
+        return "one comma too many", f"remove it: {to_write(right.strip())}", failure.last
+    if text.startswith("//", column - 1) and "flow" not in failure.context:
+        advice = f"write {to_write(f'# {text[column + 1 :].strip()}')}"
+        return "`//` begins no comment in YAML", advice, failure.last
     if "flow" in failure.context or sign not in set(",]}") or _open_in(text[: column - 1]) != "":
         return None
     what = "a comma behind the end of a value" if sign == "," else f"one `{sign}` too many"
@@ -272,7 +294,7 @@ def _unclosed(failure: _Failure, reading: Reading) -> _Said | None:
     end = last if not text[behind - 1 :].strip() else last - 1
     while end > first and not reading.lines.line(end).strip():
         end -= 1
-    missing = _open_in("\n".join(map(reading.lines.line, range(first, end + 1))), column)
+    missing = _open_in("\n".join(map(reading.lines.line, range(first, end + 1))))
     ended = reading.lines.line(end).split(" #")[0].strip()
     if not missing:
         return None

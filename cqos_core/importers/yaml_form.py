@@ -148,17 +148,38 @@ _OF_THE_FILE: Final = (
 )
 
 
+_END_WORDS: Final = {"publisher": "publishes", "subscription": "subscribes", "subscriber": "subscribes"}
+
+
+def _by_direction(topics: MappingNode) -> str:
+    """Say how settings are written that stand below each topic by the kind of its endpoints."""
+    found: dict[str, MappingNode] = {}
+    for key, ends in topics.entries.values():
+        for word, (_, settings) in ends.entries.items() if isinstance(ends, MappingNode) else ():
+            below = found.setdefault(_END_WORDS[word], MappingNode(None, None))
+            below.entries[key.text] = (key, settings)
+    return f"write topics below what is done with them: `{', '.join(f'{name}: {part_text(below)}' for name, below in found.items())}`"
+
+
+_PARAMETERS: Final = (
+    "write parameters into a file of their own, as the program reads it, and check both: `cqos check SYSTEM PARAMETERS`; "
+    f"settings of endpoints are written below `{PUBLISHES.name}` and `{SUBSCRIBES.name}`"
+)
+
+
 def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     """Say what was meant by a map under a name that no participant has as a key: its topics, or an endpoint's settings."""
     del around
     if not isinstance(value, MappingNode):
         return ""
     if "parameters" in name.lower():
-        return (
-            "write parameters into a file of their own, as the program reads it, and check both: `cqos check SYSTEM PARAMETERS`; "
-            f"settings of endpoints are written below `{PUBLISHES.name}` and `{SUBSCRIBES.name}`"
-        )
+        return _PARAMETERS
     if "/" not in name and any("/" in inner for inner in value.entries):
+        ends = {
+            _END_WORDS.get(word, "") for _, inner in value.entries.values() for word in getattr(inner, "entries", ())
+        }
+        if ends and "" not in ends:
+            return _by_direction(value)
         return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: {WRITTEN}`"
     if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
         return (
@@ -317,6 +338,8 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     ):
         return f"write participants below `participants`, indented: `participants: {{{name}: {WRITTEN}}}`"
     if isinstance(value, MappingNode):
+        if any("parameters" in word.lower() for word in (name, *value.entries)):
+            return _PARAMETERS
         if "/" in name:
             return (
                 f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"

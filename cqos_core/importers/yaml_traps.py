@@ -10,7 +10,7 @@ import unicodedata
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.reading import in_quotes, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, quoted_where_needed, walk
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
@@ -76,13 +76,13 @@ def _foreign(text: str) -> tuple[str, str] | None:
     if text[0] in _DASHES and text[1:2] == " ":
         message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
         return message, f"write `- {text[1:].split(f' {text[0]} ', maxsplit=1)[0].strip()}`"
-    inner = text.strip(_QUOTES)
+    inner = text.strip(f"{_QUOTES}\"'")
     if text[0] in _QUOTES or text[-1] in _QUOTES.translate(dict.fromkeys(map(ord, _APOSTROPHES))):
         word = quoted_where_needed(ScalarNode(inner, None, None, plain=True)) if inner else '""'
         message = f"typographic quotes are part of {shown(text)} to YAML"
-        return message, f'write `{word}`; if they belong to the text, put it in straight quotes: `"{text}"`'
+        return message, f"write `{word}`; if they belong to the text, put it in straight quotes: `{in_quotes(text)}`"
     if text[-1] == "," and text[:-1].strip():
-        advice = f'remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `"{text}"`'
+        advice = f"remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `{in_quotes(text)}`"
         return f"a comma at the end is part of {shown(text)} to YAML", advice
     return None
 

@@ -13,6 +13,7 @@ from cqos_core.importers.reading import described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_plain import plain_tree
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -172,6 +173,7 @@ def _both(name: str, first: Node, second: Node) -> str:
     return f"keep `{one}` or `{other}`" if max(len(one), len(other)) <= most else "keep one of them"
 
 
+_ALIAS: Final = regular_expression(r"<<\s*:\s*(\*[\w-]+)")
 _LONGEST_KEPT: Final = 60
 _LONGEST_JOINED: Final = 120
 
@@ -324,7 +326,7 @@ class _Composer:
                 self.again(node, key, value)
             elif name == _MERGE and key.plain:
                 if merge is not None:
-                    self.duplicate(key, merge[0], "list what is merged: `<<: [*first, *second]`")
+                    self.duplicate(key, merge[0], self.both_merged(merge[0], key))
                 merge = (key, value)
             else:
                 entries[name] = (key, value)
@@ -365,6 +367,13 @@ class _Composer:
         message = f"key {shown(key.text)} stands twice in one map, first on line {first.line}, column {first.column}"
         self.reading.problem("CQ005", message, key, advice)
 
+    def both_merged(self, first: ScalarNode, second: ScalarNode) -> str:
+        """Say how what two keys ``<<`` merge is written as one list."""
+        rests = (self.reading.rest_of_line(key.line, key.column or 1) for key in (first, second))
+        names = [found[1] for rest in rests if (found := _ALIAS.match(rest))]
+        both = ", ".join(names) if len({*names}) > 1 else "*first, *second"
+        return f"list what is merged: `<<: [{both}]`"
+
     def merge(self, node: MappingNode, key: ScalarNode, value: Node) -> None:
         """Add the entries that ``<<`` brings; what the map states itself wins, then the first in the list."""
         for merged in value.items if isinstance(value, SequenceNode) else [value]:
@@ -399,6 +408,6 @@ class _Composer:
         """Say that a tag means nothing here."""
         written = f"!!{tag.removeprefix(_PREFIX)}" if tag.startswith(_PREFIX) else tag
         text = node.text if isinstance(node, ScalarNode) else ""
-        whole = f"{written} {text}".strip()
+        whole = f"{written.removesuffix(':')} {text}".strip()
         advice = f'remove it; if it belongs to the text, write the text in quotes: "{whole}"'
         self.reading.problem("CQ018", f"the tag {shown(written)} means nothing here", node, advice)

@@ -79,7 +79,9 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
     """
     if slip := meant_instead(pack, f"{name}: {setting.text}"):
         return f"did you mean `{slip}`?"
-    if normalise(name) in _TAKING:
+    if settings := _settings_of_call(pack, setting.text):
+        return f"write `{settings}` in place of `{name}`"
+    if normalise(name) in _TAKING or (setting.text and normalise(setting.text) in pack.preset_names):
         return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
     if inside:
@@ -91,6 +93,12 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
         if level not in levels and (index := pack.find(level, name)) is not None and may_be_stated(pack.policies[index])
     ]
     return f"write it {' or '.join(places)}" if places else ""
+
+
+def _settings_of_call(pack: RulePack, text: str) -> str:
+    from cqos_core.resolving.pasted import settings_of_call
+
+    return settings_of_call(pack, text)[1:-1]
 
 
 _TAKING: Final = frozenset(("base", "extends", "inherits", "inherit", "parent", "preset", "qos_profile"))

@@ -54,9 +54,13 @@ def _read_calls(pack: RulePack, text: str, found: dict[str, str]) -> bool:
 def _read_call(pack: RulePack, function: str, arguments: str, found: dict[str, str]) -> bool:
     name = _last(function)
     if _policies_with(pack, _words(name)):
-        return _read_value(pack, name, found) and (not arguments or _read_value(pack, arguments, found))
+        return _read_value(pack, name, found) and _read_arguments(pack, arguments, found)
     if pack.find(ENDPOINT, name) is not None:
         return _set(pack, name, arguments, found)
+    return _read_arguments(pack, arguments, found)
+
+
+def _read_arguments(pack: RulePack, arguments: str, found: dict[str, str]) -> bool:
     for argument in _ARGUMENT.findall(arguments):
         named = _NAMED.fullmatch(argument)
         if named is not None:

@@ -31,6 +31,13 @@ _NO_PROFILE: Final = ("CQ204",)
 _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
 
+def _in_notation(advice: str, place: Place | None) -> str:
+    """Return advice as the file writes it in which it is to be followed."""
+    from cqos_core.importers.notation import in_notation
+
+    return advice if place is None else in_notation(advice, place.source)
+
+
 class User(NamedTuple):
     """Who takes values from profiles; ``topic`` is empty where the names of topics do not matter."""
 
@@ -169,7 +176,11 @@ class Profiles:
         settings = settings_of_values(pack, parts)
         message = f"`{line[start : end + 1]}` is a list of values, and each is taken for the profile of an endpoint of its own"
         return (
-            (message, replace(place, column=start + 1), f"write the names of the settings: `{settings}`")
+            (
+                message,
+                replace(place, column=start + 1),
+                _in_notation(f"write the names of the settings: `{settings}`", place),
+            )
             if settings
             else None
         )
@@ -183,10 +194,16 @@ class Profiles:
                 return no_profile(ref, pack, ENDPOINT)
             if settings := self._settings_of(ref.name, pack):
                 message = f"`{ref.name}` is no profile"
-                self._reader.say_once("CQ204", message, ref.place, f"write its settings: `{settings}`")
+                advice = _in_notation(f"write its settings: `{settings}`", ref.place)
+                self._reader.say_once("CQ204", message, ref.place, advice)
                 return no_profile(ref, pack, ENDPOINT)
             # A text at an endpoint is a profile, at a topic it is a type.
-            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
+            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name and "(" not in ref.name else ""
+            if ref.name.endswith(")"):
+                meant = "write what the call sets as a map, `{SETTING: VALUE}`; "
+            first = ref.name.split(" ")[0]
+            if first != ref.name and (normalise(first) in pack.preset_names or first in self._system.profiles):
+                meant = f"did you mean `{first}`? a text goes on in the next line, and `{ref.name}` is one; "
             self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
             return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)

@@ -81,7 +81,7 @@ SLIPS: Final = (
     Slip(r"qos: (?:at_least_once|qos ?1)", "qos: 1"),
     Slip(r"qos: (?:exactly_once|qos ?2)", "qos: 2"),
     Slip(r"(?:qos ?)?([012])", r"{qos: \1}"),
-    Slip(r"at_most_once|best[_ ]effort", "{qos: 0}"),
+    Slip(r"at_most_once|best[_ ]effort|sensor_data", "{qos: 0}"),
     Slip(r"at_least_once|reliable", "{qos: 1}"),
     Slip(r"exactly_once", "{qos: 2}"),
     Slip(r"retain(?:ed)?", "{retain: true}"),
