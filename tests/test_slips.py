@@ -6,8 +6,7 @@ import pytest
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.misread import meant_instead
-from cqos_core.resolving.pasted import settings_of_call, settings_of_values
+from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
 
 PACKS = {name: load_plugins().pack(name) for name in ("ros2", "dds", "mqtt")}
 SLIPS = [pytest.param(PACKS[name], slip, id=f"{name} {slip.written}") for name in PACKS for slip in PACKS[name].slips]

@@ -71,7 +71,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
             node.lines = reading.lines_of
             return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
-            advice = _missing_blank(node) or _as_map(node, self.instead or name, named=bool(self.instead))
+            advice = _missing_blank(node) or _as_map(node, self.instead or name)
             self.refuse(node, reading, name, advice)
             return None
         if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
@@ -134,20 +134,20 @@ class MapOf(Shape[dict[str, Member[T]]]):
         return named(values if self.empty else nullable(values))
 
 
-def _as_map(node: Node, name: str, *, named: bool) -> str:
-    """Say how a text, or the parts of a list, are written as the map at a key; or how the first is, where all are too long."""
+def _as_map(node: Node, name: str) -> str:
+    """Say how a text, or the parts of a list, are written as the map at a key; or how the first are, where all are too long."""
     parts = [_as_entry(part) for part in (_pairs(node.items) if isinstance(node, SequenceNode) else [node])]
     if not parts:
         return f"write a map: `{name}: {{{_NAME}: …}}`"
     whole = f"{name}: {{{', '.join(f'{key}: {value}' if value else f'{key}: ' for key, value in parts)}}}"
     if len({key for key, _ in parts} - {_NAME}) < len(parts):
         return f"write each as `{_NAME}: …`, without a dash"
-    if len(whole) <= _LONGEST_MAP and (named or all(value for _, value in parts)):
+    if len(whole) <= _LONGEST_MAP:
         return f"write a map: `{whole}`"
     key, value = parts[0]
     if not value:
         keys = ", ".join(f"`{key}:`" for key, _ in parts[:_SHOWN])
-        return f"write each with a colon, without dashes or brackets: {keys}{', …' if len(parts) > _SHOWN else ''}"
+        return f"write each with a colon, in a map: {keys}{', …' if len(parts) > _SHOWN else ''}"
     return f"write each without a dash: `{key}: {value if len(value) <= _LONGEST_MAP else '…'}`"
 
 
@@ -266,11 +266,9 @@ class OneOrMore(Shape[list[T]]):
         if len(node.items) < _SEVERAL or not len(node.items) == len(words) == len(lines):
             return
         one = part_text(MappingNode(None, None, {key.text: (key, value) for key, value in entries}))
-        message = f"the dashes at {shown(name)} make {len(entries)} of it, each with one setting"
+        message = f"the list at {shown(name)} makes {len(entries)} of it, each with one setting"
         advice = (
-            f"if one is meant, write `{name}: {one}`"
-            if len(one) <= _LONGEST_MAP
-            else "if one is meant, leave the dashes out"
+            f"if one is meant, write `{name}: {one}`" if len(one) <= _LONGEST_MAP else "if one is meant, write one map"
         )
         reading.warn("CQ021", message, node, f"{advice}; if not, give each an `id`")
 

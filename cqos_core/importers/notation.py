@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, TypeVar
 
+from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, kind_of
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.model.problems import Problem
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.source import Source
+from cqos_core.model.system import ImportNote
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cqos_core.importers.tree import Node
 
+T = TypeVar("T", Problem, ImportNote)
+
 _QUOTED: Final = regular_expression(r"`([^`\n]{1,300})`")
 _BARE_KEY: Final = regular_expression(r"[A-Za-z0-9_-]+")
 
 
-def in_notation(advice: str, name: str) -> str:
+def in_notation(problem: T) -> T:
+    """Return a problem or a note whose advice is written as the file writes it in which it is to be followed."""
+    if problem.place is None or not problem.help:
+        return problem
+    return replace(problem, help=advice_for(problem.help, problem.place.source))
+
+
+def advice_for(advice: str, name: str) -> str:
     """Return advice with what stands in back quotes written as the file of a name writes it."""
     write = _NOTATIONS.get(name.lower().rpartition(".")[2])
     return advice if write is None else _QUOTED.sub(lambda found: f"`{_written(found[1], write)}`", advice)
@@ -26,9 +40,6 @@ def in_notation(advice: str, name: str) -> str:
 
 def _written(text: str, write: Callable[[MappingNode], str]) -> str:
     """Return entries of a map in another notation; what is none stays as it is."""
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.yaml_tree import read_tree
-
     whole = text.startswith("{")
     reading = Reading(Source("advice", (text if whole else f"{{{text}}}").encode()), [], [])
     roots = read_tree(reading).documents

@@ -44,19 +44,11 @@ class Reading:
         Raises:
             InputError: with all of them, above a limit.
         """
-        collect(self.problems, Problem(code, message, self.place(where), self._advice(advice)))
+        collect(self.problems, Problem(code, message, self.place(where), advice))
 
     def warn(self, code: str, message: str, where: Node | Place, advice: str) -> None:
         """Say something that is no reason to stop."""
-        self.notes.append(ImportNote(code, "warning", message, self.place(where), self._advice(advice)))
-
-    def _advice(self, advice: str | None) -> str | None:
-        """Return advice in the notation of the source."""
-        if not advice or not self.source.name.lower().endswith((".json", ".toml")):
-            return advice
-        from cqos_core.importers.notation import in_notation
-
-        return in_notation(advice, self.source.name)
+        self.notes.append(ImportNote(code, "warning", message, self.place(where), advice))
 
     @cached_property
     def lines(self) -> Lines:

@@ -39,7 +39,7 @@ _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2212"
 _QUOTES = "\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb"
 _APOSTROPHES = "\u2018\u2019"
 _LOOKS_ODD = regular_expression(f"{_ODD.pattern}|[{_DASHES}{_QUOTES}]")
-_COMMA_AT_END = regular_expression(r",[ \t]*\r?$", re.MULTILINE)
+_COMMA_AT_END = regular_expression(rb"^[^#\n]*,[ \t]*\r?$", re.MULTILINE)
 
 
 def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> None:
@@ -49,8 +49,10 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
     an item; a comma at the end. Values of the keys ``free`` are texts for people, which may have all of these but the first.
     """
     data = reading.source.data
-    ascii_only = data.isascii() and b"\0" not in data
-    if (ascii_only or not _LOOKS_ODD.search(reading.lines.text)) and not _COMMA_AT_END.search(reading.lines.text):
+    if data.isascii() and b"\0" not in data:
+        if not _COMMA_AT_END.search(data):
+            return
+    elif not _LOOKS_ODD.search(reading.lines.text) and not _COMMA_AT_END.search(reading.lines.text.encode()):
         return
     for_people: set[int] = set()
     for node in walk(tree.documents):
@@ -68,6 +70,8 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
             rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
             if node.text[0] in _DASHES and rest.startswith(":"):
                 advice = f"write `{node.text[1:].strip()}:`, or in a list `- {node.text[1:].strip()}:`"
+            if reading.source.name.lower().endswith(".json"):
+                advice = f'write `"{node.text.strip(_QUOTES + ",")}"`'
             reading.problem("CQ002", message, node, advice)
 
 

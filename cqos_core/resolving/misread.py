@@ -77,10 +77,12 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 
     A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
     """
+    from cqos_core.resolving.slips import meant_instead, settings_of_call
+
     if slip := meant_instead(pack, f"{name}: {setting.text}"):
         return f"did you mean `{slip}`?"
-    if settings := _settings_of_call(pack, setting.text):
-        return f"write `{settings}` in place of `{name}`"
+    if settings := settings_of_call(pack, setting.text):
+        return f"write `{settings[1:-1]}` in place of `{name}`"
     if normalise(name) in _TAKING or (setting.text and normalise(setting.text) in pack.preset_names):
         return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
@@ -95,12 +97,6 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
     return f"write it {' or '.join(places)}" if places else ""
 
 
-def _settings_of_call(pack: RulePack, text: str) -> str:
-    from cqos_core.resolving.pasted import settings_of_call
-
-    return settings_of_call(pack, text)[1:-1]
-
-
 _TAKING: Final = frozenset(("base", "extends", "inherits", "inherit", "parent", "preset", "qos_profile"))
 """Words of other formats for the profile from which values are taken."""
 _PLACES: Final = {
@@ -111,16 +107,6 @@ _PLACES: Final = {
     TOPIC: "under `topics`: `topics: {{TOPIC: {{{name}: {text}}}}}`",
     BROKER: "at the broker: `brokers: {{NAME: {{{name}: {text}}}}}`",
 }
-
-
-def meant_instead(pack: RulePack, text: str) -> str:
-    """Return what to write for a setting, ``name: value``, or a profile that the pack lists as a slip; else nothing."""
-    from cqos_core.model.regular import re
-
-    for slip in pack.slips:
-        if (found := re.fullmatch(slip.written, text.strip(), re.IGNORECASE)) is not None:
-            return found.expand(slip.write)
-    return ""
 
 
 def _keys(text: str) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from cqos_core.language.values import normalise
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
-from cqos_core.resolving.misread import every_policy, meant_instead
+from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:
@@ -33,9 +33,9 @@ _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
 def _in_notation(advice: str, place: Place | None) -> str:
     """Return advice as the file writes it in which it is to be followed."""
-    from cqos_core.importers.notation import in_notation
+    from cqos_core.importers.notation import advice_for
 
-    return advice if place is None else in_notation(advice, place.source)
+    return advice if place is None else advice_for(advice, place.source)
 
 
 class User(NamedTuple):
@@ -151,7 +151,7 @@ class Profiles:
 
     def _settings_of(self, name: str, pack: RulePack) -> str:
         """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
-        from cqos_core.resolving.pasted import settings_of_call, settings_of_values
+        from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
 
         return (
             meant_instead(pack, name)
@@ -162,7 +162,7 @@ class Profiles:
     def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
         """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
         from cqos_core.model.encoding import Lines, decode
-        from cqos_core.resolving.pasted import settings_of_values
+        from cqos_core.resolving.slips import settings_of_values
 
         place = ref.place
         data = None if place is None else self._system.sources.get(place.source)

@@ -31,7 +31,6 @@ from cqos_core.resolving.misread import (
     may_be_any,
     may_be_meant,
     meant_by,
-    meant_instead,
     misquoted,
     near_policies,
     with_unclear,
@@ -247,7 +246,7 @@ class SettingsReader:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             name_of = policy.name.removeprefix("need.")
-            from cqos_core.resolving.pasted import settings_of_call
+            from cqos_core.resolving.slips import meant_instead, settings_of_call
 
             if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]:
                 problem = InvalidValueError(problem.message, problem.expected, meant)

@@ -1,4 +1,4 @@
-"""Values as code writes them: calls such as ``QoSProfile(depth=10)`` and lists of values, as the settings that they stand for."""
+"""What was meant by words of other protocols, by calls such as ``QoSProfile(depth=10)`` and by lists of values: settings to write."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.regular import regular_expression
-from cqos_core.resolving.misread import meant_instead
+from cqos_core.model.regular import re, regular_expression
 
 if TYPE_CHECKING:
     from cqos_core.language.domains import Domain
@@ -23,6 +22,14 @@ _CHAIN: Final = regular_expression(r"(?:\.?[A-Za-z_][\w.:]*\((?:[^()]|\([^()]*\)
 _LAST: Final = regular_expression(r".*(?:\.|::)")
 _CAMEL: Final = regular_expression(r"(?<=[a-z])(?=[A-Z])")
 _NUMBER: Final = regular_expression(r"\d{1,9}")
+
+
+def meant_instead(pack: RulePack, text: str) -> str:
+    """Return what to write for a setting, ``name: value``, or a profile that the pack lists as a slip; else nothing."""
+    for slip in pack.slips:
+        if (found := re.fullmatch(slip.written, text.strip(), re.IGNORECASE)) is not None:
+            return found.expand(slip.write)
+    return ""
 
 
 def settings_of_call(pack: RulePack, text: str, of: str = "") -> str:
