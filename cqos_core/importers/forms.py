@@ -80,16 +80,18 @@ class MapOf(Shape[dict[str, Member[T]]]):
             reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
             return None
         found = {}
+        before: Node | None = None
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
                 if _is_bare(key, value, reading):
-                    before, _, after = (part.strip() for part in key.text.replace(":=", "=").partition("="))
-                    advice = f"write `{before}: {after or 'VALUE'}`, with a colon and a blank"
+                    old, _, new = (part.strip() for part in key.text.replace(":=", "=").partition("="))
+                    advice = f"write `{old}: {new or 'VALUE'}`, with a colon and a blank"
                     reading.problem(
                         "CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice
                     )
                 continue
-            if (above := self._above(key.text, value, node)) is not None:
+            above, before = self._above(before, key.text, value), value
+            if above:
                 advice = f"indent it below `{above}`, which is empty"
                 reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
                 continue
@@ -113,20 +115,16 @@ class MapOf(Shape[dict[str, Member[T]]]):
             )
         return any("/" in name for name in node.entries)
 
-    def _above(self, name: str, value: Node, node: MappingNode) -> str | None:
-        """Return the empty key at the end of the map before a name that is no name of this map, but a topic."""
-        if "/" not in name or not isinstance(self.shape, Form) or not isinstance(value, MappingNode):
-            return None
-        names = [*node.entries]
-        before = node.entries[names[names.index(name) - 1]][1] if names[0] != name else None
-        if not isinstance(before, MappingNode) or not before.entries or not self.shape.own.isdisjoint(value.entries):
-            return None
-        last, (_, below) = next(reversed(before.entries.items()))
-        return (
-            last
-            if is_null(below) and last in self.shape.keys and isinstance(self.shape.keys[last].shape, MapOf)
-            else None
-        )
+    def _above(self, before: Node | None, name: str, value: Node) -> str:
+        """Return the empty key at the end of the map ``before`` a name that is a topic and no name of this map; else nothing."""
+        if "/" not in name or not isinstance(self.shape, Form) or not isinstance(before, MappingNode):
+            return ""
+        keys = self.shape.keys
+        if not isinstance(value, MappingNode) or not value.entries or not self.shape.own.isdisjoint(value.entries):
+            return ""
+        last, (_, below) = next(reversed(before.entries.items()), ("", (None, None)))
+        is_open = below is not None and is_null(below) and last in keys and isinstance(keys[last].shape, MapOf)
+        return last if is_open else ""
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, values of one schema."""

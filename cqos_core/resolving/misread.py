@@ -83,7 +83,8 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
         return f"did you mean `{slip}`?"
     if settings := settings_of_call(pack, setting.text):
         return f"write `{settings[1:-1]}` in place of `{name}`"
-    if normalise(name) in _TAKING or (setting.text and normalise(setting.text) in pack.preset_names):
+    names_preset = "qos" in normalise(name) and normalise(setting.text) in pack.preset_names
+    if normalise(name) in _TAKING or names_preset:
         return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
     if inside:
