@@ -210,7 +210,9 @@ def load_config(path: str | Path, texts: Mapping[str, bytes] | None = None) -> C
     problems: list[Problem] = []
     config = _load(str(path), (), None, problems, texts or {})
     if problems:
-        raise InputError(problems)
+        from cqos_core.importers.notation import in_notation
+
+        raise InputError([*map(in_notation, problems)])
     return config
 
 

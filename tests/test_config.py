@@ -191,13 +191,13 @@ class TestProblems:
                 "CQ006 cqos.toml:4:1: the configuration has no key `description` (allowed: extends, protocol, options,"
                 " severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
-            "CQ009 cqos.toml:7:12: `format` must be a text, found a list",
+            'CQ009 cqos.toml:7:12: `format` must be a text, found a list (write it without a list: `format = "json"`)',
             "CQ011 cqos.toml:8: `X` must be error, warning, note or off, found `quiet`",
             (
                 "CQ009 cqos.toml:11:9: `alpha` must be a map of options, found `strict` "
-                "(options are by rule pack: `options: {PACK: {alpha: strict}}`)"
+                '(options are by rule pack: `options = { PACK = { alpha = "strict" } }`)'
             ),
-            "CQ010 cqos.toml:18:3: a check needs `because` (add `because: …`: the reason, for later readers)",
+            "CQ010 cqos.toml:18:3: a check needs `because` (add `because = …`: the reason, for later readers)",
             (
                 "CQ006 cqos.toml:26: `depth` cannot be required `atleast`; did you mean `at_least`? (allowed: exactly,"
                 " at_least, at_most, one_of, not; a bare value means exactly)"

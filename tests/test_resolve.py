@@ -323,7 +323,7 @@ WRONG: dict[str, tuple[list[Any], dict[str, Any], str, str, str | None]] = {
         {},
         "CQ202",
         "topic `t` states `care`",
-        "write it at each endpoint, or in a profile that endpoints use",
+        "write it at each endpoint, `TOPIC: {care: plain}`, or in a profile that endpoints use",
     ),
     "unknown option": (
         [writer("t")],

@@ -229,7 +229,8 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     ends = f"no publisher meets a subscriber among {plural(count, 'endpoint')}" if count else "no endpoint is judged"
     message = f"{ends}, so nothing was compared"
     expected = system.partial or system.hypothetical or (count and external == count)
-    return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
+    advice = None if system.endpoints else "state who publishes and who subscribes: nothing does"
+    return core_finding("CQ404", message, severity=Severity.NOTE if expected else None, help=advice)
 
 
 def _merged(of: tuple[Mapping[TopicKey, TopicResult], BulkTopics]) -> list[Made]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import field, replace
+from itertools import starmap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -21,6 +22,7 @@ from cqos_core.files.opening import STDIN, read_path
 from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
+from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
@@ -271,6 +273,7 @@ class _Check:
     how: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
     empty: list[str] = field(default_factory=list)
+    begun: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
@@ -312,6 +315,7 @@ class _Check:
             only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
             if unit.named and (alone or not only_profiles):
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
+                self.begun |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
@@ -427,6 +431,8 @@ class _Check:
         """Say on standard error what was left out, and why nothing may have been checked."""
         for message in (*self.empty, *self.refused):
             self._fault(message)
+        if self.begun:
+            say(f"  help: write `{SMALLEST_SYSTEM}`", choice=self.options.color, lines=True)
         loaded = self.loaded
         for applies, text in (
             (self.how, self.how),

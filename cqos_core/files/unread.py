@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.importers.detect import SMALLEST_SYSTEM
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import Problem
 from cqos_core.model.regular import regular_expression
@@ -36,6 +37,7 @@ _OURS: Final = (
 )
 _FORMATS: Final = "`cqos packs` lists the formats that are read, and --from chooses one"
 _CONFIGURATION: Final = ("cqos.toml", "pyproject.toml")
+_BEGIN: Final = f"a system file begins with `cqos: 1` and `protocol: …`; then write `{SMALLEST_SYSTEM}`"
 
 
 def unread(source: Source, plugins: Plugins) -> Problem:
@@ -50,7 +52,7 @@ def unread(source: Source, plugins: Plugins) -> Problem:
 def _known(source: Source, plugins: Plugins) -> tuple[str, str] | None:
     head = source.data[:_HEAD]
     if not head.strip():
-        return "the file is empty", "a system file begins with `cqos: 1`"
+        return "the file is empty", _BEGIN
     for info in plugins.importers.values():
         try:
             said = named(info.declines) if info.declines else None
@@ -69,7 +71,7 @@ def _known(source: Source, plugins: Plugins) -> tuple[str, str] | None:
         return "this is no text", _FORMATS
     text = decode(head)
     if all(_COMMENT.fullmatch(line) for line in text.splitlines()) or _XML_COMMENTS.fullmatch(text):
-        return "there is nothing in this file but comments", "a system file begins with `cqos: 1`"
+        return "there is nothing in this file but comments", _BEGIN
     for expression, what, advice in _OURS:
         if expression.match(text):
             return f"this is {what}", advice
@@ -87,6 +89,8 @@ def _is_log(text: str, plugins: Plugins) -> bool:
 def _general(source: Source) -> str:
     if not source.name.lower().endswith((".yaml", ".yml", ".json")):
         return _FORMATS
+    if source.name.lower().endswith(".json"):
+        return f'a system file in JSON begins with `{{"cqos": 1, "protocol": "…", "participants": {{…}}}}`; {_FORMATS}'
     first = re.match(r"\s*(\w+)\s*:", decode(source.data[:_HEAD]).lstrip("\ufeff"))
     misspelt = first is not None and first[1] != "cqos" and nearest(first[1], ["cqos"])
     return f"{'did you mean `cqos: 1`? ' if misspelt else ''}a system file begins with `cqos: 1`; {_FORMATS}"

@@ -37,9 +37,13 @@ def may_have_exceptions(data: bytes) -> bool:
     return _EXCEPTION.search(data.replace(b"\0", b"")) is not None
 
 
+SMALLEST_SYSTEM = "participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscribes: {TOPIC: }}}"
+"""What a system file states at least, for messages."""
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
-_FLOW_VERSION_KEY = regular_expression(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
+_FLOW_VERSION_KEY = regular_expression(
+    r"""[{,]\s*(?:cqos|"cqos"|'cqos'|[\u201c\u201d\u201e\u00ab\u00bb]cqos[\u201c\u201d\u00ab\u00bb])\s*:"""
+)
 _FLOW = regular_expression(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
 _PARTICIPANTS = regular_expression(r"^participants[ \t]*:", re.MULTILINE)
 _FLOW_PARTICIPANTS = regular_expression(r"""[{,]\s*(?:participants|"participants"|'participants')\s*:""")

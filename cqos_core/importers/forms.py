@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import re
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeGuard, TypeVar
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
-from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
+from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Scalar, Shape
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, part_text
 from cqos_core.importers.yaml_plain import EntryLines
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.spelling import nearest
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+WRITTEN: Final = "{value}"
+"""In advice about a key: the value that was written for it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Member(Generic[T]):
@@ -41,16 +44,26 @@ class MapOf(Shape[dict[str, Member[T]]]):
     """A map from names that people choose to values of one shape.
 
     ``empty`` tells that a name without a value states something all the same: a topic with nothing but defaults.
-    `EntryLines` stay as they are where they may have settings under other names than ``rows_but``.
+    `EntryLines` stay as they are where they may have settings under other names than ``rows_but``. ``instead`` is the key that a
+    list or a text at this one was meant for. ``beside`` are keys of the map around it, which are no names where they hold names.
     """
 
     def __init__(
-        self, shape: Shape[T], expected: str, *, empty: bool = False, rows_but: frozenset[str] | None = None
+        self,
+        shape: Shape[T],
+        expected: str,
+        *,
+        empty: bool = False,
+        rows_but: frozenset[str] | None = None,
+        instead: str = "",
+        beside: frozenset[str] = frozenset(),
     ) -> None:
         super().__init__(expected)
         self.shape = shape
         self.empty = empty
         self.rows_but = rows_but
+        self.instead = instead
+        self.beside = beside
 
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
@@ -58,17 +71,60 @@ class MapOf(Shape[dict[str, Member[T]]]):
             node.lines = reading.lines_of
             return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
-            advice = _missing_blank(node) or _as_map(node)
+            advice = _missing_blank(node) or _as_map(node, self.instead or name)
             self.refuse(node, reading, name, advice)
             return None
+        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
+            source, target = _as_entry(node)
+            message = f"{shown(name)} has `from` and `to` as names"
+            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
+            return None
         found = {}
+        before: Node | None = None
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
+                if _is_bare(key, value, reading):
+                    old, _, new = (part.strip() for part in key.text.replace(":=", "=").partition("="))
+                    advice = f"write `{old}: {new or 'VALUE'}`, with a colon and a blank"
+                    reading.problem(
+                        "CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice
+                    )
+                continue
+            above, before = self._above(before, key.text, value), value
+            if above:
+                advice = f"indent it below `{above}`, which is empty"
+                reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
+                continue
+            if key.text in self.beside and self._holds_names(value):
+                advice = f"write `{key.text}` beside `{name}`, with the same indentation"
+                reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
                 continue
             read = self.shape.read(value, reading, key.text)
             if read is not None:
                 found[key.text] = Member(read, reading.place(key))
         return found
+
+    def _holds_names(self, node: Node) -> bool:
+        """Whether a map has names as keys: one with a slash, which no setting has; or maps, and none of the form's own keys."""
+        if not isinstance(node, MappingNode):
+            return False
+        if isinstance(self.shape, Form):
+            own = self.shape.own
+            return own.isdisjoint(node.entries) and any(
+                isinstance(each, MappingNode) for _, each in node.entries.values()
+            )
+        return any("/" in name for name in node.entries)
+
+    def _above(self, before: Node | None, name: str, value: Node) -> str:
+        """Return the empty key at the end of the map ``before`` a name that is a topic and no name of this map; else nothing."""
+        if "/" not in name or not isinstance(self.shape, Form) or not isinstance(before, MappingNode):
+            return ""
+        keys = self.shape.keys
+        if not isinstance(value, MappingNode) or not value.entries or not self.shape.own.isdisjoint(value.entries):
+            return ""
+        last, (_, below) = next(reversed(before.entries.items()), ("", (None, None)))
+        is_open = below is not None and is_null(below) and last in keys and isinstance(keys[last].shape, MapOf)
+        return last if is_open else ""
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, values of one schema."""
@@ -76,15 +132,59 @@ class MapOf(Shape[dict[str, Member[T]]]):
         return named(values if self.empty else nullable(values))
 
 
-def _as_map(node: Node) -> str:
-    """Say how a text, or the parts of a list, are written as a map, by the first of them."""
-    first = node.items[0] if isinstance(node, SequenceNode) and node.items else node
-    if isinstance(first, ScalarNode) and first.text:
-        return f"write each with a colon, without dashes or brackets: `{first.text}:`"
-    names = first.entries if isinstance(first, MappingNode) else {}
-    value = next((names[word][1] for word in ("topic", "name", "id") if word in names), None)
-    name = value.text if isinstance(value, ScalarNode) else next(iter(names)) if len(names) == 1 else "name"
-    return f"write each as `{name}: …`, without a dash"
+def _as_map(node: Node, name: str) -> str:
+    """Say how a text, or the parts of a list, are written as the map at a key; or how the first are, where all are too long."""
+    parts = [_as_entry(part) for part in (_pairs(node.items) if isinstance(node, SequenceNode) else [node])]
+    if not parts:
+        return f"write a map: `{name}: {{{_NAME}: …}}`"
+    whole = f"{name}: {{{', '.join(f'{key}: {value}' if value else f'{key}: ' for key, value in parts)}}}"
+    if len({key for key, _ in parts} - {_NAME}) < len(parts):
+        return f"write each as `{_NAME}: …`, without a dash"
+    if len(whole) <= _LONGEST_MAP:
+        return f"write a map: `{whole}`"
+    key, value = parts[0]
+    if not value:
+        keys = ", ".join(f"`{key}:`" for key, _ in parts[:_SHOWN])
+        return f"write each with a colon, in a map: {keys}{', …' if len(parts) > _SHOWN else ''}"
+    return f"write each without a dash: `{key}: {value if len(value) <= _LONGEST_MAP else '…'}`"
+
+
+def _pairs(items: list[Node]) -> list[Node]:
+    """Return the items of a list, with each pair in round brackets, ``(a, b)``, as a list of two."""
+    texts = [item.text if isinstance(item, ScalarNode) else "" for item in items]
+    pairs: list[Node] = []
+    for index, item in enumerate(items):
+        if texts[index].startswith("(") and index + 1 < len(items) and texts[index + 1].endswith(")"):
+            both = [texts[index][1:], texts[index + 1][:-1]]
+            words = [ScalarNode(text.strip().strip("'\""), item.line, item.column, plain=True) for text in both]
+            pairs.append(SequenceNode(item.line, item.column, [*words]))
+        elif not (index and pairs and texts[index].endswith(")") and texts[index - 1].startswith("(")):
+            pairs.append(item)
+    return pairs
+
+
+def _as_entry(node: Node) -> tuple[str, str]:
+    """Return the key and the value, as they are written in a map, that a text or a map in a list was meant to be."""
+    if isinstance(node, ScalarNode):
+        before, arrow, after = node.text.partition(":=")
+        return (before, after) if arrow else (part_text(node) if node.text else _NAME, "")
+    if isinstance(node, SequenceNode) and len(node.items) == _PAIR:
+        return part_text(node.items[0]), part_text(node.items[1])
+    names = node.entries if isinstance(node, MappingNode) else {}
+    if names.keys() == {"from", "to"}:
+        source, target = (part_text(value) for _, value in names.values())
+        return (source, target) if next(iter(names)) == "from" else (target, source)
+    own = next((word for word in ("topic", "name", "id") if word in names), "")
+    if not own:
+        return next(((key, part_text(value)) for key, (_, value) in names.items() if len(names) == 1), (_NAME, "…"))
+    rest = {key: entry for key, entry in names.items() if key != own}
+    return part_text(names[own][1]), part_text(MappingNode(None, None, rest)) if rest else ""
+
+
+_NAME: Final = "NAME"
+_LONGEST_MAP: Final = 140
+_SHOWN: Final = 4
+_PAIR: Final = 2
 
 
 class ListOf(Shape[list[T]]):
@@ -97,13 +197,39 @@ class ListOf(Shape[list[T]]):
     def read(self, node: Node, reading: Reading, name: str) -> list[T] | None:
         """Read every value; a refused one is left out."""
         if not isinstance(node, SequenceNode):
-            self.refuse(node, reading, name, "begin each with a dash: `- …`")
+            self.refuse(node, reading, name, self._as_list(node, name))
             return None
         return _read_items(self.shape, node, reading, name)
+
+    def _as_list(self, node: Node, name: str) -> str:
+        """Say how a text or a map is written as the list at a key."""
+        own = [*self.shape.keys] if isinstance(self.shape, Form) else []
+        if isinstance(node, MappingNode) and node.entries and own and not node.entries.keys() <= {*own}:
+            items = [
+                part_text(
+                    MappingNode(
+                        None, None, {own[0]: (ScalarNode(own[0], None, None, plain=True), key), **value.entries}
+                    )
+                )
+                if isinstance(value, MappingNode)
+                else part_text(key)
+                for key, value in node.entries.values()
+            ]
+        else:
+            items = [part_text(node)]
+        whole = f"{name}: [{', '.join(items)}]"
+        return f"write a list: `{whole}`" if len(whole) <= _LONGEST_MAP else f"begin each with a dash: `- {items[0]}`"
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """A list, items of one schema."""
         return {"type": "array", "items": self.shape.schema(shared)}
+
+
+def _has_one_key(node: Node) -> TypeGuard[MappingNode]:
+    return isinstance(node, MappingNode) and len(node.entries) == 1
+
+
+_SEVERAL: Final = 2
 
 
 def _read_items(shape: Shape[T], node: SequenceNode, reading: Reading, name: str) -> list[T]:
@@ -128,7 +254,21 @@ class OneOrMore(Shape[list[T]]):
             message = f"the list at {shown(name)} is empty"
             reading.problem("CQ009", message, node, "remove the key, or list what there is")
             return None
+        self._warn_of_parts(node, reading, name)
         return _read_items(self.shape, node, reading, name)
+
+    def _warn_of_parts(self, node: SequenceNode, reading: Reading, name: str) -> None:
+        """Suspect that one map was meant where each item has one key, another than the others and on a line of its own."""
+        entries = [next(iter(item.entries.values())) for item in node.items if _has_one_key(item)]
+        words, lines = {key.text for key, _ in entries}, {key.line for key, _ in entries}
+        if len(node.items) < _SEVERAL or not len(node.items) == len(words) == len(lines):
+            return
+        one = part_text(MappingNode(None, None, {key.text: (key, value) for key, value in entries}))
+        message = f"the list at {shown(name)} makes {len(entries)} of it, each with one setting"
+        advice = (
+            f"if one is meant, write `{name}: {one}`" if len(one) <= _LONGEST_MAP else "if one is meant, write one map"
+        )
+        reading.warn("CQ021", message, node, f"{advice}; if not, give each an `id`")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """One, or a list that is not empty."""
@@ -200,7 +340,9 @@ class Form(Shape[Entry]):
         never: names that are no settings, because they are keys of a form nearby, with where they belong.
         one_of: at least one of these keys is required.
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
-        bare: how a bare text, ``{}``, is written as such a map.
+        bare: how a text, ``{0}``, is written as such a map; ``{name}`` is the name of the map.
+        elsewhere: names that belong to other forms, with what to write there; `WRITTEN` in it stands for the value.
+        guess: says what to write for a key of no form, by its name, its value and the map it stands in; empty where that is not known.
     """
 
     def __init__(
@@ -215,9 +357,13 @@ class Form(Shape[Entry]):
         one_of: tuple[str, ...] = (),
         hints: tuple[str, ...] = (),
         bare: str = "",
+        elsewhere: Mapping[str, str] = MappingProxyType({}),
+        guess: Callable[[str, Node, MappingNode], str] = lambda _name, _value, _around: "",
     ) -> None:
         super().__init__(expected)
         self.name = name
+        self.elsewhere = elsewhere
+        self.guess = guess
         self.bare = bare
         self.keys = {key.name: key for key in keys}
         self.short = short
@@ -239,7 +385,8 @@ class Form(Shape[Entry]):
         if isinstance(node, ScalarNode) and self.short is not None and node.text:
             key = ScalarNode(self.short, node.line, node.column, plain=True)
             return self._map(MappingNode(node.line, node.column, {self.short: (key, node)}), reading)
-        begun = f"write `{self.bare.format(node.text)}`" if self.bare and isinstance(node, ScalarNode) else None
+        text = node.text if isinstance(node, ScalarNode) and "{name}" not in self.bare else part_text(node)
+        begun = f"write `{self.bare.format('' if is_null(node) else text, name=name)}`" if self.bare else None
         self.refuse(node, reading, name, _missing_blank(node) or begun)
         return None
 
@@ -299,11 +446,17 @@ class Form(Shape[Entry]):
         above = next(
             (name for name in reversed(node.entries) if (node.entries[name][0].line or 0) < (key.line or 0)), ""
         )
+        value = node.entries[key.text][1]
         belongs = above in known and is_null(node.entries[above][1]) and isinstance(self.keys[above].shape, MapOf)
         advice = f"indent it below `{above}`, which is empty" if belongs else self.never.get(key.text)
+        advice = advice or self.elsewhere.get(key.text) or ""
         guess = "" if advice else did_you_mean(key.text, known)
+        if not advice and not guess:
+            advice = self.guess(key.text, value, node)
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
+        written = "" if is_null(value) else part_text(value)
+        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…")
         reading.problem("CQ006", message, key, advice or f"allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
@@ -375,14 +528,19 @@ def _missing_blank(node: Node) -> str | None:
     return f"write a blank after the colon: `{glued[1]}: {glued[2]}`" if glued else None
 
 
+def _is_bare(key: ScalarNode, value: Node, reading: Reading) -> bool:
+    """Whether a key of a flow map has neither a value nor a colon."""
+    if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
+        return False
+    return not reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":")
+
+
 def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple[str, Setting] | None:
     """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known.
 
     ``before`` is the setting before it: in ``{deadline: 0,5s}`` a comma stands for a decimal point.
     """
-    if not (key.plain and isinstance(value, ScalarNode) and value.plain and not value.text):
-        return None
-    if reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip().startswith(":"):
+    if not _is_bare(key, value, reading):
         return None  # an empty value states nothing
     line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
     if before and (number := re.search(r"[:\s](\d+),$", line)) and re.match(r"\d", key.text):
@@ -390,19 +548,23 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
         reading.warn("CQ020", message, key, f"write a decimal point: `{before}: {number[1]}.{key.text}`")
         return before, Setting(f"{number[1]},{key.text}", reading.place(key), message, reported="CQ020")
     name, mark, text = key.text, "", ""
-    if (found := re.search("[:=]", key.text)) is not None:
+    if (found := re.search("[:=\uff1a]", key.text)) is not None:
         name, mark, text = key.text[: found.start()].strip(), found[0], key.text[found.end() :].strip()
-    message = f"{shown(key.text)} {'has `=` in place of a colon' if mark == '=' else 'is a key without a value'}"
+    elif (found := re.fullmatch(r"([\w.-]+)\s+(\S.*)", key.text)) is not None:
+        name, text = found[1], found[2]
+    other = mark and mark != ":"
+    message = f"{shown(key.text)} {f'has `{mark}` in place of a colon' if other else 'is a key without a value'}"
     if mark != ":":  # which every map reports
         reading.warn("CQ020", message, key, f"write `{name}: {text or 'VALUE'}`, with a colon and a blank")
     return name, Setting(text, reading.place(key), message, reported="CQ020")
 
 
 class SettingsMap(Shape["Settings"]):
-    """A map of settings and nothing else."""
+    """A map of settings and nothing else; ``listed`` is the value that a bare name in a list was meant to have."""
 
-    def __init__(self, expected: str, shape: Shape[Setting] = SETTING, *, advice: str = "") -> None:
+    def __init__(self, expected: str, shape: Shape[Setting] = SETTING, *, advice: str = "", listed: str = "") -> None:
         super().__init__(expected)
+        self.listed = listed
         self.shape = shape
         self.advice = advice
 
@@ -410,6 +572,8 @@ class SettingsMap(Shape["Settings"]):
         """Read every setting; a refused one is left out."""
         if not isinstance(node, MappingNode):
             advice = self.advice.format(name=name, found=node.text) if isinstance(node, ScalarNode) else ""
+            if isinstance(node, SequenceNode):
+                advice = self._as_one_map(node, name)
             self.refuse(node, reading, name, _missing_blank(node) or advice or None)
             return None
         read = {
@@ -420,6 +584,12 @@ class SettingsMap(Shape["Settings"]):
         entries = zip(node.entries.values(), ("", *node.entries), strict=False)
         glued = dict(filter(None, (_glued(key, value, reading, before) for (key, value), before in entries)))
         return {name: setting for name, setting in read.items() if setting is not None} | glued
+
+    def _as_one_map(self, node: SequenceNode, name: str) -> str:
+        """Say how a list of settings, or of their names, is written as a map."""
+        parts = [_as_entry(part) for part in node.items]
+        shown_value = self.listed or "VALUE"
+        return f"write a map: `{name}: {{{', '.join(f'{key}: {value or shown_value}' for key, value in parts)}}}`"
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, any setting."""

@@ -32,6 +32,12 @@ _WORD5: Final = regular_expression(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])"
 _IDENTIFIER: Final = regular_expression(r"[^\W\d][\w$]*+|\$[\w$]*+")
 _PLAIN: Final = regular_expression(r"""[^"'\\\n\r]++""")
 _ESCAPE: Final = regular_expression(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
+_BARE: Final = regular_expression(
+    r"""'([^'"\n]+)'|[\u201c\u201d\u201e\u00ab\u00bb]([^"\n\u201c\u201d\u201e\u00ab\u00bb]+)[\u201c\u201d\u201e\u00ab\u00bb]|([^\W\d][\w.-]*)"""
+)
+"""A text in quotes that JSON does not have, or without quotes."""
+_BRACKETS: Final = regular_expression(r"""[\[{}\]]|"(?:[^"\\\n]|\\.)*+\"""")
+_CLOSING: Final = {"{": "}", "[": "]"}
 _ESCAPED: Final = {
     "b": "\b",
     "f": "\f",
@@ -45,10 +51,11 @@ _ESCAPED: Final = {
 
 
 class JsonError(ValueError):
-    """The text is not JSON, or not JSON5; line and column are one-based."""
+    """The text is not JSON, or not JSON5; line and column are one-based, ``advice`` says what to write, where that is known."""
 
-    def __init__(self, message: str, line: int, column: int) -> None:
+    def __init__(self, message: str, line: int, column: int, advice: str | None = None) -> None:
         super().__init__(message)
+        self.advice = advice
         self.line = line
         self.column = column
 
@@ -104,6 +111,7 @@ class _Scanner:
         self.text = text
         self.lines = Lines(text)
         self.at = 0
+        self.began = 0  # of the last text in quotes
 
     def events(self) -> Iterator[Event]:
         """Yield events to the end of the text."""
@@ -132,10 +140,11 @@ class _Scanner:
             self.at = word.end()
             yield ScalarEvent(None, None, (True, False), word[0], mark, mark)
         else:
-            raise self.error(f"a value is expected here: {self.values}")
+            raise self.error(f"a value is expected here: {self.values}", self.meant())
 
     def parts(self, closing: str, part: Callable[[], Iterator[Event]]) -> Iterator[Event]:
         """Read what a list or map holds, from its first bracket to behind its last one."""
+        start = self.at
         self.at += 1
         self.blank()
         more = self.peek() != closing
@@ -144,12 +153,59 @@ class _Scanner:
             self.blank()
             more = self.peek() == ","
             if more:
+                comma = self.at
                 self.at += 1
                 self.blank()
                 more = not (self.comma_at_end and self.peek() == closing)
+                if more and self.peek() == closing:
+                    self.at = comma
+                    raise self.error(
+                        f"a comma stands before `{closing}`", "remove it; JSON has none behind the last part"
+                    )
         if self.peek() != closing:
-            raise self.error(f"a comma or `{closing}` is expected here")
+            raise self.not_closed(start, closing)
         self.at += 1
+
+    def meant(self) -> str | None:
+        """Say how the word that stands here, without quotes or in others, is written."""
+        if self.text.startswith(("//", "/*", "#"), self.at):
+            return "remove the comment: JSON has none"
+        found = _BARE.match(self.text, self.at)
+        if found is None:
+            return None
+        word = next(filter(None, found.groups()))
+        constant = {"True": "true", "False": "false", "None": "null"}.get(word)
+        return f"write `{constant}`" if constant else f'write `"{word}"`'
+
+    def not_closed(self, start: int, closing: str) -> JsonError:
+        """Make an error for a list or map that begins at ``start`` and is neither closed nor continued here."""
+        line, column = self.lines.position(start)
+        opened = f"`{self.text[start]}` of line {line}, column {column}"
+        if not self.peek():
+            if (found := self.badly_nested()) is not None:
+                start, self.at = found
+                line, column = self.lines.position(start)
+                text = self.lines.line(self.lines.position(self.at)[0]).strip()
+                opened = f"`{self.text[start]}` of line {line}, column {column}"
+                return self.error(
+                    f"{opened} is not closed before here", f"write `{_CLOSING[self.text[start]]}` before `{text}`"
+                )
+            self.at = start
+            return self.error(f"{opened} is not closed", f"write `{closing}` where its last part ends")
+        if self.peek().isalnum() and self.text[self.at - 1] == '"':
+            text = self.text[self.began + 1 : self.at - 1]
+            self.at = self.began
+            return self.error(
+                f"the text `{text}` ends where the next one begins", f'close its quotes: `"{text.split(",")[0]}"`'
+            )
+        if self.peek() in "]}":
+            return self.error(
+                f"`{self.peek()}` does not close {opened}", f"write `{closing}` before it or in its place"
+            )
+        self.at = len(self.text[: self.at].rstrip())
+        return self.error(
+            f"a comma or `{closing}` is expected here", f"write `,` here, or `{closing}` where {opened} ends"
+        )
 
     def entry(self) -> Iterator[Event]:
         """Read a key and its value."""
@@ -160,7 +216,7 @@ class _Scanner:
         """Read a key, in quotes or where the format allows it a name, and its colon."""
         found = self.name.match(self.text, self.at)
         if found is None and (not self.peek() or self.peek() not in self.quotes):
-            raise self.error(self.keys)
+            raise self.error(self.keys, self.meant())
         mark = self.mark()
         key = self.string() if found is None else _text_event(found[0], mark)
         self.at = self.at if found is None else found.end()
@@ -170,9 +226,27 @@ class _Scanner:
         self.at += 1
         return key
 
+    def badly_nested(self) -> tuple[int, int] | None:
+        """Return a bracket, and the one on a line of its own that closes it but is indented less than its line."""
+        opened: list[int] = []
+        for found in _BRACKETS.finditer(self.text):
+            if found[0] in _CLOSING:
+                opened.append(found.start())
+            elif found[0] in "]}" and opened:
+                begin, end = self._indent(opened[-1]), self._indent(found.start())
+                if end < begin and not self.text[: found.start()].rpartition("\n")[2].strip():
+                    return opened[-1], found.start()
+                opened.pop()
+        return None
+
+    def _indent(self, at: int) -> int:
+        line = self.lines.line(self.lines.position(at)[0])
+        return len(line) - len(line.lstrip())
+
     def string(self) -> Event:
         """Read a text in quotes."""
         mark = self.mark()
+        self.began = self.at
         try:
             return _text_event(self.characters(mark).encode("utf-16-le", "surrogatepass").decode("utf-16-le"), mark)
         except UnicodeDecodeError:
@@ -204,9 +278,9 @@ class _Scanner:
         line, column = self.lines.position(self.at)
         return Mark("", self.at, line - 1, column - 1, None, 0)
 
-    def error(self, message: str) -> JsonError:
+    def error(self, message: str, advice: str | None = None) -> JsonError:
         """Make an error for the place reached."""
-        return JsonError(message, *self.lines.position(self.at))
+        return JsonError(message, *self.lines.position(self.at), advice)
 
 
 class _Json5Scanner(_Scanner):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.model.source import ReadContext, Source
 
 _LONGEST_EXCERPT: Final = 60
+_LONGEST_TO_WRITE: Final = 160
 
 
 class Reading:
@@ -94,6 +95,16 @@ def shown(text: str) -> str:
     start = text[: _LONGEST_EXCERPT + 1]
     line = start if start.isprintable() else start.encode("unicode_escape").decode()
     return f"`{line}`" if len(line) <= _LONGEST_EXCERPT else f"`{line[:_LONGEST_EXCERPT]}…`"
+
+
+def to_write(text: str) -> str:
+    """Return a text that a person is to write, in back quotes and whole; only a very long one is cut."""
+    return f"`{text}`" if len(text) <= _LONGEST_TO_WRITE and text.isprintable() else shown(text)
+
+
+def in_quotes(text: str) -> str:
+    """Return a text in the straight quotes that need no escape in it."""
+    return f"'{text}'" if '"' in text or "\\" in text else f'"{text}"'
 
 
 def described(node: Node) -> str:

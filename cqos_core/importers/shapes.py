@@ -8,8 +8,19 @@ from datetime import date
 from typing import Any, Final, Generic, TypeAlias, TypeVar
 
 from cqos_core.importers.reading import Reading, described, did_you_mean, listed, shown
-from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flag, flow_text, is_null
+from cqos_core.importers.tree import (
+    MappingNode,
+    Node,
+    ScalarNode,
+    SequenceNode,
+    flag,
+    flow_text,
+    is_null,
+    part_text,
+    quoted_where_needed,
+)
 from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Place, Setting
 
 T = TypeVar("T")
@@ -55,6 +66,7 @@ class Scalar(Shape[T]):
         take: returns the value, None where it is refused; raises `ValueError` with a text that follows the name of the key.
         words: what may be stated, where that is a few words.
         code: of the problem where it is of another kind.
+        advice: says what to write in place of a refused value of the key with a name; empty where nothing was surely meant.
     """
 
     def __init__(
@@ -65,8 +77,10 @@ class Scalar(Shape[T]):
         *,
         words: tuple[str, ...] = (),
         code: str = "CQ009",
+        advice: Callable[[str, Node], str] = lambda _name, _node: "",
     ) -> None:
         super().__init__(expected, leaf)
+        self.advice = advice
         self.take = take
         self.words = words
         self.code = code
@@ -80,7 +94,8 @@ class Scalar(Shape[T]):
             return None
         if value is None:
             hint = did_you_mean(node.text, self.words) if isinstance(node, ScalarNode) else ""
-            reading.problem(self.code, f"{shown(name)} must be {self.expected}, found {described(node)}{hint}", node)
+            message = f"{shown(name)} must be {self.expected}, found {described(node)}{hint}"
+            reading.problem(self.code, message, node, self.advice(name, node) or None)
         return value
 
 
@@ -115,16 +130,52 @@ def _date(node: ScalarNode) -> str | None:
         raise ValueError(f": there is no day {node.text}") from None
 
 
+def _meant_flag(name: str, node: Node) -> str:
+    """Say how a flag is written that is spelled as in another language, or in quotes."""
+    word = node.text.strip().lower() if isinstance(node, ScalarNode) else ""
+    meant = "true" if word in _YES else "false" if word in _NO else nearest(word, ("true", "false")) if word else None
+    return f"write `{name}: {meant}`" if meant else f"write `{name}: true` or `{name}: false`"
+
+
+_YES: Final = frozenset(("true", "t", "yes", "y", "on", "1", "enabled"))
+_NO: Final = frozenset(("false", "f", "no", "n", "off", "0", "disabled"))
+
+
+def _meant_text(name: str, node: Node) -> str:
+    """Say how a text is written that stands in a list or in a map, and where the other keys of the map belong."""
+    if isinstance(node, SequenceNode) and len(node.items) == 1 and isinstance(node.items[0], ScalarNode):
+        return f"write it without a list: `{name}: {quoted_where_needed(node.items[0])}`"
+    if not isinstance(node, MappingNode):
+        return ""
+    own = next((word for word in ("name", "id", name) if word in node.entries), "")
+    text = node.entries[own][1] if own else None
+    if not isinstance(text, ScalarNode):
+        return f"write one text: `{name}: TEXT`"
+    others = [f"`{word}`" for word in node.entries if word != own]
+    more = f", and {listed(others, 'and')} beside it, with the same indentation" if others else ""
+    return f"write `{name}: {quoted_where_needed(text)}`{more}"
+
+
 _TEXT: Final[Schema] = {"type": [*SCALARS], "minLength": 1}
 _DATE: Final[Schema] = {"type": "string", "format": "date", "pattern": r"^\d{4}-\d\d-\d\d$"}
-TEXT: Final = Scalar("a text", _TEXT, _text)
+TEXT: Final = Scalar("a text", _TEXT, _text, advice=_meant_text)
 """Any text that is not empty; a number or flag is the text it is written as."""
-FLAG: Final = Scalar("true or false", {"type": "boolean"}, flag)
+FLAG: Final = Scalar("true or false", {"type": "boolean"}, flag, advice=_meant_flag)
 """What YAML 1.2 takes for a flag: ``yes`` is a text."""
 EXPRESSION: Final = Scalar("a text", _TEXT, _expression)
 """A regular expression over names."""
 DATE: Final = Scalar("a date such as 2027-01-31", _DATE, _date, code="CQ011")
 """A day that exists, as ISO 8601 writes it."""
+
+
+def _without_map(node: Node, name: str) -> str:
+    """Say how the names are written that a map has as keys; or that settings need no key around them."""
+    entries = node.entries if isinstance(node, MappingNode) else {}
+    if not entries:
+        return ""
+    if all(isinstance(value, ScalarNode) and (is_null(value) or flag(value)) for _, value in entries.values()):
+        return f"write `{name}: [{', '.join(entries)}]`"
+    return f"write what is in it without `{name}` around it: `{part_text(node)[1:-1]}`"
 
 
 class Texts(Shape[tuple[Setting, ...]]):
@@ -140,7 +191,7 @@ class Texts(Shape[tuple[Setting, ...]]):
             if isinstance(item, ScalarNode) and _text(item):
                 found.append(Setting(item.text, reading.place(item)))
             else:
-                self.refuse(item, reading, name)
+                self.refuse(item, reading, name, _without_map(item, name) or None)
         return tuple(found)
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

@@ -138,15 +138,16 @@ def flow_text(node: Node) -> str:
 
     A scalar alone is its bare text, as people write it; within a list or map it is quoted where it has to be.
     """
-    return node.text if isinstance(node, ScalarNode) else _flow(node)
+    return node.text if isinstance(node, ScalarNode) else part_text(node)
 
 
-def _flow(node: Node) -> str:
+def part_text(node: Node) -> str:
+    """Return the value as it may stand behind a key or in a list, quoted where it has to be."""
     if isinstance(node, ScalarNode):
         return quoted_where_needed(node)
     if isinstance(node, SequenceNode):
-        return f"[{', '.join(map(_flow, node.items))}]"
-    return f"{{{', '.join(f'{_flow_key(key)}: {_flow(value)}' for key, value in node.entries.values())}}}"
+        return f"[{', '.join(map(part_text, node.items))}]"
+    return f"{{{', '.join(f'{_flow_key(key)}: {part_text(value)}' for key, value in node.entries.values())}}}"
 
 
 def _flow_key(key: ScalarNode) -> str:

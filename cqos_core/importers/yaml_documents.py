@@ -10,7 +10,7 @@ from cqos_core.importers import yaml_form as form
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.reading import Reading, described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, whole_number
-from cqos_core.importers.yaml_traps import refuse_odd_characters, warn_of_traps
+from cqos_core.importers.yaml_traps import join_calls, refuse_odd_texts, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Place
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import ImportNote, Setting, System
 
 _MOST_FILES: Final = 1000
+_FOR_PEOPLE: Final = (form.SYSTEM.name, form.LABEL.name, "because", "unknown")
 _HEAD: Final = 64 * 1024
 # Of these there is one in a system, so nothing multiplies them.
 _SINGLE: Final = (form.SYSTEM, form.DEFAULT_PROTOCOL, form.OPTIONS, form.INSTANCES, form.INCLUDE, form.SEVERITIES)
@@ -76,14 +77,16 @@ class Loader:
         before = len(self.problems)
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
-        refuse_odd_characters(tree, reading)
+        join_calls(tree, reading)
+        refuse_odd_texts(tree, reading, _FOR_PEOPLE)
         warn_of_traps(tree, reading, (form.PUBLISHES.name, form.SUBSCRIBES.name))
         self.keep_templates(tree, reading)
         if not tree.documents and len(self.problems) == before:
             self.missing_version(reading, Place(source.name, 1, 1), "nothing stands in this file")
         entries = [entry for root in tree.documents if (entry := self.document(root, reading)) is not None]
         self.documents += entries
-        names = [name for entry in entries for name in entry.get(form.INCLUDE) or ()]
+        wrong = {problem.place for problem in self.problems}
+        names = [name for entry in entries for name in entry.get(form.INCLUDE) or () if name.place not in wrong]
         return [_Included(name, reading) for name in reversed(names)]
 
     def trail(self, path: str) -> list[str]:
@@ -112,7 +115,15 @@ class Loader:
         if not isinstance(root, MappingNode):
             reading.problem("CQ009", "a system file is a map with keys such as `cqos` and `participants`", root)
             return None
+        reported = {problem.place for problem in self.problems}
         version = root.entries.get(form.CQOS.name)
+        if any(
+            reading.place(each) in reported
+            for key, value in root.entries.values()
+            for each in (key, value)
+            if form.CQOS.name in key.text
+        ):
+            return None  # a problem says already what is wrong with the version
         if version is None or is_null(version[1]):
             self.missing_version(reading, reading.place(root), f"`cqos: {form.VERSION}` is missing")
             return None

@@ -7,14 +7,17 @@ name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
+from cqos_core.importers.forms import WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
 from cqos_core.importers.timing import CHAINS, LINKS
-from cqos_core.importers.tree import whole_number
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, part_text, whole_number
+
+if TYPE_CHECKING:
+    from cqos_core.importers.tree import Node
 
 VERSION: Final = 1
 
@@ -47,11 +50,13 @@ ID: Final = Key("id", TEXT, "Id of the endpoint, unique in the system; without i
 TYPE: Final = Key("type", TEXT, "Name of the data type.")
 NEEDS: Final = Key(
     "needs",
-    SettingsMap("a map of needs", advice="write each with a value: `needs: {{{found}: true}}`"),
+    SettingsMap("a map of needs", advice="write each with a value: `needs: {{{found}: true}}`", listed="true"),
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
     hints=("need_settings",),
 )
-_NEEDS_ELSEWHERE: Final = {NEEDS.name: "write it at the subscriber that needs it"}
+_NEEDS_ELSEWHERE: Final = {
+    NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"
+}
 _TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
@@ -63,7 +68,14 @@ ENDPOINT: Final = Form(
     never=_TOPIC_ABOVE,
     hints=(*_ENDPOINT_SETTINGS, *PROFILE.hints),
 )
-_ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True, rows_but=ENDPOINT.own)
+_DIRECTIONS: Final = ("publishes", "subscribes", "serves", "calls", "action_servers", "action_clients")
+_ENDPOINTS: Final = MapOf(
+    OneOrMore(ENDPOINT),
+    "a map from topics to endpoints",
+    empty=True,
+    rows_but=ENDPOINT.own,
+    beside=frozenset(_DIRECTIONS),
+)
 PUBLISHED: Final = Form(
     "published",
     "a publisher",
@@ -76,7 +88,13 @@ PUBLISHED: Final = Form(
 
 PUBLISHES: Final = Key(
     "publishes",
-    MapOf(OneOrMore(PUBLISHED), "a map from topics to endpoints", empty=True, rows_but=PUBLISHED.own),
+    MapOf(
+        OneOrMore(PUBLISHED),
+        "a map from topics to endpoints",
+        empty=True,
+        rows_but=PUBLISHED.own,
+        beside=frozenset(_DIRECTIONS),
+    ),
     "Topics it publishes: topic to profile, to settings, or to a list of those.",
 )
 SUBSCRIBES: Final = Key(
@@ -88,25 +106,23 @@ ACTION_SERVERS: Final = Key("action_servers", _ENDPOINTS, "Actions it offers.")
 ACTION_CLIENTS: Final = Key("action_clients", _ENDPOINTS, "Actions it calls.")
 
 
-_DIRECTIONS: Final = tuple(key.name for key in (PUBLISHES, SUBSCRIBES, SERVES, CALLS, ACTION_SERVERS, ACTION_CLIENTS))
-
-
 def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
     never = {other: "write it at the participant" for other in _DIRECTIONS if other != key.name}
     # A group without endpoints is a slip: `publishers:` for `publishes:`.
     required = replace(key, required=True, help=f"{key.help} Without groups, write `{key.name}:` at the participant.")
     expected = f"a group that {key.name}"
-    return Form(name, expected, (required, PROFILE), others=SETTING, never=never, hints=_ENDPOINT_SETTINGS)
+    bare = f"{key.name}: {{{{{{name}}: {{0}}}}}}"
+    return Form(name, expected, (required, PROFILE), others=SETTING, never=never, hints=_ENDPOINT_SETTINGS, bare=bare)
 
 
 PUBLISHERS: Final = Key(
     "publishers",
-    MapOf(_group("publisher_group", PUBLISHES), "a map of named publishers", empty=True),
+    MapOf(_group("publisher_group", PUBLISHES), "a map of named publishers", empty=True, instead=PUBLISHES.name),
     "Named groups (DDS publishers): settings that hold for all endpoints in `publishes` below them.",
 )
 SUBSCRIBERS: Final = Key(
     "subscribers",
-    MapOf(_group("subscriber_group", SUBSCRIBES), "a map of named subscribers", empty=True),
+    MapOf(_group("subscriber_group", SUBSCRIBES), "a map of named subscribers", empty=True, instead=SUBSCRIBES.name),
     "Named groups (DDS subscribers): settings that hold for all endpoints in `subscribes` below them.",
 )
 
@@ -126,6 +142,53 @@ PARTICIPANT_OPTIONS: Final = Key(
     "Options for this participant only, without the name of the pack.",
     hints=("option_settings",),
 )
+_OF_THE_FILE: Final = (
+    *("system", "observed", "part", "include", "profiles", "topics", "instances", "participants"),
+    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities"),
+)
+
+
+_END_WORDS: Final = {"publisher": "publishes", "subscription": "subscribes", "subscriber": "subscribes"}
+
+
+def _by_direction(topics: MappingNode) -> str:
+    """Say how settings are written that stand below each topic by the kind of its endpoints."""
+    found: dict[str, MappingNode] = {}
+    for key, ends in topics.entries.values():
+        for word, (_, settings) in ends.entries.items() if isinstance(ends, MappingNode) else ():
+            below = found.setdefault(_END_WORDS[word], MappingNode(None, None))
+            below.entries[key.text] = (key, settings)
+    return f"write topics below what is done with them: `{', '.join(f'{name}: {part_text(below)}' for name, below in found.items())}`"
+
+
+_PARAMETERS: Final = (
+    "write parameters into a file of their own, as the program reads it, and check both: `cqos check SYSTEM PARAMETERS`; "
+    f"settings of endpoints are written below `{PUBLISHES.name}` and `{SUBSCRIBES.name}`"
+)
+
+
+def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
+    """Say what was meant by a map under a name that no participant has as a key: its topics, or an endpoint's settings."""
+    del around
+    if not isinstance(value, MappingNode):
+        return ""
+    if "parameters" in name.lower():
+        return _PARAMETERS
+    if "/" not in name and any("/" in inner for inner in value.entries):
+        ends = {
+            _END_WORDS.get(word, "") for _, inner in value.entries.values() for word in getattr(inner, "entries", ())
+        }
+        if ends and "" not in ends:
+            return _by_direction(value)
+        return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: {WRITTEN}`"
+    if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
+        return (
+            f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`; if these are "
+            f"settings of the participant, write them without `{name}` around them: `{part_text(value)[1:-1]}`"
+        )
+    return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`"
+
+
 PARTICIPANT: Final = Form(
     "participant",
     "a participant",
@@ -148,12 +211,15 @@ PARTICIPANT: Final = Form(
     ),
     others=FLAT_SETTING,
     never={
-        PROFILE.name: "write it at an endpoint, or at a group of endpoints",
+        PROFILE.name: "write it at each endpoint, `TOPIC: {profile: {value}}`, or at a group of endpoints",
         **dict.fromkeys(("sends", "writes"), f"write `{PUBLISHES.name}`"),
         **dict.fromkeys(("receives", "reads", "listens"), f"write `{SUBSCRIBES.name}`"),
         **_NEEDS_ELSEWHERE,
     },
     hints=_PARTICIPANT_SETTINGS,
+    bare=f"{{name}}: {{{{{PUBLISHES.name}: {{{{TOPIC: }}}}}}}}",
+    elsewhere={name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
+    guess=_guess_in_participant,
 )
 
 # Topics, profiles, brokers, bridges
@@ -241,7 +307,9 @@ INSTANCES: Final = Key(
     "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
 )
 PARTICIPANTS: Final = Key(
-    "participants", MapOf(PARTICIPANT, "a map of participants", empty=True), "Who takes part, by id."
+    "participants",
+    MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)),
+    "Who takes part, by id.",
 )
 BROKERS: Final = Key(
     "brokers",
@@ -261,6 +329,47 @@ SEVERITIES: Final = Key(
     MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
 )
+
+
+def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
+    """Say what was meant by a key that no system file has: a participant, a topic, or an option."""
+    if isinstance(value, MappingNode) and any(
+        word in value.entries for word in (*_DIRECTIONS, "publishers", "subscribers")
+    ):
+        return f"write participants below `participants`, indented: `participants: {{{name}: {WRITTEN}}}`"
+    if isinstance(value, MappingNode):
+        if any("parameters" in word.lower() for word in (name, *value.entries)):
+            return _PARAMETERS
+        if "/" in name:
+            return (
+                f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
+            )
+        return (
+            f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
+        )
+    if is_null(value):
+        return ""
+    _, protocol = around.entries.get(DEFAULT_PROTOCOL.name, (None, None))
+    pack = protocol.text if isinstance(protocol, ScalarNode) and protocol.text else "PACK"
+    return (
+        f"an option of the deployment is written `options: {{{pack}: {{{name}: {WRITTEN}}}}}`; a setting of participants at each, "
+        f"`participants: {{NAME: {{{name}: {WRITTEN}}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: {WRITTEN}}}}}`; "
+        f"allowed here: {_ALLOWED}"
+    )
+
+
+_ALLOWED: Final = ", ".join(("cqos", "protocol", "options", *_OF_THE_FILE))
+_AT_A_PARTICIPANT: Final = (
+    *_DIRECTIONS,
+    "publishers",
+    "subscribers",
+    "remap",
+    "external",
+    "starts_after",
+    "client",
+    "label",
+)
+_AT_AN_ENDPOINT: Final = ("profile", "needs", "type", "id")
 DOCUMENT: Final = Form(
     "document",
     "a system file",
@@ -268,4 +377,17 @@ DOCUMENT: Final = Form(
         *(CQOS, SYSTEM, DEFAULT_PROTOCOL, ALL_OBSERVED, PART, OPTIONS, INCLUDE, PROFILES, TOPICS, INSTANCES),
         *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
     ),
+    elsewhere={
+        **{
+            name: f"write it at a participant: `participants: {{NAME: {{{name}: {WRITTEN}}}}}`"
+            for name in _AT_A_PARTICIPANT
+        },
+        **{
+            name: f"write it at an endpoint: `participants: {{NAME: {{subscribes: {{TOPIC: {{{name}: {WRITTEN}}}}}}}}}`"
+            for name in _AT_AN_ENDPOINT
+        },
+        **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: {value}`"),
+        "name": "write `system: {value}`",
+    },
+    guess=_guess_in_document,
 )

@@ -103,11 +103,17 @@ def read(source: Source, context: ReadContext) -> System:
         builder.build()
     order = {name: index for index, name in enumerate(loader.sources)}
     if loader.problems:
-        raise InputError(sorted(loader.problems, key=lambda problem: _position(problem.place, order)))
+        from cqos_core.importers.notation import in_notation
+
+        raise InputError(sorted(map(in_notation, loader.problems), key=lambda problem: _position(problem.place, order)))
     if any(map(may_have_exceptions, builder.system.sources.values())):
         from cqos_core.importers.inline_exceptions import take_inline_exceptions
 
         take_inline_exceptions(builder.system)
+    if builder.system.notes and source.name.lower().endswith(".json"):
+        from cqos_core.importers.notation import in_notation
+
+        builder.system.notes = [*map(in_notation, builder.system.notes)]
     builder.system.notes.sort(key=lambda note: _position(note.place, order))
     return builder.system
 

@@ -10,8 +10,8 @@ import unicodedata
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from cqos_core.importers.reading import shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, walk
+from cqos_core.importers.reading import in_quotes, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, quoted_where_needed, walk
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import Place
 
@@ -35,17 +35,93 @@ _GLUED = regular_expression(r"[^:/]+:[^:/\s]\S*")
 _ODD = regular_expression("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
 
 
-def refuse_odd_characters(tree: Tree, reading: Reading) -> None:
-    """Collect a problem for each key or value without quotes that has a character which only looks like a blank, or like nothing."""
+_DASHES = "\u2010\u2011\u2012\u2013\u2014\u2212"
+_QUOTES = "\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb"
+_APOSTROPHES = "\u2018\u2019"
+_LOOKS_ODD = regular_expression(f"{_ODD.pattern}|[{_DASHES}{_QUOTES}]")
+_COMMA_AT_END = regular_expression(rb"^[^#\n]*,[ \t]*\r?$", re.MULTILINE)
+
+
+def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> None:
+    """Collect a problem for each key or value without quotes that holds what YAML takes for a part of the text, but people do not.
+
+    These are characters that only look like a blank, or like nothing; typographic quotes around a text; a dash of another kind before
+    an item; a comma at the end. Values of the keys ``free`` are texts for people, which may have all of these but the first.
+    """
     data = reading.source.data
-    if (data.isascii() and b"\0" not in data) or not _ODD.search(reading.lines.text):
+    if data.isascii() and b"\0" not in data:
+        if not _COMMA_AT_END.search(data):
+            return
+    elif not _LOOKS_ODD.search(reading.lines.text) and not _COMMA_AT_END.search(reading.lines.text.encode()):
         return
+    for_people: set[int] = set()
     for node in walk(tree.documents):
-        if isinstance(node, ScalarNode) and node.plain and (odd := _ODD.search(node.text)):
+        if isinstance(node, MappingNode):
+            for_people.update(id(node.entries[name][1]) for name in free if name in node.entries)
+        if not isinstance(node, ScalarNode) or not node.plain or not node.text:
+            continue
+        if odd := _ODD.search(node.text):
             character = f"U+{ord(odd[0]):04X} {unicodedata.name(odd[0], 'without a name')}"
             message = f"{shown(node.text)} contains {character}, which is no blank to YAML"
             advice = "write an ordinary blank, or put the text in quotes if the character belongs to it"
             reading.problem("CQ002", message, node, advice)
+        elif id(node) not in for_people and (said := _foreign(node.text)) is not None:
+            message, advice = said
+            rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
+            if node.text[0] in _DASHES and rest.startswith(":"):
+                advice = f"write `{node.text[1:].strip()}:`, or in a list `- {node.text[1:].strip()}:`"
+            if reading.source.name.lower().endswith(".json"):
+                advice = f'write `"{node.text.strip(_QUOTES + ",")}"`'
+            reading.problem("CQ002", message, node, advice)
+
+
+def _foreign(text: str) -> tuple[str, str] | None:
+    """Say what is wrong with a text that has signs of a word processor, or of JSON, around it."""
+    if text[0] in _DASHES and text[1:2] == " ":
+        message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
+        return message, f"write `- {text[1:].split(f' {text[0]} ', maxsplit=1)[0].strip()}`"
+    inner = text.strip(f"{_QUOTES}\"'")
+    if text[0] in _QUOTES or text[-1] in _QUOTES.translate(dict.fromkeys(map(ord, _APOSTROPHES))):
+        word = quoted_where_needed(ScalarNode(inner, None, None, plain=True)) if inner else '""'
+        message = f"typographic quotes are part of {shown(text)} to YAML"
+        return message, f"write `{word}`; if they belong to the text, put it in straight quotes: `{in_quotes(text)}`"
+    if text[-1] == "," and text[:-1].strip():
+        advice = f"remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `{in_quotes(text)}`"
+        return f"a comma at the end is part of {shown(text)} to YAML", advice
+    return None
+
+
+_CUT_CALL = regular_expression(r"\w\([^()\n]*(?:\([^()\n]*\)[^()\n]*)*,")
+
+
+def join_calls(tree: Tree, reading: Reading) -> None:
+    """Make one text again of a call in a map between brackets, ``{/scan: QoSProfile(depth=5, durability=volatile)}``.
+
+    YAML ends a text at a comma, so the arguments behind it are keys to it. The whole text is what has to be reported.
+    """
+    if b"(" not in reading.source.data or not _CUT_CALL.search(reading.lines.text):
+        return
+    for node in walk(tree.documents):
+        if isinstance(node, MappingNode):
+            _join_calls(node, reading)
+
+
+def _join_calls(node: MappingNode, reading: Reading) -> None:
+    opened: ScalarNode | None = None
+    for name, (key, value) in [*node.entries.items()]:
+        if opened is not None:
+            more = reading.rest_of_line(key.line, key.column or 1)[: len(name)]
+            opened.text += f", {more}"
+            del node.entries[name]
+            last: Node = key if is_null(value) else value
+        else:
+            last = value
+        if not isinstance(last, ScalarNode) or not last.plain:
+            return
+        if opened is None and last.text.count("(") > last.text.count(")"):
+            opened = last
+        elif opened is not None and opened.text.count("(") <= opened.text.count(")"):
+            opened = None
 
 
 def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> None:

@@ -9,10 +9,11 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.reading import described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_plain import plain_tree
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.regular import regular_expression
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
         del reading.problems[before:]
         if reading.source.name.lower().endswith(".json"):
             where = Place(reading.source.name, error.line, error.column)
-            reading.problem("CQ001", f"this is not JSON: {error}", where)
+            reading.problem("CQ001", f"this is not JSON: {error}", where, error.advice)
         else:
             reading.problems += earlier
             _explain(reading, yaml_error)
@@ -130,7 +131,8 @@ def read_json5(reading: Reading) -> Tree:
     except _RefusedError:
         return Tree()
     except JsonError as error:
-        reading.problem("CQ001", f"this is not JSON5: {error}", Place(reading.source.name, error.line, error.column))
+        where = Place(reading.source.name, error.line, error.column)
+        reading.problem("CQ001", f"this is not JSON5: {error}", where, error.advice)
         return Tree()
     return composer.tree
 
@@ -159,6 +161,23 @@ class _Anchored:
     height: int = 0
 
 
+def _both(name: str, first: Node, second: Node) -> str:
+    """Say what to write in place of a key that stands twice, with these values."""
+    if isinstance(first, MappingNode) and isinstance(second, MappingNode):
+        joined = flow_text(MappingNode(None, None, {**first.entries, **second.entries}))
+        if first.entries.keys().isdisjoint(second.entries) and len(joined) <= _LONGEST_JOINED:
+            return f"write both under one key, `{name}: {joined}`, or remove one of them"
+        return f"write what stands below both under one `{name}`, or remove one of them"
+    one, other = (f"{name}: {flow_text(each)}" for each in (first, second))
+    most = _LONGEST_KEPT if one != other and not isinstance(first, MappingNode | SequenceNode) else 0
+    return f"keep `{one}` or `{other}`" if max(len(one), len(other)) <= most else "keep one of them"
+
+
+_ALIAS: Final = regular_expression(r"<<\s*:\s*(\*[\w-]+)")
+_LONGEST_KEPT: Final = 60
+_LONGEST_JOINED: Final = 120
+
+
 class _Composer:
     """Turns a stream of events into a `Tree`."""
 
@@ -171,6 +190,7 @@ class _Composer:
         self.repeated = 0
         self.peak = 0
         self.stack: list[_OpenNode] = []
+        self.nameless: set[int] = set()  # keys that are reported for their anchor
 
     def compose(self, next_event: Callable[[], Any]) -> None:
         """Read events to the end of the stream; what the parser raises goes through."""
@@ -204,6 +224,8 @@ class _Composer:
                 if event.tag is not None:
                     self.scalar_tag(node, event.tag)
                 if event.anchor is not None:
+                    if not text and node.plain and self.twice == "refuse":
+                        self.names_nothing(node, event.anchor)
                     self.anchors[event.anchor] = _Anchored(node, 1 + len(text))
                 items.append(node)
             elif kind is MappingStartEvent or kind is SequenceStartEvent:
@@ -273,6 +295,15 @@ class _Composer:
             self.refuse(f"aliases nest lists and maps deeper than {DEEPEST} here", placeholder)
         return anchored.node
 
+    def names_nothing(self, node: ScalarNode, name: str) -> None:
+        """Refuse an anchor that has no value: it was meant as a name, or as a reference."""
+        self.nameless.add(id(node))
+        message = f"`&{name}` names an anchor, and no value follows"
+        advice = f'if this is a name or pattern, write it in quotes: "&{name}"'
+        if name in self.anchors:
+            advice = f"write `*{name}` to take what the anchor `&{name}` names"
+        self.reading.problem("CQ017", message, node, advice)
+
     def refuse(self, message: str, node: Node) -> None:
         """Stop reading."""
         self.reading.problem("CQ002", f"{message}, which is refused", node)
@@ -295,11 +326,11 @@ class _Composer:
                 self.again(node, key, value)
             elif name == _MERGE and key.plain:
                 if merge is not None:
-                    self.duplicate(key, merge[0])
+                    self.duplicate(key, merge[0], self.both_merged(merge[0], key))
                 merge = (key, value)
             else:
                 entries[name] = (key, value)
-                if not name and self.twice == "refuse":
+                if not name and self.twice == "refuse" and id(key) not in self.nameless:
                     self.reading.problem("CQ009", "a key is empty", key)
                 elif ":" in name and key.plain and isinstance(value, ScalarNode) and value.plain and not value.text:
                     self.tree.glued.append(key)
@@ -310,7 +341,7 @@ class _Composer:
         """Take in a key that the map has already, as the program does that owns the format."""
         first, before = node.entries[key.text]
         if self.twice == "refuse":
-            self.duplicate(key, first)
+            self.duplicate(key, first, _both(key.text, before, value))
         elif self.twice == "keep":
             node.repeated = node.repeated or []
             node.repeated.append((key, value))
@@ -331,11 +362,17 @@ class _Composer:
                 # Most such keys have nothing to do with quality of service, and their owner reads them without a word.
                 self.reading.notes.append(ImportNote("CQ005", "note", message, self.reading.place(key)))
 
-    def duplicate(self, key: ScalarNode, first: ScalarNode) -> None:
+    def duplicate(self, key: ScalarNode, first: ScalarNode, advice: str) -> None:
         """Name both places of a key that stands twice in one map."""
-        advice = "list what is merged: `<<: [*first, *second]`" if key.text == _MERGE else "keep one of them"
         message = f"key {shown(key.text)} stands twice in one map, first on line {first.line}, column {first.column}"
         self.reading.problem("CQ005", message, key, advice)
+
+    def both_merged(self, first: ScalarNode, second: ScalarNode) -> str:
+        """Say how what two keys ``<<`` merge is written as one list."""
+        rests = (self.reading.rest_of_line(key.line, key.column or 1) for key in (first, second))
+        names = [found[1] for rest in rests if (found := _ALIAS.match(rest))]
+        both = ", ".join(names) if len({*names}) > 1 else "*first, *second"
+        return f"list what is merged: `<<: [{both}]`"
 
     def merge(self, node: MappingNode, key: ScalarNode, value: Node) -> None:
         """Add the entries that ``<<`` brings; what the map states itself wins, then the first in the list."""
@@ -344,8 +381,11 @@ class _Composer:
                 for name, entry in merged.entries.items():
                     node.entries.setdefault(name, entry)
             else:
-                message = "`<<` merges maps, found something else"
-                self.reading.problem("CQ009", message, key, "write `<<: *name` with the anchor `&name` at a map")
+                name = merged.text if isinstance(merged, ScalarNode) and merged.text.isidentifier() else "name"
+                advice = f"write `<<: *{name}`"
+                if name not in self.anchors:
+                    advice += f" with the anchor `&{name}` at a map"
+                self.reading.problem("CQ009", f"`<<` merges maps, found {described(merged)}", key, advice)
 
     # Tags
 
@@ -367,5 +407,7 @@ class _Composer:
     def unknown_tag(self, node: Node, tag: str) -> None:
         """Say that a tag means nothing here."""
         written = f"!!{tag.removeprefix(_PREFIX)}" if tag.startswith(_PREFIX) else tag
-        advice = 'remove it; if it belongs to the text, write the text in quotes, as in "!text"'
+        text = node.text if isinstance(node, ScalarNode) else ""
+        whole = f"{written.removesuffix(':')} {text}".strip()
+        advice = f'remove it; if it belongs to the text, write the text in quotes: "{whole}"'
         self.reading.problem("CQ018", f"the tag {shown(written)} means nothing here", node, advice)

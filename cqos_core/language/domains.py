@@ -40,6 +40,7 @@ _BRACKETS: Final = regular_expression(r"[\[{}\]]")
 _MAXIMUM_DEPTH: Final = 200
 _TRUE: Final = frozenset({"true", "1", "yes", "on"})
 _FALSE: Final = frozenset({"false", "0", "no", "off"})
+_FLAG_LETTERS: Final = {"t": "true", "y": "true", "enabled": "true", "f": "false", "n": "false", "disabled": "false"}
 _LARGEST_ESCAPE: Final = 0xFFFF
 
 
@@ -140,7 +141,9 @@ class Choice(Domain):
         if rank is None:
             from cqos_core.model.spelling import nearest, same_start
 
-            near = nearest(word, self.names) or same_start(word, self.names)
+            # A program writes `Policy.VALUE` or `Policy::VALUE`.
+            last = self.word(re.split(r"\.|::", text)[-1])
+            near = last if last in self._ranks else nearest(word, self.names) or same_start(word, self.names)
             raise self.refused(f"`{text}` is not one of its values", near)
         return rank
 
@@ -267,6 +270,15 @@ class Duration(Domain):
         if rate is not None and (hertz := Decimal(rate["number"])) > 0:
             period = self.format(round(_SECOND / (hertz * _RATES[rate["unit"].lower()])))
             raise self.refused(f"`{text}` is a rate, not a duration; its period is {period}", period)
+        if (called := _CALL.fullmatch(text)) is not None:
+            spans = [(called["number"], _CALLED.get((called["word"] or called["name"]).lower(), 0))]
+            if called["rest"] is not None:
+                spans = [(called["number"], _UNITS["s"]), (called["rest"], 1)]
+            if all(unit for _, unit in spans):
+                near = self.format(sum(_nanoseconds(number, unit, text) for number, unit in spans))
+                raise self.refused(f"`{text}` is not a duration", near)
+        if "_" in text and _parts(joined := text.replace("_", "")):
+            raise self.refused(f"`{text}` is not a duration", joined)
         meant = _BARE.match(text)
         unit = _MISTAKEN.get(text[meant.end() :].strip().lower(), "") if meant else ""
         raise self.refused(f"`{text}` is not a duration", f"{meant[0]}{unit}" if meant and unit else "")
@@ -324,6 +336,17 @@ _MOST_DIGITS: Final = 64
 _SECOND: Final = 1_000_000_000
 _RATES: Final = {"hz": 1, "khz": 1_000}
 _RATE: Final = regular_expression(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
+_CALL: Final = regular_expression(
+    r"(?:\w+(?:\.|::))*(?P<name>\w+)[({]\s*(?:(?P<word>\w+)\s*=\s*)?(?P<number>\d{1,12}(?:\.\d{1,9})?)\s*(?:,\s*(?P<rest>\d{1,9})\s*)?[)}]"
+)
+_CALLED: Final = {
+    **dict.fromkeys(("s", "sec", "seconds", "from_seconds"), 1_000_000_000),
+    **dict.fromkeys(("ms", "msec", "milliseconds"), 1_000_000),
+    **dict.fromkeys(("us", "usec", "microseconds"), 1_000),
+    **dict.fromkeys(("ns", "nsec", "nanosec", "nanoseconds"), 1),
+    **dict.fromkeys(("minutes",), 60_000_000_000),
+}
+"""Functions and arguments of programs that make a time span of a number."""
 _DIGITS_OF_A_MARK: Final = 19
 """Characters of a total near the largest one; shorter texts are no such mark and need not be read for it."""
 
@@ -430,7 +453,10 @@ class Flag(Domain):
         word = normalise(text)
         if word in _TRUE or word in _FALSE:
             return int(word in _TRUE)
-        raise self.refused(f"`{text}` is neither true nor false")
+        from cqos_core.model.spelling import nearest
+
+        near = _FLAG_LETTERS.get(word) or nearest(word, ("true", "false"))
+        raise self.refused(f"`{text}` is neither true nor false", near)
 
     def format(self, value: Plain) -> str:
         """Print ``true`` or ``false``."""

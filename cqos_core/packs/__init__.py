@@ -44,7 +44,7 @@ from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY,
 from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Folding, Known, Preset, Timing
+from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Folding, Known, Preset, Slip, Timing
 from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
 
 Sentence = Condition  # former names
@@ -96,6 +96,7 @@ __all__ = [
     "Rule",
     "RulePack",
     "Sentence",
+    "Slip",
     "Store",
     "Term",
     "Text",

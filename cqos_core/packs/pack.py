@@ -26,6 +26,7 @@ from cqos_core.packs.parts import (
     Folding,
     Known,
     Preset,
+    Slip,
     Timing,
     no_misfits,
     nothing_follows,
@@ -78,6 +79,7 @@ class RulePack:
         timing: which policies say something about time.
         costs: what samples cost in bytes, on the wire and in histories.
         panel: how people see the settings.
+        slips: what is often written by mistake, for messages; the first that fits is named.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
         validated: whether its authors have it validated in their tests, so that a start need not.
@@ -111,6 +113,7 @@ class RulePack:
     costs: Costs = field(default_factory=Costs)
     panel: Panel = field(default_factory=Panel)
     groups: tuple[str, ...] = ()
+    slips: tuple[Slip, ...] = ()
     source: str = ""
     validated: bool = False
 

@@ -39,6 +39,19 @@ class Preset:
     fixed: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """What people write who think of another protocol, and what to write here.
+
+    Attributes:
+        written: a regular expression for a setting, ``name: value``, or for the name of a profile, whole and without regard to case.
+        write: what to write in its place, in which a backslash and a number stand for a group.
+    """
+
+    written: str
+    write: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
     """A participant, an endpoint or a broker as `RulePack.complete` sees it: with resolved values, never with their text.

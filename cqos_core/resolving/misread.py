@@ -77,13 +77,21 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 
     A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
     """
-    if normalise(name) in _TAKING:
+    from cqos_core.resolving.slips import meant_instead, settings_of_call
+
+    if slip := meant_instead(pack, f"{name}: {setting.text}"):
+        return f"did you mean `{slip}`?"
+    if settings := settings_of_call(pack, setting.text):
+        return f"write `{settings[1:-1]}` in place of `{name}`"
+    names_preset = "qos" in normalise(name) and normalise(setting.text) in pack.preset_names
+    if normalise(name) in _TAKING or names_preset:
         return f"write `profile: {setting.text}`, which takes the values of that profile first"
     inside = [f"`{key}`" for key in _keys(setting.text) if any(pack.find(level, key) is not None for level in levels)]
     if inside:
         return f"write {' and '.join(inside)} without `{name}` around {'it' if len(inside) == 1 else 'them'}"
+    text = setting.text or "VALUE"
     places = [
-        where
+        where.format(name=name, text=text, pack=pack.id)
         for level, where in _PLACES.items()
         if level not in levels and (index := pack.find(level, name)) is not None and may_be_stated(pack.policies[index])
     ]
@@ -93,12 +101,12 @@ def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
 _TAKING: Final = frozenset(("base", "extends", "inherits", "inherit", "parent", "preset", "qos_profile"))
 """Words of other formats for the profile from which values are taken."""
 _PLACES: Final = {
-    ENDPOINT: "at each endpoint, or in a profile that endpoints use",
-    NEED: "under `needs` of a subscriber",
-    "participant": "at the participant",
-    "option": "under `options`",
-    TOPIC: "under `topics`",
-    BROKER: "at the broker",
+    ENDPOINT: "at each endpoint, `TOPIC: {{{name}: {text}}}`, or in a profile that endpoints use",
+    NEED: "under `needs` of a subscriber: `needs: {{{name}: {text}}}`",
+    "participant": "at the participant, beside `publishes` and `subscribes`: `{name}: {text}`",
+    "option": "under `options`: `options: {{{pack}: {{{name}: {text}}}}}`",
+    TOPIC: "under `topics`: `topics: {{TOPIC: {{{name}: {text}}}}}`",
+    BROKER: "at the broker: `brokers: {{NAME: {{{name}: {text}}}}}`",
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -25,8 +26,16 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import ResolvedParticipant
 
 
+_SEVERAL: Final = 2
 _NO_PROFILE: Final = ("CQ204",)
 _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
+
+
+def _in_notation(advice: str, place: Place | None) -> str:
+    """Return advice as the file writes it in which it is to be followed."""
+    from cqos_core.importers.notation import advice_for
+
+    return advice if place is None else advice_for(advice, place.source)
 
 
 class User(NamedTuple):
@@ -140,12 +149,61 @@ class Profiles:
             )
             self._reader.say_once("CQ206", message, place, "")
 
+    def _settings_of(self, name: str, pack: RulePack) -> str:
+        """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
+        from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
+
+        return (
+            meant_instead(pack, name)
+            or settings_of_call(pack, name)
+            or ("" if self._known(pack).nearest(name) else settings_of_values(pack, [name]))
+        )
+
+    def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
+        """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
+        from cqos_core.model.encoding import Lines, decode
+        from cqos_core.resolving.slips import settings_of_values
+
+        place = ref.place
+        data = None if place is None else self._system.sources.get(place.source)
+        if place is None or place.line is None or place.column is None or data is None:
+            return None
+        line = Lines(decode(data)).line(place.line)
+        start, end = line.rfind("[", 0, place.column), line.find("]", place.column - 1)
+        parts = [part.strip().strip("'\"") for part in line[start + 1 : end].split(",")] if 0 <= start < end else []
+        if len(parts) < _SEVERAL or ref.name not in parts:
+            return None
+        settings = settings_of_values(pack, parts)
+        message = f"`{line[start : end + 1]}` is a list of values, and each is taken for the profile of an endpoint of its own"
+        return (
+            (
+                message,
+                replace(place, column=start + 1),
+                _in_notation(f"write the names of the settings: `{settings}`", place),
+            )
+            if settings
+            else None
+        )
+
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer:
         name = pack.preset_names.get(normalise(ref.name))
         if name is None or pack.presets[name].level != ENDPOINT:
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
+            if values := self._values_in_a_list(ref, pack):
+                self._reader.say_once("CQ204", *values)
+                return no_profile(ref, pack, ENDPOINT)
+            if settings := self._settings_of(ref.name, pack):
+                message = f"`{ref.name}` is no profile"
+                advice = _in_notation(f"write its settings: `{settings}`", ref.place)
+                self._reader.say_once("CQ204", message, ref.place, advice)
+                return no_profile(ref, pack, ENDPOINT)
             # A text at an endpoint is a profile, at a topic it is a type.
-            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
+            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name and "(" not in ref.name else ""
+            if ref.name.endswith(")"):
+                meant = "write what the call sets as a map, `{SETTING: VALUE}`; "
+            first = ref.name.split(" ")[0]
+            if first != ref.name and (normalise(first) in pack.preset_names or first in self._system.profiles):
+                meant = f"did you mean `{first}`? a text goes on in the next line, and `{ref.name}` is one; "
             self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
             return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)

@@ -201,8 +201,11 @@ class SettingsReader:
             if text is None:
                 continue
             if index in found and found[index].text != text:
-                message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
-                self.say("CQ209", message, setting.place, role, members)
+                policy, before = pack.policies[index], found[index]
+                message = f"{owner} states `{policy.name}` twice, as {before.text} and as {text}"
+                spelt = f"`{before.name}: {before.setting.text}` or `{name}: {setting.text}`"
+                keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
+                self.say("CQ209", message, setting.place, role, members, keep)
             found[index] = Stated(text, setting, name)
         found = with_unclear(found, misread, pack, levels)
         for setting in not_known:
@@ -242,7 +245,12 @@ class SettingsReader:
         except InvalidValueError as problem:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
-            if not problem.near and (others := _policies_with(pack, text)):
+            name_of = policy.name.removeprefix("need.")
+            from cqos_core.resolving.slips import meant_instead, settings_of_call
+
+            if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]:
+                problem = InvalidValueError(problem.message, problem.expected, meant)
+            elif not problem.near and (others := _policies_with(pack, text)):
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)
             elif remark := misquoted(pack, policy, text):
                 problem = InvalidValueError(f"{problem.message}; {remark}", problem.expected, problem.near)

@@ -1,7 +1,8 @@
 """Texts as people write them by mistake, and what the command says to the letter.
 
 The first thirty were chosen from forty after a run. The next forty were listed before any of them was run: the ten that were left out,
-and thirty new ones. Later ones came from use. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
+and thirty new ones. Later ones came from use, and from three
+lists of mistakes by class that were rated before and after the messages were rewritten. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
 them as the person who made the mistake.
 """
 
@@ -16,6 +17,8 @@ FOLDER = Path(__file__).with_name("mistakes")
 FILES = sorted([*FOLDER.glob("*.yaml"), *FOLDER.glob("*.toml")])
 RIGHT = {"lease-name", "never", "option-value", "wrong-indent"}
 """What only looks like a mistake: other names of policies and values, and another indentation."""
+DOUBTFUL = {"setting-twice", "settings-with-dashes"}
+"""What has a meaning of its own, which was perhaps not meant: a warning says what to write."""
 
 
 def said(file):
@@ -29,7 +32,7 @@ def test_a_mistake_is_named_with_its_place_and_what_to_do(file):
     text = said(file)
     assert text == file.with_suffix(".txt").read_text(encoding="utf-8")
     assert f"{file.name}:" in text
-    assert (": compatible: " in text) == (file.stem in RIGHT)
+    assert (": compatible: " in text) == (file.stem in RIGHT | DOUBTFUL)
     assert file.stem in RIGHT or "help: " in text or "must be " in text
 
 

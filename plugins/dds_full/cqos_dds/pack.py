@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Timing
+from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Slip, Timing
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.costs import COSTS
@@ -56,6 +56,17 @@ TIMING: Final = Timing(
     keyed="keyed",
 )
 
+SLIPS: Final = (
+    Slip(r"history: keep_last[ :,/]+(\d+)", r"history: keep_last, history.depth: \1"),
+    Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
+    Slip(r"liveliness: manual_by_node", "liveliness: manual_by_participant"),
+    Slip(r"durability: (?:latched|retained)|(?:retain|retained|latched): true", "durability: transient_local"),
+    Slip(r"(?:retain|retained|latched): false", "durability: volatile"),
+    Slip(r"(?:qos|reliability): (?:0|at_most_once)", "reliability: best_effort"),
+    Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
+    Slip(r"sensor_data", "{reliability: best_effort, history: keep_last, history.depth: 5}"),
+)
+"""Words of MQTT and ROS 2."""
 PACK: Final = RulePack(
     id="dds",
     title="DDS",
@@ -79,6 +90,7 @@ PACK: Final = RulePack(
     unaffected=UNAFFECTED,
     proofs=PROOFS,
     implementation_option="implementation",
+    slips=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
     provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},

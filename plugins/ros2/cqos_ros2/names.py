@@ -192,6 +192,9 @@ def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
     why = why_illegal(full)
     if why is not None:
         message = f"`{full}` is no ROS 2 topic name: {why}"
+        if "*" in full or "#" in full:
+            advice = "a name is no pattern: write an entry for each topic, with its whole name"
+            return (NameProblem("ROS405", "error", message, advice),)
         return (NameProblem("ROS405", "error", message, f"for instance `{legal_name(full)}`"),)
     return _remarks(full)
 

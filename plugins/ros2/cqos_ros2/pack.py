@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.later import later
-from cqos_core.packs import NEEDS, Meeting, RulePack, Timing
+from cqos_core.packs import NEEDS, Meeting, RulePack, Slip, Timing
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.costs import COSTS
@@ -63,6 +63,25 @@ def _read_line(line: str) -> Iterable[Misfit | About]:
     return read_line(line)
 
 
+SLIPS: Final = (
+    Slip(r"history: keep_last[ :,/]+(\d+)", r"history: keep_last, depth: \1"),
+    Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
+    Slip(r"liveliness: manual_by_participant", "liveliness: manual_by_node"),
+    Slip(
+        r"durability: (?:transient|persistent|latched|retained)|(?:retain|retained|latch|latched): true",
+        "durability: transient_local",
+    ),
+    Slip(r"(?:retain|retained|latch|latched): false", "durability: volatile"),
+    Slip(r"(?:qos|reliability): (?:0|at_most_once|fire_and_forget)", "reliability: best_effort"),
+    Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
+    Slip(r"(?:rclcpp::)?SensorDataQoS\(\)|QoSPresetProfiles\.SENSOR_DATA(?:\.value)?", "{profile: sensor_data}"),
+    Slip(r"(?:rclcpp::)?ParametersQoS\(\)", "{profile: parameters}"),
+    Slip(r"(?:rclcpp::)?ServicesQoS\(\)", "{profile: services_default}"),
+    Slip(r"(?:rclcpp::)?SystemDefaultsQoS\(\)", "{profile: system_defaults_cpp}"),
+    Slip(r"(?:rclcpp::)?ClockQoS\(\)", "{profile: clock}"),
+    Slip(r"(?:rclcpp::)?RosoutQoS\(\)", "{profile: rosout}"),
+)
+"""Words of MQTT, DDS and ROS 1, and the value that has no deprecated spelling."""
 _RAW: Final = RulePack(
     id="ros2",
     title="ROS 2",
@@ -93,6 +112,7 @@ _RAW: Final = RulePack(
     unaffected=UNAFFECTED,
     proofs=PROOFS,
     implementation_option="rmw",
+    slips=SLIPS,
     codes=later(_codes),
     read_log=_read_line,
     timing=TIMING,

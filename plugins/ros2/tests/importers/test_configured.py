@@ -75,7 +75,7 @@ YAML = tuple(name for name in IMPORTERS if name not in {"ros2_model", "fastdds"}
     [
         ("", "file:1:1: there is nothing in this file"),
         ("# only a comment\n", "file:1:1: there is nothing in this file"),
-        ("a: [1", "file:1:4: this is not YAML: the list or map that begins on line 1 is not continued"),
+        ("a: [1", "file:1:4: this is not YAML: `[` of line 1, column 4, is not closed"),
         ("a: 1\n---\nb: 2\n", "file:3:1: another document begins here; only one is read"),
         ("\x00", "file:1:1: the control character U+0000 is not allowed in YAML"),
         (b"a: \xff", "file:1:4: the bytes here are no text"),

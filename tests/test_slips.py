@@ -1,0 +1,68 @@
+"""What is written by mistake, as packs list it, and what programs write: each comes with settings that the pack reads."""
+
+import re
+
+import pytest
+
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.plugins import load_plugins
+from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
+
+PACKS = {name: load_plugins().pack(name) for name in ("ros2", "dds", "mqtt")}
+SLIPS = [pytest.param(PACKS[name], slip, id=f"{name} {slip.written}") for name in PACKS for slip in PACKS[name].slips]
+
+
+@pytest.mark.parametrize(("pack", "slip"), SLIPS)
+def test_what_is_to_be_written_is_read_by_the_pack(pack, slip):
+    write = re.sub(r"\\\d", "1", slip.write).strip("{}")
+    for entry in write.split(", "):
+        name, _, value = entry.partition(": ")
+        if name == "profile":
+            assert value in pack.presets
+            continue
+        index = pack.find(ENDPOINT, name)
+        assert index is not None, entry
+        policy = pack.policies[index]
+        text = f"{value}s" if policy.domain.kind == "duration" else value
+        assert policy.domain.read(text) is not None, entry
+
+
+def test_of_several_slips_the_first_that_fits_is_named():
+    assert meant_instead(PACKS["ros2"], "Durability: TRANSIENT") == "durability: transient_local"
+    assert meant_instead(PACKS["ros2"], "history: keep_last 7") == "history: keep_last, depth: 7"
+    assert meant_instead(PACKS["ros2"], "history: keep_last") == ""
+    assert meant_instead(PACKS["mqtt"], "lifespan: 5s") == "message_expiry: 5s"
+
+
+CALLS = {
+    "QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)": "{depth: 10, reliability: best_effort}",
+    "rclcpp::QoS(rclcpp::KeepLast(5)).transient_local()": "{history: keep_last, depth: 5, durability: transient_local}",
+    "QoS(10).deadline(Duration(seconds=2))": "{depth: 10, deadline: 2s}",
+    "QoSProfile(history=KeepLast(depth=3))": "{history: keep_last, depth: 3}",
+    "KEEP_ALL()": "{history: keep_all}",
+    "rclcpp::SensorDataQoS()": "",  # a slip: the pack names the preset
+    "QoSProfile(depth=many)": "",
+    "QoSProfile(colour=red)": "",
+    "QoS(10).colour(red)": "",
+    "best_effort": "",
+    "": "",
+}
+
+
+@pytest.mark.parametrize("text", CALLS)
+def test_a_call_becomes_settings_where_all_of_it_is_understood(text):
+    assert settings_of_call(PACKS["ros2"], text) == CALLS[text]
+
+
+def test_a_call_for_one_policy_sets_that_policy():
+    assert settings_of_call(PACKS["ros2"], "keep_last(10)", of="history") == "{history: keep_last, depth: 10}"
+    assert settings_of_call(PACKS["ros2"], "milliseconds(100)", of="deadline") == ""
+
+
+def test_values_alone_become_settings_where_each_is_of_one_policy():
+    assert settings_of_values(PACKS["ros2"], ["reliable", "volatile", "1"]) == (
+        "{reliability: reliable, durability: volatile, depth: 1}"
+    )
+    assert settings_of_values(PACKS["mqtt"], ["1", "retain"]) == "{qos: 1, retain: true}"
+    assert settings_of_values(PACKS["ros2"], ["reliable", "system_default"]) == ""
+    assert settings_of_values(PACKS["ros2"], ["sensor_data"]) == ""
