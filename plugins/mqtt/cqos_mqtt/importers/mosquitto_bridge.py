@@ -220,7 +220,7 @@ def _routes(
             before = here if way == "out" else there
             sent = {**settings, "retain": replace(retained[way], place=line.place, derived=True)}
             yield Route(
-                _end(source, SUBSCRIBER, from_topic, settings, line.place),
+                _end(source, SUBSCRIBER, from_topic, {**settings, "taken_every": _AT_ONCE}, line.place),
                 _end(target, PUBLISHER, to_topic, sent, line.place),
                 line.place,
                 () if expression is None else (f"{re.escape(before)}{expression}",),
@@ -295,6 +295,8 @@ def _expression(levels: Sequence[str]) -> str:
 
 
 _ONE: Final = "[^/]*"
+_AT_ONCE: Final = Setting("0s")
+"""How often a bridge takes messages: no program stands between, the broker itself takes what comes and passes it on."""
 
 
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:

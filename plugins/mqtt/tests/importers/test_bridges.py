@@ -461,3 +461,19 @@ def test_a_misspelt_topic_leaves_unknown_with_which_qos_topics_are_carried():
     system = cqos.read(b"connection b\naddress h\ntopic x out 1\ntopicc x out 2\n", importer="mosquitto")
     (bridge,) = system.bridges.values()
     assert [bool(route.source.settings["qos"].unknown) for route in bridge.routes] == [True]
+
+
+def test_a_bridge_between_brokers_keeps_up(tmp_path):
+    """No program stands between: nobody has to state how often a bridge of Mosquitto takes messages."""
+    (tmp_path / "farm.conf").write_text("listener 1883\nconnection up\naddress barn:1884\ntopic t out 1\n")
+    (tmp_path / "barn.conf").write_text("listener 1884\n")
+    (tmp_path / "rest.yaml").write_text("""
+cqos: 1
+protocol: mqtt
+topics: {t: {period: 1s}}
+participants:
+  device: {client: {client_id: device, broker: farm}, publishes: {t: {qos: 1}}}
+  portal: {client: {client_id: portal, broker: barn}, subscribes: {t: {qos: 1, taken_every: 0ms, needs: {loss_free: true}}}}
+""")
+    report = cqos.check(tmp_path / "farm.conf", tmp_path / "barn.conf", tmp_path / "rest.yaml")
+    assert "MQTT707" not in {each.code for each in report.findings}
