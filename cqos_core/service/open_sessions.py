@@ -187,13 +187,14 @@ async def _given_back(model: HostedModel, held: ExitStack) -> None:
 
 
 def _sizes_of(documents: Any) -> dict[str, int]:
-    """The bytes of documents by name; of what they include, under a name that none has."""
-    sizes = {each.name: len(each.content) for each in documents.documents}
-    return sizes | {"\0included": sum(len(each.content) for each in documents.included)}
+    """The bytes of documents by name, with their names; of what they include, under a name that none has."""
+    sizes = {each.name: each.ByteSize() for each in documents.documents}
+    return sizes | {"\0included": sum(each.ByteSize() for each in documents.included)}
 
 
 def _sizes_after(sizes: dict[str, int], request: Any) -> dict[str, int]:
     if request.HasField("changes"):
-        return sizes | {"": sizes.get("", 0) + request.changes.ByteSize()}
+        # The whole request is kept, however little it changes.
+        return sizes | {"": sizes.get("", 0) + request.ByteSize()}
     kept = {name: size for name, size in sizes.items() if name not in request.documents.removed}
-    return kept | {each.name: len(each.content) for each in request.documents.put}
+    return kept | {each.name: each.ByteSize() for each in request.documents.put}

@@ -218,7 +218,7 @@ class _Application(ConnectASGIApplication[Any]):
     def __init__(self, calls: Calls) -> None:
         super().__init__(
             service=calls,
-            endpoints=_endpoints,
+            endpoints=lambda _calls: _endpoints(),
             interceptors=[_Admission(calls)],
             read_max_bytes=calls.limits.message_bytes,
             codecs=[_WebForm(json=False), _WebForm(json=True)],
@@ -480,7 +480,7 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
     return Starlette(routes=routes, middleware=[cors] if settings.origins else [])
 
 
-def _endpoints(_calls: Calls) -> Mapping[str, Any]:
+def _endpoints() -> Mapping[str, Any]:
     """Every call of one message, found by its descriptor."""
     found: Any = descriptor_pool.Default()
     methods = {path: found.FindMethodByName(path[1:].replace("/", ".")) for path in REQUESTS}

@@ -255,7 +255,10 @@ def test_the_rest_of_a_refused_request_is_dropped_and_its_answer_arrives(guarded
 def test_a_silent_connection_to_an_encrypted_door_is_closed_in_time_and_number(guarded, start):
     certificate(guarded, "server")
     tls = ("--tls-cert", str(guarded / "server.pem"), "--tls-key", str(guarded / "server.key"))
-    with start("--web", "127.0.0.1:0", "--max-calls", "4", *tls) as own, contextlib.ExitStack() as stack:
+    with (
+        start("--web", "127.0.0.1:0", "--max-calls", "4", "--max-seconds", "2", *tls) as own,
+        contextlib.ExitStack() as stack,
+    ):
         silent = [stack.enter_context(connected(own.addresses["web"])) for _ in range(6)]
         for each in silent[:2]:  # six are more than four, and the oldest go first
             with contextlib.suppress(ConnectionError):

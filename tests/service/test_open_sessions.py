@@ -293,6 +293,26 @@ def test_sessions_are_bounded_in_number_bytes_and_time(start):
             assert stub.OpenSession(opening()).session
 
 
+def test_what_is_kept_of_edits_counts_as_a_whole(start):
+    """Names of documents, and edits that change nothing, are kept as well."""
+    empty = '<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"/>'
+    limits = ("--session-workers", "1", "--max-share", "1", "--max-message-bytes", "4000", "--max-total-bytes", "8000")
+    with start(*limits) as own:
+        stub, channel = stub_of(own)
+        with channel:
+            files = stub.OpenSession(opening()).session
+            names = [f"{number}{'n' * 2000}" for number in range(5)]
+            asks = [editing(files, number + 2, 1, **{name: empty}) for number, name in enumerate(names)]
+            assert refused(lambda: [stub.EditSession(ask) for ask in asks]) == ("RESOURCE_EXHAUSTED", "CALLER_QUOTA")
+            system = system_pb2.System(protocol="ros2")
+            drawn = stub.OpenSession(session_pb2.OpenSessionRequest(revision=1, system=system)).session
+            asked = session_pb2.EditSessionRequest(session=drawn, revision=2, changes=session_pb2.Changes())
+            assert refused(lambda: [stub.EditSession(asked) for _ in range(200)]) == (
+                "RESOURCE_EXHAUSTED",
+                "CALLER_QUOTA",
+            )
+
+
 def test_a_session_whose_worker_dies_goes_on_in_another_one(start):
     """Its worker is that of other callers, too: what they ask for must not end it."""
     with start("--heavy-workers", "1") as own:
