@@ -185,7 +185,7 @@ PAIRS: Final = (
         help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
     ),
     requires(
-        (offered(RECORDED_FORM) != "words") | (publisher(DISTRO) >= "jazzy"),
+        (publisher(RECORDED_FORM) != "words") | (publisher(DISTRO) >= "jazzy"),
         code="ROS209",
         name="recorded-words-distro",
         says="{publisher} is played from a recording with words in the text of its profiles, which its distribution does not read",
@@ -196,7 +196,7 @@ PAIRS: Final = (
         help="state the option `distro`; or play it with Jazzy or newer, or let `ros2 bag reindex` write the description anew",
     ),
     forbids(
-        (offered(RECORDED_FORM) == "list") & (publisher(DISTRO) <= "iron"),
+        (publisher(RECORDED_FORM) == "list") & (publisher(DISTRO) <= "iron"),
         code="ROS208",
         name="recorded-list-distro",
         says="{publisher} is played from a recording with a list of profiles, which its distribution does not read",
