@@ -422,6 +422,7 @@ ABSENCE_AND_TIME: Final = (
         name="liveness-too-slow",
         because="the broker notices a loss after one and a half keep alives at the earliest, and sends the Will after its delay",
         clause="MQTT 3.1.1, MQTT-3.1.2-24; MQTT 5.0, MQTT-3.1.2-22 and MQTT-3.1.2-21",
+        help="where a Will has a delay, state `expiry_delay` of the broker: how much later than that it sends the Will",
     ),
     gives(
         "liveness",
