@@ -154,3 +154,11 @@ links: {radio: {participants: planner, rate: 10Mbit/s}}
     more = text.replace("period: 1s, size: 60000, keyed: false}}", "period: 1s, keyed: false}}")
     grown = find_repair({NAME: more.encode()}, again, WHERE).grown
     assert grown == ("link `radio` to planner: 480kbit/s with the changes, nothing before",)
+
+
+@pytest.mark.usefixtures("solver")
+def test_a_change_that_needs_a_further_fact_is_refused_with_that_fact():
+    text = SYSTEMS["mqtt"].replace("topics: {t: {period: 1s}}\n", "")
+    conflict = suggested(text).conflict
+    assert any(part.startswith("MQTT334") and "state `period` of all topics" in part for part in conflict), conflict
+    assert not any("--option what comes" in part for part in conflict)
