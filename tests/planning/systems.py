@@ -75,6 +75,12 @@ FACTS: Final[Mapping[str, str]] = {
 """What guarantees rest on, besides the period of a topic and how often programs take samples."""
 
 
+GAP_FACTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "ros2": ("options: {ros2: {repair_time: 100ms}}", "topics: {t: {period: 500ms}}"),
+}
+"""What a stated `max_gap` rests on: a repair meets a requirement only where it is known to hold."""
+
+
 def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
     """Return a random system whose endpoints state no settings, and whose subscribers have requirements."""
     chance = random.Random(f"open {protocol} {size} {seed}")  # noqa: S311 - the same systems every time
@@ -102,7 +108,7 @@ def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
 def system_text(protocol: str, seed: int, publishers: int = 2, subscribers: int = 2) -> bytes:
     """Return a random system of one topic."""
     chance = random.Random(f"{protocol} {seed}")  # noqa: S311 - the same systems every time
-    lines = ["cqos: 1", f"protocol: {protocol}", "participants:"]
+    lines = ["cqos: 1", f"protocol: {protocol}", *GAP_FACTS.get(protocol, ()), "participants:"]
     for kind, number in (("publishes", publishers), ("subscribes", subscribers)):
         for each in range(number):
             stated = dict(chance.choice([*_settings(protocol, kind)]) for _ in range(chance.randrange(1, 4)))
