@@ -122,6 +122,8 @@ def replays(side: Callable[[Policy], Term]) -> Condition:
     return define(f"{side.__name__}_replays", (side(HISTORY) == "keep_last") & (side(DURABILITY) >= "transient_local"))
 
 
+SHALLOWER: Final = define("shallower", requested(DEPTH) < offered(DEPTH))
+
 PAIRS: Final = (
     forbids(
         REPLAY_UNREAD & ~topic(LATCHED),
@@ -144,12 +146,8 @@ PAIRS: Final = (
     forbids(
         BOTH_DURABLE
         & (
-            (BOTH_ON_ZENOH & (requested(DEPTH) < offered(DEPTH)))  # whatever their history is
-            | (
-                ~BOTH_ON_ZENOH
-                & (requested(HISTORY) == "keep_last")
-                & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH)))
-            )
+            (BOTH_ON_ZENOH & SHALLOWER)  # whatever their history is
+            | (~BOTH_ON_ZENOH & (requested(HISTORY) == "keep_last") & ((offered(HISTORY) == "keep_all") | SHALLOWER))
         ),
         code="ROS203",
         name="history-cut-short",
