@@ -135,7 +135,7 @@ class _Reader(Document):
         }
         if needs and qos is not None:
             # The form asks for a QoS on the way to the Thing. What the Thing does with messages is not its subject.
-            settings["taken_every"] = Setting("0s", self.place(qos))
+            settings["taken_every"] = Setting("0s", self.place(qos), derived=True)
         self.endpoint(client, SUBSCRIBER, topic, where, settings, needs=needs)
 
 
