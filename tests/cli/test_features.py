@@ -72,6 +72,60 @@ def test_nothing_that_is_installed_is_absent():
     assert [absent(kind) for kind in KINDS] == [{}] * len(KINDS)
 
 
+# README
+
+EXTRAS = {
+    "audit": "bulk",
+    "learn": "source",
+    "modeler": "web",
+    "prove": "prove",
+    "repair": "repair",
+    "serve": "web",
+    "snapshot dds": "snapshot",
+    "suggest": "repair",
+}
+"""The extras that commands need, or features of them that README shows."""
+
+
+def test_the_lines_of_readme_install_every_command_that_it_names():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"(?:`|^\$ )cqos ((?:snapshot )?[a-z][a-z-]*)", text, re.MULTILINE)) - {"packs"}
+    assert named >= {"check", "audit", "repair", "suggest", "prove", "snapshot dds", "modeler", "lsp"}
+    commands = load_plugins().commands
+    assert named <= set(commands)
+
+    folders, extras = set(), set()
+    for line in re.findall(r"^pip install (.*)$", text, re.MULTILINE):
+        for target in shlex.split(line):
+            folder, _, extra = target.rstrip("]").partition("[")
+            folders |= {path.resolve() for path in (ROOT.glob(folder) if "*" in folder else [ROOT / folder])}
+            extras |= {(project(folder)["name"], each) for each in extra.split(",") if each}
+    installed = {project(folder.relative_to(ROOT))["name"] for folder in folders}
+    for name in named:
+        assert load_plugins().owner("commands", name).split()[0] in installed
+        if name in EXTRAS:
+            feature = features()[EXTRAS[name]]
+            assert (feature.distribution, feature.extra) in extras, f"README adds no line for `cqos {name}`"
+
+
+def test_every_line_of_documentation_installs_what_exists():
+    lines = []
+    for file in (ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/README.md")):
+        found = re.findall(r"pip install ([^`#|\n]*)", file.read_text(encoding="utf-8"))
+        lines += [(file.name, target) for each in found for target in shlex.split(each) if "[" in target]
+    assert lines
+    for file, target in lines:
+        name, _, extra = target.rstrip("]").partition("[")
+        folder = ROOT / name if name.startswith(".") else FOLDERS[name]
+        assert set(extra.split(",")) <= set(project(folder)["optional-dependencies"]), f"{file}: {target}"
+
+
+FOLDERS = {
+    project(file.parent)["name"]: file.parent
+    for file in (ROOT / "pyproject.toml", *ROOT.glob("plugins/*/pyproject.toml"))
+}
+
+
 # The line, by where C-QoS was installed from
 
 BULK, WEB, LSP = (
