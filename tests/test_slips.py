@@ -8,7 +8,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
 
-PACKS = {name: load_plugins().pack(name) for name in ("ros2", "dds", "mqtt")}
+PACKS = {each.id: each for name in ("ros2", "dds", "mqtt") if (each := load_plugins().pack(name)) is not None}
 SLIPS = [pytest.param(PACKS[name], slip, id=f"{name} {slip.written}") for name in PACKS for slip in PACKS[name].slips]
 
 

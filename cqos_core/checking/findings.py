@@ -210,6 +210,7 @@ def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
         if name == START_ORDER
         else f"set `--option {name}=…`, or `options:` in the system file"
         for name in _assumptions(worlds)
+        if name == START_ORDER or " " not in name  # else it follows from facts, and the rule says which
     ]
     return "; ".join(steps) or None
 

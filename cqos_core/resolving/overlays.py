@@ -105,9 +105,7 @@ class Overlays:
         layer = self._layers.get((id(pack), index))
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
-            of_endpoints = {
-                name: each for name, each in overlay.settings.items() if not is_of_participants(name, pack)
-            }
+            of_endpoints = {name: each for name, each in overlay.settings.items() if not is_of_participants(name, pack)}
             found, unread = self._reader.recognise(pack, (ENDPOINT,), of_endpoints, dialect, overlay.name, "system", [])
             layer = self._layers[id(pack), index] = Layer(
                 overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room

@@ -66,10 +66,14 @@ class Proof:
         )
 
 
-def prove(name: str, trial: Trial) -> Proof:
-    """Run one pair."""
+def prove(name: str, trial: Trial) -> Proof | None:
+    """Run one pair; None where no run can show it, such as that of a Will, which the broker publishes."""
     began = time.monotonic()
-    outcome = trial.run()
+    try:
+        outcome = trial.run()
+    except NotRunnableError as error:
+        sys.stderr.write(f"{name}: {error}\n")
+        return None
     return Proof(name, trial, outcome, time.monotonic() - began, disagreements(trial, outcome, context()))
 
 
@@ -115,7 +119,7 @@ def proofs(trials: Iterable[tuple[str, Trial]]) -> Iterator[Proof]:
     for _, trial in planned[:1]:
         trial.run()  # what is compiled on first use is compiled now
     with ThreadPoolExecutor(_AT_ONCE) as pool:
-        yield from pool.map(lambda each: prove(*each), planned)
+        yield from (each for each in pool.map(lambda each: prove(*each), planned) if each is not None)
 
 
 def record(number: int, seed: int, names: Sequence[str]) -> int:

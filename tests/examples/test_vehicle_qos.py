@@ -54,6 +54,11 @@ def codes(report):
     return sorted((each.code, each.topic) for each in report.findings if not each.code.startswith("CQ"))
 
 
+def codes_of(topic, report):
+    """Those about one topic; profiles that no endpoint uses are tried on others."""
+    return [each for each in codes(report) if each[1] == topic]
+
+
 def test_each_mistake_is_found_where_it_stands():
     report = cqos.check(FILE)
     found = {each.code: each for each in report.findings if each.severity != "note"}
@@ -92,4 +97,4 @@ def test_profiles_used_from_a_system_file_give_the_same_verdicts(profile, tmp_pa
     assert verdicts(report)["t"] == tried(cqos.check(FILE), [profile])[profile]
     converted = write(cqos.read(system), WHERE).text
     assert verdicts(cqos.check(converted.encode())) == verdicts(report)
-    assert codes(cqos.check(converted.encode())) == codes(report)
+    assert codes_of("t", cqos.check(converted.encode())) == codes_of("t", report)

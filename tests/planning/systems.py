@@ -67,6 +67,20 @@ REACHABLE: Final[Mapping[str, tuple[str, ...]]] = {
 """Requirements that some settings of a protocol meet."""
 
 
+FACTS: Final[Mapping[str, str]] = {
+    "ros2": "options: {ros2: {repair_time: 500ms, rediscovery_time: 1s}}",
+    "dds": "options: {dds: {repair_time: 500ms}}",
+    "mqtt": "options: {mqtt: {repair_time: 500ms}}\nbrokers: {main: {max_queued_messages: 100}}",
+}
+"""What guarantees rest on, besides the period of a topic and how often programs take samples."""
+
+
+GAP_FACTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "ros2": ("options: {ros2: {repair_time: 100ms}}", "topics: {t: {period: 500ms}}"),
+}
+"""What a stated `max_gap` rests on: a repair meets a requirement only where it is known to hold."""
+
+
 def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
     """Return a random system whose endpoints state no settings, and whose subscribers have requirements."""
     chance = random.Random(f"open {protocol} {size} {seed}")  # noqa: S311 - the same systems every time
@@ -74,16 +88,19 @@ def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
     lines = [
         "cqos: 1",
         f"protocol: {protocol}",
+        FACTS[protocol],
         "topics:",
         *(f"  t{each}: {{period: 1s}}" for each in topics),
         "participants:",
     ]
     for number in range(size):
         topic, place = divmod(number, per_topic)
-        kind, stated = ("publishes", "") if place == 0 else ("subscribes", "")
+        kind, stated = ("publishes", "") if place == 0 else ("subscribes", "{taken_every: 500ms}")
         if place:
             words = dict(each.split(": ") for each in chance.sample(REACHABLE[protocol], chance.randrange(3)))
-            stated = f"{{needs: {{{', '.join(f'{word}: {value}' for word, value in words.items())}}}}}" if words else ""
+            if words:
+                needs = ", ".join(f"{word}: {value}" for word, value in words.items())
+                stated = f"{{taken_every: 500ms, needs: {{{needs}}}}}"
         lines += [f"  n{number}:", f"    {kind}:", f"      t{topic}: {stated}".rstrip()]
     return ("\n".join(lines) + "\n").encode()
 
@@ -91,7 +108,7 @@ def open_text(protocol: str, size: int, seed: int, per_topic: int = 5) -> bytes:
 def system_text(protocol: str, seed: int, publishers: int = 2, subscribers: int = 2) -> bytes:
     """Return a random system of one topic."""
     chance = random.Random(f"{protocol} {seed}")  # noqa: S311 - the same systems every time
-    lines = ["cqos: 1", f"protocol: {protocol}", "participants:"]
+    lines = ["cqos: 1", f"protocol: {protocol}", *GAP_FACTS.get(protocol, ()), "participants:"]
     for kind, number in (("publishes", publishers), ("subscribes", subscribers)):
         for each in range(number):
             stated = dict(chance.choice([*_settings(protocol, kind)]) for _ in range(chance.randrange(1, 4)))

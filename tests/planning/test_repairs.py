@@ -151,7 +151,7 @@ options: {{mqtt: {{outage: 60s, protocol_version: 3.1.1}}}}
 topics: {{t: {{period: 1s}}}}
 participants:
   a: {{broker: hub, client_id: a, clean_session: false, publishes: {{t: {{qos: 1}}}}}}
-  b: {{broker: hub, client_id: b, clean_session: false, subscribes: {{t: {{qos: 1, needs: {{{needs}}}}}}}}}
+  b: {{broker: hub, client_id: b, clean_session: false, subscribes: {{t: {{qos: 1, taken_every: 1s, needs: {{{needs}}}}}}}}}
 """
 
 
@@ -168,9 +168,9 @@ def test_a_queue_that_fills_too_early_gets_room_for_just_what_comes(code, needs)
     text = QUEUE.format(needs=needs)
     plan = repaired(text)
     assert code in {each.code for each in plan.before.findings}
-    assert texts(plan) == ["set max_queued_messages `60` of broker hub"]
+    assert texts(plan) == ["set max_queued_messages `61` of broker hub"]
     assert plan.proven
     assert plan.after.verdict is Verdict.COMPATIBLE
-    less = find_repair({NAME: text.replace("messages: 10", "messages: 59").encode()}, again, WHERE)
-    assert texts(less) == ["set max_queued_messages `60` of broker hub"]
-    assert repaired(text.replace("messages: 10", "messages: 60")).changes == ()
+    less = find_repair({NAME: text.replace("messages: 10", "messages: 60").encode()}, again, WHERE)
+    assert texts(less) == ["set max_queued_messages `61` of broker hub"]
+    assert repaired(text.replace("messages: 10", "messages: 61")).changes == ()

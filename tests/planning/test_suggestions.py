@@ -20,7 +20,8 @@ SYSTEMS = {
     "restart": "protocol: ros2\nparticipants:\n  a: {publishes: {t: }}\n"
     "  b: {subscribes: {t: {needs: {late_join: 1, survives: [subscriber_restart]}}}}\n",
     "dds": "protocol: dds\nparticipants:\n  a: {publishes: {t: }}\n  b: {subscribes: {t: {needs: {late_join: 2, latest: true}}}}\n",
-    "mqtt": "protocol: mqtt\nparticipants:\n  a: {publishes: {t: }}\n  b: {subscribes: {t: {needs: {late_join: 1, latest: true}}}}\n",
+    "mqtt": "protocol: mqtt\nbrokers: {main: {max_queued_messages: 100}}\ntopics: {t: {period: 1s}}\nparticipants:\n"
+    "  a: {publishes: {t: }}\n  b: {subscribes: {t: {taken_every: 1s, needs: {late_join: 1, latest: true}}}}\n",
 }
 
 
@@ -38,6 +39,22 @@ def test_after_a_suggestion_nothing_is_found(name):
     after = report_of(again(plan.edited.texts))
     assert str(after.verdict) == "compatible"
     assert [each for each in after.findings if each.severity is not Severity.NOTE] == []
+
+
+@pytest.mark.usefixtures("solver")
+@pytest.mark.parametrize(
+    ("protocol", "need", "fact"),
+    [
+        ("ros2", "max_gap: 2s", "state the `period` of the topic and the option `repair_time`"),
+        ("dds", "max_gap: 2s", "state the `period` of the topic and the option `repair_time`"),
+        ("mqtt", "latest: true", "state `taken_every` of the subscription"),
+    ],
+)
+def test_where_a_fact_is_missing_the_conflict_says_which(protocol, need, fact):
+    text = f"protocol: {protocol}\nparticipants:\n  a: {{publishes: {{t: }}}}\n  b: {{subscribes: {{t: {{needs: {{{need}}}}}}}}}\n"
+    plan = suggested(text)
+    assert not plan.confirmed
+    assert any(fact in part for part in plan.conflict), plan.conflict
 
 
 @pytest.mark.usefixtures("solver")
@@ -137,3 +154,11 @@ links: {radio: {participants: planner, rate: 10Mbit/s}}
     more = text.replace("period: 1s, size: 60000, keyed: false}}", "period: 1s, keyed: false}}")
     grown = find_repair({NAME: more.encode()}, again, WHERE).grown
     assert grown == ("link `radio` to planner: 480kbit/s with the changes, nothing before",)
+
+
+@pytest.mark.usefixtures("solver")
+def test_a_change_that_needs_a_further_fact_is_refused_with_that_fact():
+    text = SYSTEMS["mqtt"].replace("topics: {t: {period: 1s}}\n", "")
+    conflict = suggested(text).conflict
+    assert any(part.startswith("MQTT334") and "state `period` of all topics" in part for part in conflict), conflict
+    assert not any("--option what comes" in part for part in conflict)

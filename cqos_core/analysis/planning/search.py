@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.language.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.report import Finding, Group, Report
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 
@@ -282,6 +282,7 @@ class Search:
         }
         names = {each.shown for key in self.active for each in self.before.pipeline.topics[key]}
         allowed = Verdict.COMPATIBLE if self.goals.decide else Verdict.UNKNOWN
+        findings = grouped((topic, each) for each in report.findings for topic in (each.topic, *each.more_topics))
         for group in report.groups:
             rank, topic = group.verdict.rank, group.topic
             if not rank or any(
@@ -292,9 +293,8 @@ class Search:
                 was = ranks.get((p, s, topic), 0)
                 limit = min(was, allowed.rank) if topic in names and not given_up.has(topic, p, s) else was
                 if rank > limit:
-                    text = f"`{p}` and `{s}` on `{topic}` are {group.verdict}"
-                    code = next(iter(group.codes), "")
-                    yield _Objection(code, topic, f"{code}: {text}" if code else text, stays=rank <= was)
+                    code, text = _cause(group, p, s, findings.get(topic, ()))
+                    yield _Objection(code, topic, text, stays=rank <= was)
                     break
         known = {(each.code, member) for each in before.findings for member in members_of(each)}
         for each in report.findings:
@@ -372,6 +372,15 @@ def _conflicts(task: Task, solution: Solution, words: ConflictWords) -> tuple[tu
         if names:
             found.setdefault(frozenset(names), tuple(words.of(name) for name in names))
     return tuple(found.values())
+
+
+def _cause(group: Group, publisher: str, subscriber: str, findings: Iterable[Finding]) -> tuple[str, str]:
+    """Return the code and the words of what makes a pair of a group what it is, also of a fact that is not stated."""
+    for each in findings:
+        if each.verdict is group.verdict and {publisher, subscriber} <= {*each.endpoints}:
+            return each.code, f"{each.code}: {each.message}{f' ({each.help})' if each.help else ''}"
+    code, text = next(iter(group.codes), ""), f"`{publisher}` and `{subscriber}` on `{group.topic}` are {group.verdict}"
+    return code, f"{code}: {text}" if code else text
 
 
 def _kept(checked: CheckedSystem, keep: Sequence[str]) -> dict[str, object]:

@@ -30,6 +30,7 @@ DISABLE_POSITIVE_ACKS: Final = Policy(
     enforced={"implementation": dict.fromkeys(("cyclonedds", "opendds", "dust", "rustdds"), "no")},
     entities=_WRITER_READER,
     changeable=False,
+    unseen=True,
 )
 TOPIC_KIND: Final = Policy(
     "topic_kind",
@@ -40,6 +41,7 @@ TOPIC_KIND: Final = Policy(
     aliases=("topic.kind",),
     entities=_WRITER_READER,
     changeable=False,
+    unseen=True,
 )
 COMPRESSION: Final = Policy(
     "compression_ids",
@@ -58,6 +60,7 @@ COMPRESSION: Final = Policy(
     enforced={"implementation": dict.fromkeys(_NOT_CONNEXT, "no")},
     entities=_WRITER_READER,
     changeable=False,
+    unseen=True,
 )
 EXTENSIONS: Final = Policy(
     "extensions",
@@ -68,4 +71,5 @@ EXTENSIONS: Final = Policy(
     "C-QoS, elements that are not modelled",
     words={"unknown": Anything("the QoS has elements that C-QoS does not model")},
     entities=("writer", "reader", "publisher", "subscriber"),
+    unseen=True,
 )

@@ -73,6 +73,8 @@ PASSES: Final = define("passes", requested(TIME_BASED_FILTER) <= topic(PERIOD))
 # A reader that was away gets what was kept for it only when both match again.
 ABSENCE: Final = define("absence", OFFLINE + REDISCOVERY_TIME)
 ABSENCE_UNTIL_TAKEN: Final = define("absence_until_taken", ABSENCE + requested(TAKEN_EVERY))
+# Until a sample that was lost, or kept, has arrived and the program takes it.
+UNTIL_TAKEN: Final = define("until_taken", REPAIR_TIME + requested(TAKEN_EVERY))
 
 
 def covers_repair(side: Callable[[Policy], Term]) -> Condition:
@@ -81,7 +83,7 @@ def covers_repair(side: Callable[[Policy], Term]) -> Condition:
     The sample that shows the loss has a place of its own, so a depth of 1 covers nothing. The round trip says too little
     about a repair: with 5 % loss on loopback and a period of 50 ms, Cyclone DDS left gaps of up to 355 ms.
     """
-    repair: Operand = REPAIR_TIME + requested(TAKEN_EVERY) if side is requested else REPAIR_TIME
+    repair: Operand = UNTIL_TAKEN if side is requested else REPAIR_TIME
     enough = (side(DEPTH) > 1) & (side(DEPTH) >= ceil(repair, topic(PERIOD)) + DEPTH_MARGIN)
     return define(f"{side.__name__}_covers_repair", WRITTEN_ONCE | enough)
 

@@ -292,11 +292,14 @@ TIME: Final = (
         "max_gap",
         RELIABLE
         & (
-            (offered(DEADLINE) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP)
+            define("deadline_within_gap", offered(DEADLINE) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP)
             | define(
                 "period_within_gap",
-                (topic(PERIOD) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP)
-                | (PASSES & (topic(PERIOD) + REPAIR_TIME <= MAX_GAP)),
+                define(
+                    "filtered_period_within_gap",
+                    topic(PERIOD) + requested(TIME_BASED_FILTER) + REPAIR_TIME <= MAX_GAP,
+                )
+                | (PASSES & define("written_period_within_gap", topic(PERIOD) + REPAIR_TIME <= MAX_GAP)),
             )
         ),
         code="DDS534",

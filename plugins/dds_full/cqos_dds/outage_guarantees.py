@@ -26,6 +26,7 @@ from cqos_dds.guarantee_terms import (
     STATE_TAKEN,
     STILL_MATCHED,
     STORE_KEEPS_ALL,
+    UNTIL_TAKEN,
     lasts,
     lives,
     spans,
@@ -49,8 +50,6 @@ from cqos_dds.requested_policies import (
 # longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS and Fast DDS; a
 # reader of Fast DDS remembers how far it had got.
 WRITTEN_AGAIN: Final = define("written_again", topic(PERIOD) < "infinite")
-# Until a sample that was lost, or kept, has arrived and the program takes it.
-UNTIL_TAKEN: Final = define("until_taken", REPAIR_TIME + requested(TAKEN_EVERY))
 # What is newest was written within a period; while both stay matched, in the outage at the earliest.
 NEWEST_LIVES: Final = lives("newest_lives", topic(PERIOD) + UNTIL_TAKEN)
 REPAIRED_SILENCE: Final = define("repaired_silence", SILENCE + REPAIR_TIME)

@@ -103,11 +103,11 @@ def takes_encoding(end_is: Callable[..., Condition]) -> Condition:
 
 
 COMPRESSES_NOT: Final = define("compresses_not", offered(COMPRESSION) == "[]")
+BY_ZLIB, BY_BZIP2, BY_LZ4 = (
+    define(f"compresses_by_{each}", in_(Literal(each), offered(COMPRESSION))) for each in ("zlib", "bzip2", "lz4")
+)
 COMPRESSES_BY_SEVERAL: Final = define(
-    "compresses_by_several",
-    (in_(Literal("zlib"), offered(COMPRESSION)) & in_(Literal("bzip2"), offered(COMPRESSION)))
-    | (in_(Literal("zlib"), offered(COMPRESSION)) & in_(Literal("lz4"), offered(COMPRESSION)))
-    | (in_(Literal("bzip2"), offered(COMPRESSION)) & in_(Literal("lz4"), offered(COMPRESSION))),
+    "compresses_by_several", (BY_ZLIB & BY_BZIP2) | (BY_ZLIB & BY_LZ4) | (BY_BZIP2 & BY_LZ4)
 )
 
 REQUEST_OFFER: Final = (

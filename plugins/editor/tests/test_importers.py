@@ -59,6 +59,10 @@ TEXTS = {
           advanced: {mqtt: {qos: 3}}
 """,
     ),
+    "cyclonedds_xml": (
+        "cyclone.xml",
+        '<?xml version="1.0"?>\n<CycloneDDS><Domain id="any"/></CycloneDDS>\n',
+    ),
     "nodl": (
         "camera.nodl.yaml",
         """\
@@ -71,7 +75,11 @@ subscriptions: [{name: mode, type: std_msgs/String, qos: {history: KEEP_ALL, rel
 """,
     ),
 }
-ELSEWHERE = {"workspace": "reads folders", "fastdds": "reads what fastdds_xml reads, together with nodes of ROS 2"}
+ELSEWHERE = {
+    "workspace": "reads folders",
+    "fastdds": "reads what fastdds_xml reads, together with nodes of ROS 2",
+    "cyclonedds": "reads what cyclonedds_xml reads, together with nodes of ROS 2",
+}
 SAMPLES = [
     *((importer, file) for importer, files in FILES.items() for file in files),
     *((importer, name) for importer, (name, _) in TEXTS.items()),

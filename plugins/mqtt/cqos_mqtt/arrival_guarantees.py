@@ -49,6 +49,7 @@ from cqos_mqtt.guarantee_terms import (
     IS_KEPT,
     LIMITS,
     NARROW,
+    NEWEST_WAITS,
     NOT_REPLAYED,
     OUTLIVES_OUTAGE,
     QUEUE_BRIDGES_OUTAGE,
@@ -61,7 +62,6 @@ from cqos_mqtt.guarantee_terms import (
     SENDER_BRIDGES_OUTAGE,
     SENDER_COMES_BACK,
     SESSION_CLAUSE,
-    SESSION_LASTS,
     SHARES,
     STORE,
     TAKE,
@@ -371,7 +371,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "latest",
-        (GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & QUEUE_BRIDGES_OUTAGE),
+        NEWEST_WAITS,
         survives="link_outage",
         code="MQTT320",
         name="latest-lost-in-outage",
@@ -410,12 +410,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "latest",
-        ~FOUND_AGAIN
-        | ~SENDER_COMES_BACK
-        | (
-            SENDER_BRIDGES_OUTAGE
-            & ((GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & QUEUE_BRIDGES_OUTAGE))
-        ),
+        ~FOUND_AGAIN | ~SENDER_COMES_BACK | (SENDER_BRIDGES_OUTAGE & NEWEST_WAITS),
         survives="intermediary_restart",
         code="MQTT336",
         name="latest-lost-while-broker-is-away",

@@ -66,18 +66,18 @@ COMES_BACK: Final = define("comes_back", keeps_session(subscriber) & ~subscriber
 SENDER_COMES_BACK: Final = define(
     "sender_comes_back", offered(IS_WILL) | (keeps_session(publisher) & ~publisher(CLEAN))
 )
+SESSIONS_OUTLAST_OUTAGE: Final = define("sessions_outlast_outage", outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE))
 BRIDGES_OUTAGE: Final = define(
     "bridges_outage",
-    outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE)
-    & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OUTAGE)),
+    SESSIONS_OUTLAST_OUTAGE & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OUTAGE)),
 )
 SESSION_LASTS: Final = define("session_lasts", COMES_BACK & BRIDGES_OUTAGE)
 SENDER_BRIDGES_OUTAGE: Final = define(
     "sender_bridges_outage",
     offered(IS_WILL)
     | (
-        outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE)
-        & (in_3_1_1(publisher) | outlasts(publisher(SESSION_EXPIRY), OUTAGE))
+        SESSIONS_OUTLAST_OUTAGE
+        & define("sender_outlasts_outage", in_3_1_1(publisher) | outlasts(publisher(SESSION_EXPIRY), OUTAGE))
     ),
 )
 QUEUE_BRIDGES_OUTAGE: Final = define(
@@ -91,6 +91,9 @@ NOT_REPLAYED: Final = define(
 )
 # A client whose session goes on need not subscribe again, so only a client with a new session certainly gets what is retained.
 FOUND_AGAIN: Final = define("found_again", (GETS_RETAINED & ~COMES_BACK) | (COMES_BACK & (EFFECTIVE >= "1")))
+NEWEST_WAITS: Final = define(
+    "newest_waits", (GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & QUEUE_BRIDGES_OUTAGE)
+)
 SAVED_AT_ONCE: Final = broker(AUTOSAVE) == EACH
 # What was published meanwhile comes at once after the break. Mosquitto 2.0.11 drops messages of QoS 2 beyond its own window, which
 # 3.1.1 cannot announce; seen by running it.
@@ -113,12 +116,13 @@ BURST_FITS: Final = (requested(BURSTS) == 0) | define(
 # Only an endless queue has room whatever the program does.
 WAITING_FITS: Final = define(
     "waiting_fits",
-    ((broker(QUEUED) == "unlimited") & (broker(QUEUED_BYTES) == "unlimited"))
+    define("queue_is_endless", (broker(QUEUED) == "unlimited") & (broker(QUEUED_BYTES) == "unlimited"))
     | (
         (requested(PACED) | (requested(TAKEN_EVERY) == "0s"))
-        & (
+        & define(
+            "queue_has_room",
             (requested(WAITING) == 0)
-            | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
+            | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
         )
     ),
 )

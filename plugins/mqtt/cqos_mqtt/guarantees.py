@@ -81,10 +81,12 @@ MAX_AGE: Final = requested(WORDS["max_age"].need)
 MAX_GAP: Final = requested(WORDS["max_gap"].need)
 LIVENESS: Final = requested(WORDS["liveness"].need)
 OLDEST: Final = define("oldest", offered(EXPIRY) + broker(EXPIRY_DELAY))
+# The next message may have to be sent again.
+REPAIRED_PERIOD: Final = define("repaired_period", topic(PERIOD) + REPAIR)
 # In 3.1.1 a session that is kept has no end of its own, but a broker may put one to it (3.1.2.4).
 WAITS_LONG_ENOUGH: Final = define(
     "waits_long_enough",
-    outlasts(broker(BROKER_SESSION_EXPIRY), OFFLINE)
+    define("sessions_outlast_absence", outlasts(broker(BROKER_SESSION_EXPIRY), OFFLINE))
     & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OFFLINE)),
 )
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
@@ -107,10 +109,11 @@ NOTICED_IN_TIME: Final = define(
     | (
         ~in_3_1_1(publisher)
         & (WILL_SENT_AFTER <= 2 * LIVENESS)
-        & (
+        & define(
+            "delay_ends_in_time",
             (publisher(WILL_DELAY) == "0s")
             | (publisher(SESSION_EXPIRY) == "0s")
-            | (WILL_SENT_AFTER + 4 * broker(EXPIRY_DELAY) <= 2 * LIVENESS)
+            | (WILL_SENT_AFTER + 4 * broker(EXPIRY_DELAY) <= 2 * LIVENESS),
         )
     ),
 )
@@ -350,7 +353,10 @@ ABSENCE_AND_TIME: Final = (
         | (
             (offered(EXPIRY) <= MAX_AGE)
             & (OLDEST <= MAX_AGE)
-            & (~stated(requested(TAKEN_EVERY)) | (OLDEST + requested(TAKEN_EVERY) <= MAX_AGE))
+            & define(
+                "oldest_taken_in_time",
+                ~stated(requested(TAKEN_EVERY)) | (OLDEST + requested(TAKEN_EVERY) <= MAX_AGE),
+            )
         ),
         code="MQTT502",
         name="age-too-long",
@@ -372,8 +378,8 @@ ABSENCE_AND_TIME: Final = (
     gives(
         "max_gap",
         (topic(PERIOD) <= MAX_GAP)
-        & (topic(PERIOD) + REPAIR <= MAX_GAP)
-        & (topic(PERIOD) + REPAIR + requested(TAKEN_EVERY) <= MAX_GAP),
+        & (REPAIRED_PERIOD <= MAX_GAP)
+        & define("taken_within_gap", REPAIRED_PERIOD + requested(TAKEN_EVERY) <= MAX_GAP),
         code="MQTT504",
         name="gap-not-bounded",
         because="MQTT promises no deadline, so only the period of the publisher bounds the gap, with the delay by the network and the time "
@@ -416,6 +422,7 @@ ABSENCE_AND_TIME: Final = (
         name="liveness-too-slow",
         because="the broker notices a loss after one and a half keep alives at the earliest, and sends the Will after its delay",
         clause="MQTT 3.1.1, MQTT-3.1.2-24; MQTT 5.0, MQTT-3.1.2-22 and MQTT-3.1.2-21",
+        help="where a Will has a delay, state `expiry_delay` of the broker: how much later than that it sends the Will",
     ),
     gives(
         "liveness",

@@ -59,7 +59,8 @@ WAITS: Final = define(
 SENDING_AGAIN: Final = ("tcp", "tls", "quic", "ws", "unixsock_stream", "unixpipe", "vsock")
 LINKS_SEND_AGAIN: Final = define(
     "links_send_again",
-    in_(publisher(ZENOH_TRANSPORT), *SENDING_AGAIN) & in_(subscriber(ZENOH_TRANSPORT), *SENDING_AGAIN),
+    define("publisher_link_sends_again", in_(publisher(ZENOH_TRANSPORT), *SENDING_AGAIN))
+    & define("subscriber_link_sends_again", in_(subscriber(ZENOH_TRANSPORT), *SENDING_AGAIN)),
 )
 WAITS_LONG_ENOUGH: Final = define(
     "waits_long_enough", WAITS & LINKS_SEND_AGAIN & (publisher(LONGEST_CONGESTION) < publisher(WAIT_BEFORE_CLOSE))

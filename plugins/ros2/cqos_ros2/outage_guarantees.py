@@ -127,7 +127,10 @@ OVER_AN_OUTAGE: Final = (
         (requested(HISTORY) == "keep_all")
         | (
             STILL_MATCHED
-            & (WRITTEN_ONCE | (requested(DEPTH) * topic(PERIOD) > REPAIRED_SILENCE + requested(TAKEN_EVERY)))
+            & define(
+                "requested_depth_spans_silence",
+                WRITTEN_ONCE | (requested(DEPTH) * topic(PERIOD) > REPAIRED_SILENCE + requested(TAKEN_EVERY)),
+            )
         ),
         survives="link_outage",
         code="ROS542",

@@ -19,11 +19,10 @@ PANEL: Final = Panel(
             "avoid_ros_namespace_conventions",
             *("partition", "ownership", "latency_budget"),
             "client_library_settings",
-            "recorded_form",
             "taken_every",
         ),
         "Topic": ("type", "period", "latched", "accumulated", "keyed", "size", "sole_publisher"),
-        "Node": ("namespace", "participant_lease", "wait_before_close"),
+        "Node": ("namespace", "participant_lease", "wait_before_close", "recorded_form"),
         "Deployment": (
             *("rmw", "distro", "domain", "network", "outage", "comparison"),
             *("bridge", "bridge_cache", "round_trip_time", "repair_time", "rediscovery_time"),
@@ -117,5 +116,5 @@ PANEL: Final = Panel(
         },
     },
     # A subscription may state it, and no middleware reads it there.
-    roles={"lifespan": ("publisher",), "recorded_form": ("publisher",)},
+    roles={"lifespan": ("publisher",)},
 )

@@ -304,9 +304,9 @@ RECORDED_FORM: Final = Policy(
     "recorded_form",
     Choice("codes", "words", "list", ordered=False),
     "codes",
-    "How the recording that a player plays describes its publishers: in a text with codes or with words, or in a list.",
+    "How the recording that a player plays describes publishers: in a text with codes or with words, or in a list.",
     "rosbag2_storage, yaml.hpp and qos.cpp",
-    unseen=True,
+    level="participant",
 )
 
 # What is known about a topic ------------------------------------------------------------------------------

@@ -122,6 +122,8 @@ def replays(side: Callable[[Policy], Term]) -> Condition:
     return define(f"{side.__name__}_replays", (side(HISTORY) == "keep_last") & (side(DURABILITY) >= "transient_local"))
 
 
+SHALLOWER: Final = define("shallower", requested(DEPTH) < offered(DEPTH))
+
 PAIRS: Final = (
     forbids(
         REPLAY_UNREAD & ~topic(LATCHED),
@@ -144,12 +146,8 @@ PAIRS: Final = (
     forbids(
         BOTH_DURABLE
         & (
-            (BOTH_ON_ZENOH & (requested(DEPTH) < offered(DEPTH)))  # whatever their history is
-            | (
-                ~BOTH_ON_ZENOH
-                & (requested(HISTORY) == "keep_last")
-                & ((offered(HISTORY) == "keep_all") | (requested(DEPTH) < offered(DEPTH)))
-            )
+            (BOTH_ON_ZENOH & SHALLOWER)  # whatever their history is
+            | (~BOTH_ON_ZENOH & (requested(HISTORY) == "keep_last") & ((offered(HISTORY) == "keep_all") | SHALLOWER))
         ),
         code="ROS203",
         name="history-cut-short",
@@ -185,7 +183,7 @@ PAIRS: Final = (
         help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
     ),
     requires(
-        (offered(RECORDED_FORM) != "words") | (publisher(DISTRO) >= "jazzy"),
+        (publisher(RECORDED_FORM) != "words") | (publisher(DISTRO) >= "jazzy"),
         code="ROS209",
         name="recorded-words-distro",
         says="{publisher} is played from a recording with words in the text of its profiles, which its distribution does not read",
@@ -196,7 +194,7 @@ PAIRS: Final = (
         help="state the option `distro`; or play it with Jazzy or newer, or let `ros2 bag reindex` write the description anew",
     ),
     forbids(
-        (offered(RECORDED_FORM) == "list") & (publisher(DISTRO) <= "iron"),
+        (publisher(RECORDED_FORM) == "list") & (publisher(DISTRO) <= "iron"),
         code="ROS208",
         name="recorded-list-distro",
         says="{publisher} is played from a recording with a list of profiles, which its distribution does not read",

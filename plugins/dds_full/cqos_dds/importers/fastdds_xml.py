@@ -6,6 +6,7 @@ profiles of one name. A profile that names its topic, as those of Fast DDS 1 do,
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
@@ -126,6 +127,9 @@ class _File(XmlReading):
                 for each in [each for each in elements(child) if local(each) in _OF_TOPIC]:
                     if local(each) == "kind":
                         self.value(each, TOPIC_KIND, "topic/kind", settings)
+                        # The type of the program decides with it, so no edit of the file alone is a fix.
+                        if TOPIC_KIND.name in settings:
+                            settings[TOPIC_KIND.name] = replace(settings[TOPIC_KIND.name], derived=True)
                     element.set(local(each), text_of(each))
                     child.remove(each)
             self.policies(child, forms, "", settings)

@@ -321,7 +321,8 @@ def test_every_policy_comes_in_the_words_of_the_pack():
     written = discovery.settings(qos, PUBLISHER) | discovery.settings(qos, SUBSCRIBER)
     written |= discovery.settings(qos + Qos(Policy.History.KeepLast(3)), SUBSCRIBER)
     # What stands beside the policies, and what discovery does not tell at all.
-    never = {"taken_every", "type", "type_information", "entity_factory", "liveliness.announcement_period"}
+    extensions = {"extensions", "compression_ids", "disable_positive_acks", "topic_kind"}
+    never = extensions | {"taken_every", "type", "type_information", "entity_factory", "liveliness.announcement_period"}
     assert set(written) == {policy.name for policy in PACK.policies if policy.level == "endpoint"} - never
     assert (
         written.items()

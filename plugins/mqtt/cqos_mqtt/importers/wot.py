@@ -133,6 +133,9 @@ class _Reader(Document):
             for level, word in (("1", "loss_free"), ("2", "duplicate_free"))
             if isinstance(qos, ScalarNode) and qos.text >= level
         }
+        if needs and qos is not None:
+            # The form asks for a QoS on the way to the Thing. What the Thing does with messages is not its subject.
+            settings["taken_every"] = Setting("0s", self.place(qos), derived=True)
         self.endpoint(client, SUBSCRIBER, topic, where, settings, needs=needs)
 
 

@@ -51,7 +51,7 @@ def test_a_thing_does_the_opposite_of_what_its_consumers_do():
     system = read(json.dumps(THING).encode())
     assert {each.id: settings(each) for each in system.endpoints} == {
         "lamp/publisher/lamp/+/state": {"qos": "1", "retain": "true"},
-        "lamp/subscriber/lamp/set": {"qos": "2"},
+        "lamp/subscriber/lamp/set": {"qos": "2", "taken_every": "0s"},
         "lamp/subscriber/lamp/+/blink": {},
         "lamp at other/publisher/lamp/gone": {},
     }

@@ -55,6 +55,7 @@ from cqos_ros2.policies import (
 PLAYER: Final = "rosbag2_player"
 RECORDER: Final = "rosbag2_recorder"
 RECORDED: Final = "rosbag2_recorded"
+_FORMS: Final = ("codes", "words", "list")
 NODES: Final = {"player": PLAYER, "recorder": RECORDER, "recorded": RECORDED}
 SWITCHES: Final = {"as": tuple(NODES)}
 
@@ -106,8 +107,13 @@ class _Recording(RosFile):
             _say_unknown(bag.topics, self)
         node = NODES[wanted]
         self.system.participants[node] = Participant(node, place=bag.place)
-        if self.refused and wanted == "player":
-            return  # it plays nothing
+        if wanted == "player":
+            if self.refused:
+                return  # it plays nothing
+            settings = self.system.participants[node].settings
+            for topic in sorted(bag.topics, key=lambda each: _FORMS.index(each.form)):
+                # One text with words keeps the player from opening the recording, so the last of them counts for all.
+                settings[RECORDED_FORM.name] = Setting(topic.form, topic.place, derived=True)
         made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
         for topic in bag.topics:
             for endpoint in made(topic, self):
@@ -350,7 +356,7 @@ def _say_unknown(topics: Sequence[_Topic], reading: _Recording) -> None:
 
 def _played(topic: _Topic, reading: _Recording) -> Iterator[Endpoint]:
     """Yield the publisher of `ros2 bag play` (rosbag2, `Rosbag2QoS::adapt_offer_to_recorded_offers`)."""
-    settings: Settings = {RECORDED_FORM.name: Setting(topic.form, topic.place, derived=True)}
+    settings: Settings = {}
     differing = [policy.name for policy in _COMPARED if len({_value(policy, each) for each in topic.profiles}) > 1]
     if differing:
         names = listed((f"`{name}`" for name in differing), "and")

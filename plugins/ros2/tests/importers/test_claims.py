@@ -70,7 +70,6 @@ def test_whatever_it_is_called_two_importers_never_claim_it(name):
         ("topics.yaml", "topics: {/scan: {type: a}}\n"),
         ("list.yaml", "- name: a\n  type: b\n"),
         ("package.xml", '<?xml version="1.0"?>\n<package format="3"><name>profiles</name></package>'),
-        ("cyclone.xml", '<?xml version="1.0"?>\n<CycloneDDS><Domain id="any"/></CycloneDDS>'),
         ("log.xml", "<dds><log/></dds>"),
         ("robot.urdf", "<robot><link name='a'/></robot>"),
         ("launch.py", "parameters=[{'qos_overrides./scan.publisher.depth': 1}] # ros__parameters:"),
