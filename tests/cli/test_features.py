@@ -97,9 +97,9 @@ def test_the_lines_of_readme_install_every_command_that_it_names():
     folders, extras = set(), set()
     for line in re.findall(r"^pip install (.*)$", text, re.MULTILINE):
         for target in shlex.split(line):
-            folder, _, extra = target.rstrip("]").partition("[")
-            folders |= {path.resolve() for path in (ROOT.glob(folder) if "*" in folder else [ROOT / folder])}
-            extras |= {(project(folder)["name"], each) for each in extra.split(",") if each}
+            name, _, extra = target.rstrip("]").partition("[")
+            folders |= {path.resolve() for path in (ROOT.glob(name) if "*" in name else [ROOT / name])}
+            extras |= {(project(name)["name"], each) for each in extra.split(",") if each}
     installed = {project(folder.relative_to(ROOT))["name"] for folder in folders}
     for name in named:
         assert load_plugins().owner("commands", name).split()[0] in installed
@@ -116,8 +116,8 @@ def test_every_line_of_documentation_installs_what_exists():
     assert lines
     for file, target in lines:
         name, _, extra = target.rstrip("]").partition("[")
-        folder = ROOT / name if name.startswith(".") else FOLDERS[name]
-        assert set(extra.split(",")) <= set(project(folder)["optional-dependencies"]), f"{file}: {target}"
+        there = ROOT / name if name.startswith(".") else FOLDERS[name]
+        assert set(extra.split(",")) <= set(project(there)["optional-dependencies"]), f"{file}: {target}"
 
 
 FOLDERS = {
