@@ -114,10 +114,10 @@ def test_every_line_of_documentation_installs_what_exists():
         found = re.findall(r"pip install ([^`#|\n]*)", file.read_text(encoding="utf-8"))
         lines += [(file.name, target) for each in found for target in shlex.split(each) if "[" in target]
     assert lines
-    for file, target in lines:
+    for page, target in lines:
         name, _, extra = target.rstrip("]").partition("[")
         there = ROOT / name if name.startswith(".") else FOLDERS[name]
-        assert set(extra.split(",")) <= set(project(there)["optional-dependencies"]), f"{file}: {target}"
+        assert set(extra.split(",")) <= set(project(there)["optional-dependencies"]), f"{page}: {target}"
 
 
 FOLDERS = {
