@@ -195,6 +195,7 @@ def goldens(arguments: list[str]) -> int:
 def build(arguments: list[str]) -> int:
     """Build every distribution and check its contents; return 1 if anything is missing."""
     setup(everything=True)
+    build_page()
     steps = [("build", [tool("python"), "deploy/build.py", *arguments])]
     if "--check" in arguments:
         newest = re.findall(r"Python :: (3\.\d+)", str(read_project(ROOT)["project"]["classifiers"]))[-1]

@@ -33,6 +33,12 @@ LICENSE = "LICENSE"
 PAGE = Path("cqos_core", "service", "page")
 TOOLS = ("cyclonedx-bom==7.5.0", "twine==7.0.0")
 USES = (
+    # the first example of README
+    (
+        *("cqos", "check", "examples/robot_workspace/src"),
+        *("--launch", "bot:sim.launch.xml", "--option", "ros2.distro=jazzy"),
+    ),
+    ("cqos", "check", "examples/smart_agriculture.bpmn", "--format", "html"),
     ("cqos", "check", "examples/smart_agriculture.yaml"),
     ("cqos", "packs"),
     ("cqos", "schema"),

@@ -11,15 +11,13 @@ import click
 from cqos_core.cli import INTERRUPTED
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.streams import say, say_problems, width
-from cqos_core.model.problems import CqosError, InputError, describe, keep_traceback
+from cqos_core.model.problems import CqosError, InputError, MissingError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
 
 _COMPLETING = "_CQOS_COMPLETE"
 USAGE = 2
 INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
-_APART = {"lsp": "cqos[lsp]"}
-"""Commands of distributions that not everybody installs, each with what to install."""
 _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
@@ -66,11 +64,10 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is called, or say which one may have been meant."""
         known = self.list_commands(ctx)
-        if args[0] in _APART and args[0] not in known:
-            raise click.UsageError(f"`cqos {args[0]}` is not installed: pip install '{_APART[args[0]]}'", ctx)
         if args[0] not in known and not args[0].startswith("-"):
             from cqos_core.model.spelling import nearest
 
+            _refuse_absent(self.under, args)
             near = nearest(args[0], known)
             meant = f" Did you mean `{near}`?" if near else f" There are {', '.join(known)}."
             raise click.UsageError(f"There is no command `{args[0][:60]}`.{meant}", ctx)
@@ -88,6 +85,24 @@ class Commands(click.Group):
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
+
+
+def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
+    """Refuse a command that is not installed, but could be.
+
+    Raises:
+        MissingError: with the line that installs it; for the first word of several commands, with each.
+    """
+    from cqos_core.model.features import absent, advice
+
+    there = absent("commands")
+    for words in (under + " ".join(arguments[:2]), under + arguments[0]):
+        meant = {name: row.name for name, row in there.items() if f"{name} ".startswith(f"{words} ")}
+        if meant:
+            lines = dict.fromkeys(map(advice, meant.values()))
+            names = [f"`cqos {name}`" for name in meant]
+            verb = "is" if len(names) == 1 else "are"
+            raise MissingError(f"{' and '.join(names)} {verb} not installed", "\n".join(lines))
 
 
 def _group_of(word: str) -> Commands | None:
@@ -148,11 +163,14 @@ def _run(arguments: list[str], this: Run) -> int:
     except click.Abort:
         return INTERRUPTED
     except click.ClickException as error:
-        error.show()
+        if not (isinstance(error, click.NoSuchOption) and _said_absent(error)):
+            error.show()
         return USAGE
     except CqosError as error:
         if isinstance(error, InputError):
             say_problems(error.problems)
+        elif isinstance(error, MissingError):
+            _say_missing(error)
         else:
             _say_lines(describe(error), "error")
         return USAGE
@@ -162,6 +180,23 @@ def _run(arguments: list[str], this: Run) -> int:
     except Exception as error:  # noqa: BLE001 - a traceback is shown on request only
         return _internal(error, this)
     return 0
+
+
+def _said_absent(error: click.NoSuchOption) -> bool:
+    """Say what brings an option of commands that read systems, where that is not installed; return whether it is not."""
+    if error.ctx is None or not getattr(error.ctx.command.callback, READS_SYSTEMS, False):
+        return False
+    from cqos_core.model.features import absent, missing
+
+    row = absent("options").get(error.option_name)
+    if row is not None:
+        _say_missing(missing(row.name, f"the option `{error.option_name}` is not installed"))
+    return row is not None
+
+
+def _say_missing(error: MissingError) -> None:
+    _say_lines(error.what, "error")
+    _say_lines(error.help, "help")
 
 
 def _say_lines(text: str, severity: str) -> None:

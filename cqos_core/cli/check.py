@@ -12,7 +12,7 @@ import click
 
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
-from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
+from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.selection import counted
@@ -227,6 +227,7 @@ def _default_format(config: Config) -> str:
     name = config.format or DEFAULT_FORMAT
     known = load_plugins().formatters
     if name not in known:
+        refuse_absent("formatters", name, f"the format `{name}` of {config.path}")
         hint = f"format of {config.path}"
         raise click.BadParameter(f"there is no format `{name}`{nearest(name, known)}", param_hint=hint)
     return name

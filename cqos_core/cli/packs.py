@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import click
 
-from cqos_core.cli.parameters import Registered, Run, debug_option, form_option, nearest, packs_option, refused
+from cqos_core.cli.parameters import (
+    Registered,
+    Run,
+    debug_option,
+    form_option,
+    nearest,
+    packs_option,
+    refuse_absent,
+    refused,
+)
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
@@ -52,6 +61,8 @@ def packs(
     if pack is None:
         reasons = [str(broken) for broken in plugins.broken if broken.name == pack_id]
         unknown = f"there is no rule pack `{pack_id}`{nearest(pack_id, (*extra, *plugins.packs))}"
+        if not reasons:
+            refuse_absent("packs", pack_id, f"the rule pack `{pack_id}`")
         raise refused("ID", reasons[0] if reasons else unknown)
     if language is not None:
         with written_by("translators", language):

@@ -32,6 +32,19 @@ def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
     return f"; k{all_of_them}" if all_of_them else "."
 
 
+def refuse_absent(kind: str, name: str, what: str) -> None:
+    """Refuse a name of a kind that plugins register, where what brings it is not installed; ``what`` is it in words.
+
+    Raises:
+        MissingError: with the line that installs it.
+    """
+    from cqos_core.model.features import absent, missing
+
+    row = absent(kind).get(name)
+    if row is not None:
+        raise missing(row.name, f"{what} is not installed")
+
+
 def refused(option: str, message: str) -> click.BadParameter:
     """Return the error of an option or argument whose value is of no use."""
     return click.BadParameter(message, param_hint=f"'{option}'")
@@ -50,6 +63,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         """Refuse a name that no plugin registered."""
         known = getattr(load_plugins(), self.kind)
         if value not in known:
+            refuse_absent(self.kind, value, f"the {self.name} `{value}`")
             self.fail(f"there is no {self.name} `{value}`{nearest(value, known)}", param, ctx)
         return value
 

@@ -24,7 +24,7 @@ from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.model.problems import CqosError, InvalidValueError
+from cqos_core.model.problems import CqosError, InvalidValueError, MissingError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -230,7 +230,10 @@ class _Session:
                     self.run(*fixed)
         except CqosError as error:
             self.failed += 1
-            say(f"{publisher} and {subscriber}: {error}", severity="error", choice=self.color)
+            what = error.what if isinstance(error, MissingError) else str(error)
+            say(f"{publisher} and {subscriber}: {what}", severity="error", choice=self.color)
+            if isinstance(error, MissingError):
+                say(error.help, severity="help", choice=self.color)
         self.show("")
 
     def run(self, trial: Trial, fixes: Sequence[Remedy]) -> None:

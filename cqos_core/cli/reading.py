@@ -18,6 +18,7 @@ from cqos_core.cli.parameters import (
     Registered,
     nearest,
     packs_option,
+    refuse_absent,
     refused,
 )
 from cqos_core.cli.progress import Progress
@@ -330,6 +331,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
     where = context(packs, protocol)
     known = {*load_plugins().packs, *(pack.id for pack in packs)}
     if protocol is not None and protocol not in known:
+        refuse_absent("packs", protocol, f"the rule pack `{protocol}`")
         source = "--protocol" if options.protocol else f"protocol of {config.path}"
         raise refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
     for assumption in options.assumptions:
@@ -430,6 +432,7 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
         return
     pack = where.find_pack(assumption.owner)
     if pack is None:
+        refuse_absent("packs", assumption.owner, f"the rule pack `{assumption.owner}`")
         raise refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
     index = pack.find("option", assumption.name)
     if index is None:

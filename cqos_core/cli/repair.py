@@ -47,7 +47,7 @@ def repair(*, keep: tuple[str, ...], decide: bool) -> Make:
     changed files before it prints or writes anything. Where there is no repair, it prints a conflicting set: without any one
     part of it, the others can be reached. All else is repaired.
 
-    It needs the extra `repair`: pip install 'cqos-core[repair]'.
+    It needs the extra `repair`, and says how to add it where it is missing.
 
     \b
     Examples:

@@ -37,7 +37,7 @@ def suggest() -> Make:
     A subscriber says in `needs:` what its application requires. C-QoS finds settings for it and for the publishers on its
     topic, as far as these state none. It checks the changed files before it prints or writes anything.
 
-    It needs the extra `repair`: pip install 'cqos-core[repair]'.
+    It needs the extra `repair`, and says how to add it where it is missing.
 
     \b
     Examples:

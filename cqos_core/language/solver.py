@@ -10,7 +10,6 @@ from cqos_core.language.formulas import AllOf, AnyOf, Formula, Table, Variable
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 
-INSTALL: Final = "pip install 'cqos-core[repair]'"
 _SECONDS: Final = 120.0
 
 
@@ -126,12 +125,14 @@ def load() -> Any:
     """Return the module of CP-SAT.
 
     Raises:
-        CqosError: it is not installed, with how to install it.
+        MissingError: it is not installed, with the line that installs it.
     """
     try:
         from ortools.sat.python import cp_model
     except ImportError as error:
-        raise CqosError(f"this needs OR-tools, which is not installed ({error}); install it with: {INSTALL}") from None
+        from cqos_core.model.features import missing
+
+        raise missing("repair", f"plans need OR-tools, which is not installed ({error})") from None
     return cp_model
 
 

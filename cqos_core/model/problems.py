@@ -20,6 +20,16 @@ class CqosError(Exception):
     """Base of every error C-QoS raises on purpose; its text can be shown to a person as it is."""
 
 
+class MissingError(CqosError):
+    """Something that this needs is not installed. ``what`` says so, ``help`` is the line that installs it."""
+
+    def __init__(self, what: str, help: str) -> None:  # noqa: A002 - as of a problem
+        """Keep both apart, and say them in one sentence."""
+        self.what = what
+        self.help = help
+        super().__init__(f"{what}; {help}")
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """One thing that is wrong with an input: what was found, what is allowed, and where.

@@ -17,7 +17,6 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -226,7 +225,7 @@ class Observer:
         """Count and trace as the settings say.
 
         Raises:
-            CqosError: what that needs is not installed.
+            MissingError: what that needs is not installed.
         """
         self.meter: Meter = _meter(settings)
         self._tracer = _tracer() if settings.tracing else None
@@ -245,8 +244,10 @@ def _meter(settings: Settings) -> Meter:
         return Meter()
     try:
         return Meter(_metrics())
-    except ImportError:
-        raise CqosError("--metrics needs the extra `metrics`: pip install 'cqos[metrics]'") from None
+    except ImportError as error:
+        from cqos_core.model.features import missing
+
+        raise missing("metrics", f"--metrics needs prometheus-client, which is not installed ({error})") from None
 
 
 def _tracer() -> Any:
@@ -256,8 +257,10 @@ def _tracer() -> Any:
         from opentelemetry.sdk.resources import Resource
         from opentelemetry.sdk.trace import TracerProvider
         from opentelemetry.sdk.trace.export import BatchSpanProcessor
-    except ImportError:
-        raise CqosError("--tracing needs the extra `otel`: pip install 'cqos[otel]'") from None
+    except ImportError as error:
+        from cqos_core.model.features import missing
+
+        raise missing("otel", f"--tracing needs OpenTelemetry, which is not installed ({error})") from None
     # Where spans go and what the service is called, the variables OTEL_* say.
     provider = TracerProvider(resource=Resource.create())
     provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter()))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
 from cqos_core.checking.trial import tried_out
 from cqos_core.model.excerpt import exact
-from cqos_core.model.problems import CqosError, InputError
+from cqos_core.model.problems import CqosError, InputError, MissingError
 from cqos_core.remote.documents import read_documents
 from cqos_core.remote.messages import to_message
 from cqos_core.remote.refusal import Refused, unfit
@@ -72,6 +72,8 @@ def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., Repa
         return plan_message(make(system.sources, again, where, importer=importer))
     except InputError:
         raise
+    except MissingError as error:  # the line that installs it is for the machine of the service, not for callers
+        raise Refused("FAILED_PRECONDITION", f"{error.what}: the service lacks the extra `repair`") from None
     except CqosError as error:
         raise Refused("FAILED_PRECONDITION", str(error)) from None
 

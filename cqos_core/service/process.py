@@ -105,8 +105,11 @@ async def serve_here(
 def _web_door(calls: Any, settings: Settings) -> Any:
     try:
         from cqos_core.service.web import WebDoor
-    except ImportError:
-        raise CqosError("--web needs the extra `web`: pip install 'cqos[web]' (Python 3.11 or newer)") from None
+    except ImportError as error:
+        from cqos_core.model.features import missing
+
+        what = "the modeler" if settings.modeler else "--web"
+        raise missing("web", f"{what} needs a web server, which is not installed ({error})") from None
     return WebDoor(calls, settings)
 
 

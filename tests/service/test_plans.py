@@ -84,9 +84,9 @@ def test_systems_that_are_too_large_are_refused(narrow):
     assert (refused.value.code, refused.value.reason) == ("RESOURCE_EXHAUSTED", "TOO_LARGE")
 
 
-def test_without_the_solver_the_refusal_says_how_to_install_it(monkeypatch):
+def test_without_the_solver_the_refusal_names_the_extra_and_no_path(monkeypatch):
     monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
     request = check_pb2.SuggestRequest(documents=documents(OPEN)).SerializeToString()
-    with pytest.raises(Refused, match=r"pip install 'cqos-core\[repair\]'") as refused:
+    with pytest.raises(Refused, match=r"the service lacks the extra `repair`$") as refused:
         answer("/cqos.v1.CheckService/Suggest", request, 100)
     assert refused.value.code == "FAILED_PRECONDITION"

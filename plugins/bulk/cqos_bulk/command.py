@@ -18,6 +18,19 @@ from cqos_core.model.system import Setting
 _ORDER: Final = ("note", "warning", "error")
 
 
+def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
+    """Refuse what needs packages that are not installed.
+
+    Raises:
+        MissingError: with the line that installs them.
+    """
+    lacking = [name for name in dict.fromkeys(packages) if importlib.util.find_spec(name) is None]
+    if lacking:
+        from cqos_core.model.features import missing
+
+        raise missing(feature, f"{what} needs what is not installed: {', '.join(lacking)}")
+
+
 @click.command(
     epilog="Exit codes are those of `cqos check`: 0 clean; 1 findings at or above the fail level, or no pair was compared; "
     "2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
@@ -77,11 +90,9 @@ def audit(
       cqos audit fleet.duckdb --output findings.parquet
       cqos audit robots/
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    lacking = [name for name in ("narwhals", "duckdb", "pyarrow") if importlib.util.find_spec(name) is None]
-    if lacking:
-        raise CqosError(f"`cqos audit` needs {', '.join(lacking)}: pip install 'cqos[bulk]'")
-    if given["spark"] and importlib.util.find_spec("pyspark") is None:
-        raise CqosError("`--spark` needs pyspark: pip install 'cqos[spark]'")
+    _refuse_lacking("bulk", "`cqos audit`", "narwhals", "duckdb", "pyarrow", str(given["engine"]))
+    if given["spark"]:
+        _refuse_lacking("spark", "--spark", "pyspark")
     from cqos_bulk.fleet import WantedAudit, run_audit
     from cqos_bulk.fleet_report import as_json, as_text
     from cqos_core.cli import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE

@@ -11,6 +11,7 @@ from cqos_dds.prove.forking import Forks
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from cqos_core.analysis.proving import Event, Outcome, Plan
     from cqos_dds.prove.stage import Running
 
 _LOOPBACK: Final = (
@@ -28,8 +29,23 @@ class _Cyclone(Implementation):
 
     def missing(self) -> str | None:
         """Say how to install Cyclone DDS, where it is not there."""
-        lacking = "Cyclone DDS is not installed: pip install 'cqos-dds[prove]' (Python 3.10 to 3.13)"
-        return lacking if self._version() is None else None
+        if self._version() is not None:
+            return None
+        from cqos_core.model.features import advice
+
+        return f"Cyclone DDS is not installed: {advice('prove')}"
+
+    def prove(self, plan: Plan, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
+        """Run the pair, as all implementations do.
+
+        Raises:
+            MissingError: Cyclone DDS is not installed, with the line that installs it.
+        """
+        if self._version() is None:
+            from cqos_core.model.features import missing
+
+            raise missing("prove", "Cyclone DDS is not installed")
+        return super().prove(plan, report)
 
     def version(self) -> str:
         """Return the version of the Python package, which brings the library."""

@@ -17,7 +17,7 @@ from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snap
 from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
-from cqos_core.model.problems import CqosError, describe
+from cqos_core.model.problems import describe
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 from cqos_dds.snapshot import ros
@@ -93,15 +93,15 @@ def _joined(domain: int) -> Discovery:
     """Join a domain.
 
     Raises:
-        CqosError: Cyclone DDS is not installed.
+        MissingError: Cyclone DDS is not installed.
     """
     try:
         from cqos_dds.snapshot.discovery import Discovery
     except ImportError as error:
-        raise CqosError(
-            f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)}): "
-            "pip install 'cqos-dds[snapshot]' (Python 3.10 to 3.13)"
-        ) from None
+        from cqos_core.model.features import missing
+
+        what = f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)})"
+        raise missing("snapshot", what) from None
     return Discovery(domain)
 
 

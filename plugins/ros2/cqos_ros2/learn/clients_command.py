@@ -26,7 +26,8 @@ def learn_folder(path: str, output: str | None, calls: tuple[str, ...], *, check
     """Write or check the system file of each protocol; return whether one differs from the sources.
 
     Raises:
-        InputError: no client was found, or the parser of C++ is not installed.
+        InputError: no client was found.
+        MissingError: the parser of C++ is not installed.
     """
     differing = found = False
     for protocol in protocols():
@@ -34,8 +35,10 @@ def learn_folder(path: str, output: str | None, calls: tuple[str, ...], *, check
             with Progress(f"learning {path}"):
                 learned = learn_clients(path, tables(calls, protocol), protocol)
         except NoParserError:
+            from cqos_core.model.features import missing
+
             message = f"`{path[:120]}` has sources in C++, and their parser is not installed"
-            raise InputError([Problem("CQ045", message, None, "pip install 'cqos[source]'")]) from None
+            raise missing("source", message) from None
         if not learned.system.participants:
             say_gaps(path, learned.gaps)
             continue

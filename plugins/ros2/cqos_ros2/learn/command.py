@@ -174,8 +174,10 @@ def _learned(
         with Progress(f"learning {name}"):
             return learn_package(name, workspace, calls, kept, parsed)
     except NoParserError:
+        from cqos_core.model.features import missing
+
         message = f"`{name}` has sources in C++, and their parser is not installed"
-        raise InputError([Problem("CQ045", message, None, "pip install 'cqos[source]'")]) from None
+        raise missing("source", message) from None
 
 
 def _there(name: str, workspace: Workspace, output: str | None) -> Kept:

@@ -172,7 +172,9 @@ class Library:
         try:
             learned = learn(package, workspace, parsed=self._parsed)
         except NoParserError:
-            self.unread[package] = "its sources in C++ were not read: pip install 'cqos-ros2[source]'"
+            from cqos_core.model.features import advice
+
+            self.unread[package] = f"its sources in C++ were not read: {advice('source')}"
             return []
         except InputError as error:
             self.unread[package] = f"what its sources say cannot be written down: {error.problems[0].message}"
