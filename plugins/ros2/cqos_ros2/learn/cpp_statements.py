@@ -22,6 +22,7 @@ from cqos_ros2.learn.program import (
     Attribute,
     Call,
     Do,
+    Element,
     If,
     Items,
     Leave,
@@ -117,7 +118,13 @@ def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, st
     for index, child in enumerate(node.children):
         if node.field_name_for_child(index) != "declarator":
             continue
-        if child.type == "init_declarator":
+        names = _bound_names(child)
+        if names:
+            held = f"#{child.start_point[0]}:{child.start_point[1]}"
+            mark = _marked(type_text, node, child)
+            yield held, expression(child.child_by_field_name("value"), file), mark
+            yield from ((name, Element(Name(held), Literal(index)), mark) for index, name in enumerate(names))
+        elif child.type == "init_declarator":
             value = child.child_by_field_name("value")
             if value is not None:
                 written, made = _marked(type_text, node, child), initial_value(type_text, value, file)
@@ -134,6 +141,15 @@ def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, st
             yield declared_name(child), made, _marked(type_text, node, child)
         else:
             yield declared_name(child), NotFollowed(text_of(child)[:60]), type_text
+
+
+def _bound_names(declarator: Node) -> list[str]:
+    """Return the names of a structured binding; none where it is another declaration."""
+    inner = declarator.child_by_field_name("declarator")
+    if inner is not None and inner.type == "reference_declarator" and inner.named_children:
+        inner = inner.named_children[0]
+    binding = inner is not None and inner.type == "structured_binding_declarator"
+    return [text_of(each) for each in inner.named_children] if inner is not None and binding else []
 
 
 def _marked(type_text: str, node: Node, child: Node) -> str:

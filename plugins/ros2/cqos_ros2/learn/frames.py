@@ -56,6 +56,7 @@ class Frame:
         aliases: names that are references or pointers to others, with what is written for these; whether it is a pointer.
         declared: types of names, as written.
         at: where the last call stands whose function is walked.
+        yielded: what it yields, in Python.
         ways: where it returned: the tests as in `returned`, all values, the place; values are None where they are as at the end.
     """
 
@@ -69,6 +70,7 @@ class Frame:
     left: list[list[dict[str, Any]]] = field(default_factory=list)
     declared: dict[str, str] = field(default_factory=dict)
     at: Place | None = None
+    yielded: list[Any] = field(default_factory=list)
     ways: list[Way] = field(default_factory=list)
     aliases: dict[str, tuple[Expression, bool]] = field(default_factory=dict)
 

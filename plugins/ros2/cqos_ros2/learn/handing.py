@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
+from cqos_ros2.learn.frames import Condition
 from cqos_ros2.learn.names import last_part, without_arguments
-from cqos_ros2.learn.profiles import forget, is_profile
+from cqos_ros2.learn.preparing import Start, prepare
+from cqos_ros2.learn.profiles import content, forget, is_profile, reached, undecided
 from cqos_ros2.learn.program import Attribute, Call, Element, Name, Reference, call_name
-from cqos_ros2.learn.setters import forget_members, kept_for_later
-from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, Template, Undecided
+from cqos_ros2.learn.setters import STARTS, forget_members, kept_for_later
+from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, Template, Undecided, same
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -69,7 +71,9 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
     if name == "setattr":
         _set_by_name(expression, arguments, walk)
         return
+    values = (*arguments, *keywords.values())
     if last_part(name) in walk.table.lists["changing"]:
+        forget(values, f"`{name[:60]}` may change it", expression.place)
         for written in expression.arguments:
             _change(written, expression, walk)
     if not walk.table.is_listed("harmless", name):
@@ -77,7 +81,51 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
             _open(expression, name, arguments, walk)
         else:
             _open_lists(expression, name, arguments, walk)
-            forget([*arguments, *keywords.values()], f"`{name[:60]}` may change it", expression.place)
+    open_to(name, expression, values, walk)
+
+
+def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> None:
+    """Take qualities of service as not known that code which was not read may change: those it is handed, alone or in objects, and those that functions change which it may call."""
+    cause, place, last = f"`{name[:60]}` may change it", expression.place, last_part(name)
+    calling, harmless = walk.table.is_listed("calling", name), walk.table.is_listed("harmless", name)
+    if walk.table.is_listed("anything", name):
+        prepare(walk)
+        forget(reached(*walk.instances), cause, place)
+    codes = [each for each in values if isinstance(each, Code)]
+    if calling or (
+        codes and not harmless and not last.startswith(STARTS) and name not in walk.table.lists["at_run_time"]
+    ):
+        handed = undecided(Unknown("what it is handed"), *values)
+        for each in codes:
+            forget(_changed_by(each, handed, walk), cause, place)
+    if calling:
+        forget(() if codes else values, cause, place)
+    elif not harmless and walk.program.language == "python":
+        holders = () if walk.table.is_listed("without_endpoints", name) else values
+        forget([*values, *reached(*(each for each in holders if not isinstance(each, Code)))], cause, place)
+
+
+def _changed_by(code: Code, handed: Any, walk: Walk) -> list[Profile]:
+    """Return the qualities of service that a function changes where it is called; the walk of it leaves nothing else behind."""
+    from cqos_ros2.learn.calling import invoke
+
+    prepare(walk)
+    start, kept, thrown = Start(walk), walk.snapshot(), walk.thrown
+    sets = [(each, {*each}) for each in (walk.executed, walk.made_at, walk.awaited, walk.at_run_time)]
+    lost, cut, before = dict(walk.lost), [*walk.cut], [(each, content(each)) for each in reached(*walk.instances)]
+    walk.conditions.append(Condition(perhaps=f"it is made in a function in line {code.function.place.line}"))
+    walk.thrown = None
+    try:
+        invoke(code.function, code.this, [handed for _ in code.function.parameters], {}, walk, value=code)
+    finally:
+        walk.conditions.pop()
+    found = [each for each, old in before if not same(old, content(each))]
+    start.restore(walk)
+    walk.restore(kept)
+    for each, old in sets:
+        each.intersection_update(old)
+    walk.lost, walk.cut, walk.thrown = lost, cut, thrown
+    return found
 
 
 def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
@@ -94,6 +142,7 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
         if isinstance(value, _CHANGING):
             assign(written, Unknown(cause, expression.place), walk)
         elif isinstance(value, Instance) and value.cls is not None and value.node is None:
+            forget(reached(value), cause, expression.place)
             forget_members(value, cause, walk)
         elif isinstance(value, Instance) and walk.table.lookup(walk.table.objects, value.library) is not None:
             value.members.clear()

@@ -25,6 +25,12 @@ STATIC: Final = "static "
 """How the type of a local name of C++ begins that is made once for all calls."""
 POINTS: Final = "*"
 """The operator of C++ that copies what a pointer points to, where it has one operand."""
+ENTER: Final = "#enter"
+"""The call of what a `with` of Python begins, with its manager."""
+LEAVE: Final = "#leave"
+"""The call of what a `with` of Python ends, with its manager."""
+YIELD: Final = "#yield"
+"""The call of what a generator of Python yields, with the value."""
 CASE: Final = "case"
 """The operator of a value, one case of a switch, and the words of all of its cases, which differ from each other."""
 
@@ -134,9 +140,14 @@ class Closure:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A method or function as a value, as in ``&Talker::on_timer``; with what it is bound to."""
+    """A method or function as a value, as in ``&Talker::on_timer``.
+
+    Attributes:
+        bound: what `std::bind` hands it; ``_1`` stands for the first argument of the call.
+    """
 
     name: str
+    bound: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +288,7 @@ class Function:
         source: its text; empty where it is not kept.
         macro: it stands for a macro; what it makes stands where the macro is used.
         returns: the type of what it returns, in C++, with ``&`` or ``*`` at its end; empty where it is not written.
+        decorators: the names of what wraps it, in Python.
     """
 
     name: str
@@ -290,6 +302,7 @@ class Function:
     source: bytes = b""
     macro: bool = False
     returns: str = ""
+    decorators: tuple[str, ...] = ()
 
     @property
     def body(self) -> tuple[Statement, ...]:

@@ -41,7 +41,7 @@ CHANGING: Final = frozenset(
 """Methods that change a list, set or dictionary."""
 _TRANSITIONS: Final = frozenset(("on_deactivate", "on_cleanup", "on_shutdown", "on_error"))
 """What the life cycle of a node calls, apart from its start."""
-_STARTS: Final = ("create_", "add_")
+STARTS: Final = ("create_", "add_")
 _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
 """Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
 
@@ -172,7 +172,7 @@ def is_class(name: str) -> bool:
 def kept_for_later(values: Iterable[Any], call: Call, walk: Walk) -> None:
     """Note lambdas that a call was handed and did not call: what they set is not known from then on."""
     name = last_part(call_name(call))
-    if walk.program.language != "cpp" or name in _LATER or name.startswith(_STARTS):
+    if walk.program.language != "cpp" or name in _LATER or name.startswith(STARTS):
         return
     for each in values:
         if isinstance(each, Code) and each.function.name == "lambda" and id(each.function) not in walk.executed:
@@ -186,6 +186,7 @@ def _forget(name: str, code: Code, walk: Walk) -> None:
 
     unknown = Unknown(f"`{name[:60]}` is also set in a lambda in line {code.function.place.line}")
     if name in code.own:
+        forget(code.own[name], unknown.cause)
         return
     if name in code.names:
         forget(code.names[name], unknown.cause)
