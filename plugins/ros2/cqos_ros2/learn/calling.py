@@ -14,14 +14,27 @@ from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library
 from cqos_ros2.learn.evaluating import evaluate, is_missing, local, member, shared_preset, whole, with_arguments
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, Walk, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
-from cqos_ros2.learn.handing import hand_over
+from cqos_ros2.learn.handing import hand_over, open_objects
 from cqos_ros2.learn.names import fits, last_part, refers, without_arguments
 from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, inherited, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
 from cqos_ros2.learn.profiles import change, content, forget, is_profile, profile, reached, undecided
-from cqos_ros2.learn.program import ENTER, LEAVE, SUPER, YIELD, Attribute, Call, Literal, Name, Return, call_name
+from cqos_ros2.learn.program import (
+    EACH,
+    ENTER,
+    LEAVE,
+    PAIRS,
+    SUPER,
+    YIELD,
+    Attribute,
+    Call,
+    Literal,
+    Name,
+    Return,
+    call_name,
+)
 from cqos_ros2.learn.qualities import FIELDS, maker, policy_of, setter
 from cqos_ros2.learn.searching import parts
 from cqos_ros2.learn.setters import forget_all, kept_for_later
@@ -32,6 +45,7 @@ from cqos_ros2.learn.values import (
     Code,
     Either,
     Instance,
+    Profile,
     Qos,
     Resolved,
     Template,
@@ -51,7 +65,6 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.table import Row
     from cqos_ros2.learn.values import Tests
 
-_COMPREHENSIONS: Final = ("#each", "#pairs")
 _BINDS: Final = frozenset(("partial", "bind", "bind_front"))
 """Functions that return a function with some arguments."""
 _PLACEHOLDER: Final = re.compile("_([1-9])")
@@ -82,12 +95,15 @@ def call(expression: Call, walk: Walk) -> Any:
         found = _named(name, Given(expression, arguments, keywords, types), walk)
     elif isinstance(function, Attribute):
         given = Given(expression, arguments, keywords, types)
+        if isinstance(receiver, (Undecided, Profile)) and function.name in FIELDS and not arguments:
+            return _policy(receiver, function.name)
         of_base = function.of == Name(SUPER)
         found = inherited(function.name, given, walk) if of_base else _method(receiver, function, given, walk)
     else:
         value = evaluate(function, walk)
-        for each in () if isinstance(value, Code) else parts(function):  # `(this->*method)()`
-            forget(reached(evaluate(each, walk)), "a call that is not followed may change it", expression.place)
+        if not isinstance(value, Code):  # `(this->*method)()`
+            held = [evaluate(each, walk) for each in parts(function)]
+            open_objects(held, "a call that is not followed may change it", expression.place, walk)
         found = (
             invoke(value.function, value.this, arguments, keywords, walk, value=value)
             if isinstance(value, Code)
@@ -115,8 +131,6 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
     this = walk.frame.this
     if name in _OF_PYTHON:
         return _OF_PYTHON[name](given, walk)
-    if name in _COMPREHENSIONS:
-        return _comprehended(name, given.arguments[0], given.arguments[1], walk)
     bound = used(given.arguments[0]) if last_part(name) in _BINDS and given.arguments else MISSING
     if isinstance(bound, Code):
         return with_arguments(bound, given.arguments[1:], given.keywords)
@@ -176,11 +190,9 @@ def _yield(given: Given, walk: Walk) -> Any:
     return Unknown("what a generator is sent")
 
 
-_OF_PYTHON: Final[dict[str, Callable[[Given, Walk], Any]]] = {ENTER: _enter, LEAVE: _leave, YIELD: _yield}
-
-
-def _comprehended(kind: str, made: Code, over: Any, walk: Walk) -> Any:
+def _comprehended(given: Given, walk: Walk) -> Any:
     """Return the list or dictionary that a comprehension makes; of elements that are not known, not known."""
+    made, over = given.arguments
     count = len(made.function.parameters)
     over = [*over] if isinstance(over, dict) else over
     known = isinstance(over, list) and len(over) <= MOST_ELEMENTS
@@ -195,7 +207,19 @@ def _comprehended(kind: str, made: Code, over: Any, walk: Walk) -> Any:
         walk.conditions.pop()
         return undecided(Unknown("a list of elements that are not known"), found)
     plain = all(isinstance(each, list) and isinstance(each[0], (str, int)) for each in found)
-    return found if kind == "#each" else dict(found) if plain else undecided(Unknown("a dictionary"), found)
+    return (
+        found if call_name(given.call) == EACH else dict(found) if plain else undecided(Unknown("a dictionary"), found)
+    )
+
+
+_OF_PYTHON: Final[dict[str, Callable[[Given, Walk], Any]]] = {
+    EACH: _comprehended,
+    PAIRS: _comprehended,
+    ENTER: _enter,
+    LEAVE: _leave,
+    YIELD: _yield,
+}
+"""What statements of Python do that call something."""
 
 
 def _function(name: str, given: Given, walk: Walk) -> Any:
@@ -437,6 +461,14 @@ def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     return MISSING
 
 
+def _policy(receiver: Any, name: str) -> Any:
+    """Return a policy of a quality of service, or of one of several."""
+    found = content(receiver)
+    if isinstance(found, Undecided):
+        return Unknown(found.cause, found.place)
+    return each_case(found, lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else qos)
+
+
 def _on_qos(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
     """Return what a method of a quality of service returns; one that sets a policy returns the object, as in C++."""
     name = function.name
@@ -444,8 +476,6 @@ def _on_qos(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         return receiver
     if name in walk.table.copies:
         return profile(content(receiver), walk)
-    if name in FIELDS and not given.arguments:
-        return each_case(content(receiver), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else qos)
     refused = Unknown(f"`{name[:60]}` of a quality of service is not followed", given.call.place)
     if name in walk.table.reads:
         return refused

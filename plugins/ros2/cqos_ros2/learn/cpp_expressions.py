@@ -325,6 +325,8 @@ def _conditional(node: Node, file: CppFile) -> Expression:
 
 def _inner(node: Node, file: CppFile) -> Expression:
     inner = [each for each in node.named_children if each.type != "comment"]
+    if any(each.type == "ERROR" for each in inner):  # `(this->*method)`
+        return NotFollowed(text_of(node)[:60], tuple(expression(each, file) for each in inner))
     return expression(inner[-1], file) if inner else NotFollowed(text_of(node)[:60])
 
 

@@ -44,7 +44,7 @@ from cqos_ros2.learn.program import (
     Reference,
 )
 from cqos_ros2.learn.qualities import FIELDS, changed, policy_of, preset
-from cqos_ros2.learn.setters import set_elsewhere
+from cqos_ros2.learn.setters import changed_in, set_elsewhere
 from cqos_ros2.learn.spinning import note_value
 from cqos_ros2.learn.values import (
     MISSING,
@@ -119,6 +119,9 @@ def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Element):
         of = evaluate(expression.of, walk)
         key = evaluate(expression.key, walk)
+        if isinstance(of, Instance) and isinstance(key, int) and walk.program.language == "cpp":  # `auto & [a, b] = it`
+            fields = [name for each in lineage(of.cls, walk) for name in each.fields]
+            return member(of, fields[key], walk) if key < len(fields) else undecided(element(of, key), *reached(of))
         if isinstance(of, Word) and isinstance(key, str):  # an enumeration of Python
             return shared_preset(f"{of.name}.{key}", walk) or of
         return undecided(element(of, key), *(reached(of) if isinstance(of, Instance) else (of,)))
@@ -301,6 +304,9 @@ def _constant(text: str, walk: Walk) -> Any:
         made = once(walk.constants, first, lambda: _stated(value, file, last, walk), walk)
         if not isinstance(made, Instance):
             del walk.constants[first]
+        by = changed_in(last, walk) if is_profile(made) else None
+        if by is not None:
+            forget(made, f"`{by.last}` may change `{text[:60]}`", by.place)
         return made
     values = [_stated(value, file, last, walk) for file, value in own]
     if all(same(content(each), content(values[0])) for each in values):
@@ -395,6 +401,8 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
         return of[_PAIR.index(expression.name)]
     if walk.table.is_same(expression.name):
         return of
+    if isinstance(of, Undecided) and expression.name in FIELDS:
+        return Unknown(of.cause, of.place)
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")
 
 

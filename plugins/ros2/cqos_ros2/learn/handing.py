@@ -8,7 +8,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
 from cqos_ros2.learn.frames import Condition
 from cqos_ros2.learn.names import last_part, without_arguments
-from cqos_ros2.learn.preparing import Start, prepare
+from cqos_ros2.learn.preparing import Start, make_members, prepare
 from cqos_ros2.learn.profiles import content, forget, is_profile, reached, undecided
 from cqos_ros2.learn.program import Attribute, Call, Element, Name, Reference, call_name
 from cqos_ros2.learn.setters import STARTS, forget_members, kept_for_later
@@ -17,6 +17,7 @@ from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from cqos_core.model.system import Place
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression, Variable
 
@@ -73,7 +74,8 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
         return
     values = (*arguments, *keywords.values())
     if last_part(name) in walk.table.lists["changing"]:
-        forget(values, f"`{name[:60]}` may change it", expression.place)
+        holders = [each for each in values if not isinstance(each, Code)]
+        open_objects(holders, f"`{name[:60]}` may change it", expression.place, walk)
         for written in expression.arguments:
             _change(written, expression, walk)
     if not walk.table.is_listed("harmless", name):
@@ -101,8 +103,17 @@ def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> N
     if calling:
         forget(() if codes else values, cause, place)
     elif not harmless and walk.program.language == "python":
-        holders = () if walk.table.is_listed("without_endpoints", name) else values
-        forget([*values, *reached(*(each for each in holders if not isinstance(each, Code)))], cause, place)
+        forget(values, cause, place)
+        if not walk.table.is_listed("without_endpoints", name):
+            open_objects([each for each in values if not isinstance(each, Code)], cause, place, walk)
+
+
+def open_objects(values: Sequence[Any], cause: str, place: Place, walk: Walk) -> None:
+    """Take the qualities of service as not known that values are or hold, in lists and objects."""
+    for each in values:
+        if isinstance(each, Instance) and each.cls is not None:
+            prepare(walk) if walk.program.language == "python" else make_members(each, walk)
+    forget(reached(*values), cause, place)
 
 
 def _changed_by(code: Code, handed: Any, walk: Walk) -> list[Profile]:
@@ -142,7 +153,7 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
         if isinstance(value, _CHANGING):
             assign(written, Unknown(cause, expression.place), walk)
         elif isinstance(value, Instance) and value.cls is not None and value.node is None:
-            forget(reached(value), cause, expression.place)
+            open_objects([value], cause, expression.place, walk)
             forget_members(value, cause, walk)
         elif isinstance(value, Instance) and walk.table.lookup(walk.table.objects, value.library) is not None:
             value.members.clear()

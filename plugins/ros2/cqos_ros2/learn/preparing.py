@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
-from cqos_ros2.learn.evaluating import evaluate, initial_value, shared_preset
+from cqos_ros2.learn.evaluating import evaluate, initial_value, member, shared_preset
 from cqos_ros2.learn.frames import Frame, lineage
 from cqos_ros2.learn.program import Function, Name, call_name
 from cqos_ros2.learn.searching import calls_in
-from cqos_ros2.learn.values import Instance, NodeRecord
+from cqos_ros2.learn.values import Instance, NodeRecord, used
 
 if TYPE_CHECKING:
     from cqos_ros2.launch.values import Unknown
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression
+
+_DEEPEST: Final = 4
 
 
 def prepare(walk: Walk) -> None:
@@ -28,12 +30,22 @@ def prepare(walk: Walk) -> None:
             for name, written in cls.initial.items():
                 if name not in instance.members and _makes_quality(written, walk):
                     instance.members[name] = initial_value(instance, name, walk)
-    for found in program.constants.values():
-        for full, written, path in found:
-            if _makes_quality(written, walk):
-                walk.frames.append(Frame(Function(full, (), (), Place(path)), None))
-                evaluate(Name(full), walk)
-                walk.frames.pop()
+    if program.qualities is None:
+        stated = (each for found in program.constants.values() for each in found)
+        program.qualities = [(full, path) for full, written, path in stated if _makes_quality(written, walk)]
+    for full, path in program.qualities:
+        walk.frames.append(Frame(Function(full, (), (), Place(path)), None))
+        evaluate(Name(full), walk)
+        walk.frames.pop()
+
+
+def make_members(instance: Instance, walk: Walk, depth: int = 0) -> None:
+    """Make the members of an object of C++ that come with it, and theirs: what is handed the object may change them."""
+    for cls in lineage(instance.cls, walk):
+        for name in cls.fields:
+            found = used(member(instance, name, walk))
+            if isinstance(found, Instance) and found.cls is not None and depth < _DEEPEST:
+                make_members(found, walk, depth + 1)
 
 
 def _makes_quality(written: Expression, walk: Walk) -> bool:

@@ -25,6 +25,9 @@ STATIC: Final = "static "
 """How the type of a local name of C++ begins that is made once for all calls."""
 POINTS: Final = "*"
 """The operator of C++ that copies what a pointer points to, where it has one operand."""
+EACH: Final = "#each"
+PAIRS: Final = "#pairs"
+"""The calls of what a comprehension of Python makes, with a function of each element and what it goes over."""
 ENTER: Final = "#enter"
 """The call of what a `with` of Python begins, with its manager."""
 LEAVE: Final = "#leave"
@@ -364,6 +367,8 @@ class Program:
         namespaces: those of C++, by their whole names.
         scoped: aliases with their whole names, by the last part.
         names_set: names that functions set, by the identity of the function.
+        qualities: constants that are qualities of service, with their files; None before something asked for them.
+        changing: functions that may change a constant, by its name.
     """
 
     language: str
@@ -388,6 +393,8 @@ class Program:
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
     names_set: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    qualities: list[tuple[str, str]] | None = None
+    changing: dict[str, list[Function]] = field(default_factory=dict)
 
     def add(self, other: Program) -> None:
         """Take what the files of a package that this one depends on define."""

@@ -10,9 +10,11 @@ from typing import Any, Final
 from cqos_core.model.system import Place
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
+    EACH,
     ENTER,
     JOIN,
     LEAVE,
+    PAIRS,
     SUPER,
     THIS,
     YIELD,
@@ -242,26 +244,41 @@ def _read(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
         yield Do(_expression(node.value, file), place)
     elif isinstance(node, ast.Return):
         yield Return(_optional(node.value, file), place)
-    elif isinstance(node, ast.Assert):
-        yield Do(_expression(node.test, file), place)
-    elif isinstance(node, ast.Delete):
-        for each in node.targets:
-            if isinstance(each, ast.Attribute):
-                yield Assign(_target(each, file), NotFollowed("del"), place)
     elif isinstance(node, (ast.Raise, ast.Break, ast.Continue)):
-        if isinstance(node, ast.Raise) and node.exc is not None:
-            yield Do(_expression(node.exc, file), place)
+        yield from _raised(node, file)
         yield Leave("throw" if isinstance(node, ast.Raise) else "break" if isinstance(node, ast.Break) else "continue")
-    elif isinstance(node, ast.FunctionDef):
-        made: Expression = Closure(Function(node.name, _parameters(node.args, file), _block(node.body, file), place))
-        for each in reversed(node.decorator_list):
-            made = Call(_expression(each, file), (made,), (), (), place)
-        yield Assign(Name(node.name), made, place, declares=True)
     else:
         yield from _compound(node, file)
 
 
+def _raised(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    if isinstance(node, ast.Raise) and node.exc is not None:
+        yield Do(_expression(node.exc, file), file.place(node))
+
+
+def _inner_function(node: ast.FunctionDef | ast.AsyncFunctionDef, file: PythonFile) -> Statement:
+    """Return what gives a name an inner function, with what wraps it."""
+    place = file.place(node)
+    made: Expression = Closure(Function(node.name, _parameters(node.args, file), _block(node.body, file), place))
+    for each in reversed(node.decorator_list):
+        made = Call(_expression(each, file), (made,), (), (), place)
+    return Assign(Name(node.name), made, place, declares=True)
+
+
 def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    place = file.place(node)
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        yield _inner_function(node, file)
+    elif isinstance(node, ast.Assert):
+        yield Do(_expression(node.test, file), place)
+    elif isinstance(node, ast.Delete):
+        members = [each for each in node.targets if isinstance(each, ast.Attribute)]
+        yield from (Assign(_target(each, file), NotFollowed("del"), place) for each in members)
+    else:
+        yield from _block_of(node, file)
+
+
+def _block_of(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     place = file.place(node)
     if isinstance(node, ast.If):
         yield If(_expression(node.test, file), _block(node.body, file), _block(node.orelse, file), place)
@@ -342,18 +359,23 @@ def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile)
         yield Assign(_target(target, file), NotFollowed("nonlocal") if shared else value, place)
         return
     starred = any(isinstance(each, ast.Starred) for each in target.elts)
-    if isinstance(value, Items) and len(value.items) == len(target.elts) and not starred:
-        if not any(isinstance(each, (Name, Attribute, Element)) for each in value.items[1:]):  # `a, b = b, a`
-            for each, one in zip(target.elts, value.items, strict=True):
-                yield from _assign(each, one, place, file)
-            return
-    if not isinstance(value, (Name, Attribute, Element)) or isinstance(value, Items):
+    paired = isinstance(value, Items) and len(value.items) == len(target.elts) and not starred
+    if isinstance(value, Items) and paired and not _crossed(value.items):
+        for each, one in zip(target.elts, value.items, strict=True):
+            yield from _assign(each, one, place, file)
+        return
+    if not isinstance(value, (Name, Attribute, Element)):
         yield Assign(Name(_unpacked(target)), value, place, declares=True)
         value = Name(_unpacked(target))
     for index, each in enumerate(target.elts):
         plain = each.value if isinstance(each, ast.Starred) else each
         given = NotFollowed("an unpacked value", (value,)) if starred else Element(value, Literal(index))
         yield from _assign(plain, given, place, file)
+
+
+def _crossed(items: tuple[Expression, ...]) -> bool:
+    """Whether values may mean what one of several targets before them sets: ``a, b = b, a``."""
+    return any(isinstance(each, (Name, Attribute, Element)) for each in items[1:])
 
 
 def _target(node: ast.expr, file: PythonFile) -> Expression:
@@ -503,7 +525,7 @@ def _comprehension(node: Any, file: PythonFile) -> Expression:
             )
         targets = tuple(Variable(one.id) for one in ast.walk(each.target) if isinstance(one, ast.Name))
         body = (Return(made[0] if len(made) == 1 else Items(made), place),)
-        kind = "#pairs" if len(made) > 1 else "#each"
+        kind = PAIRS if len(made) > 1 else EACH
         call = Call(
             Name(kind), (Closure(Function("lambda", targets, body, place)), _expression(each.iter, file)), (), (), place
         )

@@ -11,6 +11,7 @@ from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.profiles import forget, is_profile
 from cqos_ros2.learn.program import (
     THIS,
+    Assign,
     Attribute,
     Call,
     Class,
@@ -20,10 +21,12 @@ from cqos_ros2.learn.program import (
     Name,
     NotFollowed,
     Operation,
+    Reference,
+    Return,
     call_name,
 )
 from cqos_ros2.learn.qualities import FIELDS
-from cqos_ros2.learn.searching import assignments, calls_in
+from cqos_ros2.learn.searching import assignments, calls_in, inside
 from cqos_ros2.learn.spinning import called_later
 from cqos_ros2.learn.values import PLAIN, Code, Instance
 
@@ -85,6 +88,45 @@ def _setters(cls: Class, walk: Walk, *, cyclic: bool) -> dict[str, list[Function
                 for name in _names_set(inner, walk):
                     found.setdefault(name, []).append(inner)
     return found
+
+
+def changed_in(name: str, walk: Walk) -> Function | None:
+    """Return a function that may change what a plain name at the top of a file means, and that the walk has not come to."""
+    program = walk.program
+    if name not in program.changing:
+        functions = {id(each): each for found in program.functions.values() for each in found}.values()
+        mentioning = (each for each in functions if each.mentions((name.encode(),)))
+        program.changing[name] = [each for each in mentioning if _changes(each, name, walk)]
+    return next((each for each in program.changing[name] if id(each) not in walk.executed), None)
+
+
+def _changes(function: Function, name: str, walk: Walk) -> bool:
+    """Whether a function may change what a name means outside of it."""
+    declares = [each for each in inside(function.body) if isinstance(each, Assign) and each.declares]
+    cls = walk.program.find_class(function.owner, function.place.source) if function.owner else None
+    own = {each.name for each in function.parameters} | {
+        each.target.text for each in declares if isinstance(each.target, Name)
+    }
+    if name in own or any(name in {*each.fields, *each.initial} for each in lineage(cls, walk)):
+        return False
+    if any(last_part(each.removesuffix(_COUNTS)) == name for each in _names_set(function, walk)):
+        return True
+    if walk.program.language == "python":
+        return False
+    refers = [each.value for each in declares if each.type.endswith(("&", "*")) and not each.type.startswith("const ")]
+    if function.returns.endswith(("&", "*")) and not function.returns.startswith("const "):
+        refers += [each.value for each in inside(function.body) if isinstance(each, Return) and each.value is not None]
+    calls = (each for each in calls_in(function.body) if walk.table.is_listed("calling", call_name(each)))
+    refers += [given for each in calls for given in each.arguments]
+    return any(_means(each, name) for each in refers)
+
+
+def _means(written: Expression, name: str) -> bool:
+    """Whether an expression means the object of a plain name, or refers to it."""
+    if isinstance(written, Operation) and len(written.operands) == 1:
+        written = written.operands[0]
+    bound = written.bound if isinstance(written, Reference) else ()
+    return (isinstance(written, Name) and last_part(written.text) == name) or any(_means(each, name) for each in bound)
 
 
 def _lambdas(function: Function) -> Iterator[Function]:
