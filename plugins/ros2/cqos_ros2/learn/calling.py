@@ -14,7 +14,7 @@ from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library
 from cqos_ros2.learn.evaluating import evaluate, is_missing, local, member, shared_preset, whole, with_arguments
 from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, Walk, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
-from cqos_ros2.learn.handing import hand_over, open_objects
+from cqos_ros2.learn.handing import hand_over, open_objects, open_receiver
 from cqos_ros2.learn.names import fits, last_part, refers, without_arguments
 from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, inherited, plain_node
@@ -114,6 +114,8 @@ def call(expression: Call, walk: Walk) -> Any:
         return on if found is receiver else undecided(found, receiver, arguments)
     if isinstance(function, Name):
         forget(local(function.text, walk), f"`{function.text[:60]}` may change it", expression.place)
+    elif isinstance(function, Attribute):
+        open_receiver(receiver, function.name, expression.place, walk)
     hand_over(expression, arguments, keywords, walk)
     walk.lost[id(expression)] = expression, walk.frame.function
     called = last_part(call_name(expression))

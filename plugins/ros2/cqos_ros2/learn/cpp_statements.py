@@ -35,7 +35,7 @@ from cqos_ros2.learn.program import (
     Try,
     call_name,
 )
-from cqos_ros2.learn.searching import inside
+from cqos_ros2.learn.searching import calls_in, inside
 from cqos_ros2.learn.setters import CHANGING
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
     declared = [*declared_in(start, file)] if start is not None and start.type == "declaration" else []
     if not declared:
         expression(start, file)
-    _changed_in_head(node, {name for name, _, _ in declared}, file)
+    head = _changed_in_head(node, {name for name, _, _ in declared}, file)
     if len(declared) == 1:
         name, first, _ = declared[0]
         past = _counted(node, name, file)
@@ -236,7 +236,8 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
             yield Loop((name,), Call(Name("#range"), (first, past), (), (), place), statements, place)
             return
     yield from (Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in declared)
-    yield Loop((), None, statements, place)
+    yield from head
+    yield Loop((), None, (*statements, *head), place)
 
 
 def _changes(statement: Statement, names: tuple[str, ...]) -> bool:
@@ -250,16 +251,20 @@ def _changes(statement: Statement, names: tuple[str, ...]) -> bool:
     return isinstance(of, Name) and of.text in names and call_name(statement.expression) in CHANGING
 
 
-def _changed_in_head(node: Node, own: set[str], file: CppFile) -> None:
-    """Take what the condition and the step of a loop set as not known, apart from the names of the loop."""
+def _changed_in_head(node: Node, own: set[str], file: CppFile) -> tuple[Statement, ...]:
+    """Take what the condition and the step of a loop set as not known, apart from the names of the loop; return what they call."""
     first = len(file.pending)
-    for part in ("condition", "update"):
-        expression(node.child_by_field_name(part), file)
+    head = tuple(
+        Do(expression(part, file), file.place(part))
+        for name in ("condition", "update")
+        if (part := node.child_by_field_name(name)) is not None
+    )
     file.pending[first:] = [
         Assign(each.target, NotFollowed(""), each.place)
         for each in file.pending[first:]
         if not isinstance(each.target, Name) or each.target.text not in own
     ]
+    return tuple(each for each in head if any(True for _ in calls_in((each,))))
 
 
 def _counted(node: Node, name: str, file: CppFile) -> Expression | None:

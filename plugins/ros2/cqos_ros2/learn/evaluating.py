@@ -462,6 +462,7 @@ def _assign_attribute(target: Attribute, value: Any, walk: Walk) -> None:
     elif isinstance(of, Instance):
         _assign_member(of, target, value, walk)
     elif isinstance(of, Word):
+        forget(value, f"`{of.name[:60]}` may change it")
         walk.frame.names[f"{of.name}.{target.name}"] = value
     elif isinstance(target.of, Attribute):  # `profile.deadline.sec = 1`
         whole_of, policy = evaluate(target.of.of, walk), target.of.name

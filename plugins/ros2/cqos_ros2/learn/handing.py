@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
-from cqos_ros2.learn.frames import Condition
+from cqos_ros2.learn.frames import Condition, lineage
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.preparing import Start, make_members, prepare
 from cqos_ros2.learn.profiles import content, forget, is_profile, reached, undecided
@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Place
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression, Variable
+    from cqos_ros2.learn.program import Class, Expression, Variable
 
 _CHANGING: Final = (str, int, float, Template, Profile, list, Either)
+_PLAIN_BASES: Final = frozenset(("object", "Exception", "abc.ABC", "enum.Enum", "typing.NamedTuple", "typing.Protocol"))
+"""Base classes of Python that change nothing in their objects."""
 _HANDED: Final = "it is handed the node, and its definition was not read"
 _PARTS_WITHOUT_ENDPOINTS: Final = frozenset(
     f"get_node_{part}_interface"
@@ -89,7 +91,8 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
 def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> None:
     """Take qualities of service as not known that code which was not read may change: those it is handed, alone or in objects, and those that functions change which it may call."""
     cause, place, last = f"`{name[:60]}` may change it", expression.place, last_part(name)
-    calling, harmless = walk.table.is_listed("calling", name), walk.table.is_listed("harmless", name)
+    of_quality = any(name.startswith(f"{each}.") for each in walk.table.makers)  # `QoSProfile.depth.fset(qos, 7)`
+    calling, harmless = walk.table.is_listed("calling", name), walk.table.is_listed("harmless", name) and not of_quality
     if walk.table.is_listed("anything", name):
         prepare(walk)
         forget(reached(*walk.instances), cause, place)
@@ -106,6 +109,28 @@ def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> N
         forget(values, cause, place)
         if not walk.table.is_listed("without_endpoints", name):
             open_objects([each for each in values if not isinstance(each, Code)], cause, place, walk)
+
+
+def open_receiver(receiver: Any, name: str, place: Place, walk: Walk) -> None:
+    """Take the qualities of service as not known that an object holds whose method was not read."""
+    if not isinstance(receiver, Instance) or isinstance(receiver, Profile) or walk.table.is_listed("harmless", name):
+        return
+    of_library = receiver.cls is None and receiver.node is None
+    cause = f"`{name[:60]}` may change it"
+    if of_library or (walk.program.language == "python" and unread_bases(receiver.cls, walk)):
+        open_objects([receiver], cause, place, walk)
+
+
+def unread_bases(cls: Class | None, walk: Walk) -> list[str]:
+    """Return the classes that a class of Python is made from and that were not read, apart from those of nodes."""
+    names = [(name, each) for each in lineage(cls, walk) for name in each.bases]
+    return [
+        name
+        for name, each in names
+        if name not in _PLAIN_BASES
+        and walk.table.node_class(name) is None
+        and walk.program.find_class(name, each.place.source, each.name) is None
+    ]
 
 
 def open_objects(values: Sequence[Any], cause: str, place: Place, walk: Walk) -> None:

@@ -11,7 +11,7 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
-from cqos_ros2.learn.handing import note_nodes, open_to
+from cqos_ros2.learn.handing import note_nodes, open_to, unread_bases
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.node_options import place
 from cqos_ros2.learn.profiles import forget
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Class, Expression, Function
 
 
-_PLAIN_BASES: Final = frozenset(
-    ("object", "Exception", "ABC", "abc.ABC", "Enum", "enum.Enum", "NamedTuple", "Protocol")
-)
 NO_CONSTRUCTOR: Final = "none or several of its constructors fit"
 
 
@@ -173,9 +170,8 @@ def base(given: Given, walk: Walk) -> Any:
 
 def _hand_to_base(cls: Class, this: Instance, given: Given, walk: Walk) -> None:
     """Take what the constructor of a base class that was not read may change as not known."""
-    for name in cls.bases:
-        if walk.table.node_class(name) is None and name not in _PLAIN_BASES:
-            open_to(name, given.call, (this, *given.arguments, *given.keywords.values()), walk)
+    for name in unread_bases(cls, walk):
+        open_to(name, given.call, (this, *given.arguments, *given.keywords.values()), walk)
 
 
 def inherited(name: str, given: Given, walk: Walk) -> Any:

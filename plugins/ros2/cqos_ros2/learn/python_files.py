@@ -265,10 +265,21 @@ def _inner_function(node: ast.FunctionDef | ast.AsyncFunctionDef, file: PythonFi
     return Assign(Name(node.name), made, place, declares=True)
 
 
+def _inner_class(node: ast.ClassDef, file: PythonFile) -> Statement:
+    """Return what gives a name an inner class: it is not followed, and may change what it mentions."""
+    own = {each.arg for each in ast.walk(node) if isinstance(each, ast.arg)}
+    mentioned = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} - own
+    names = tuple(_name(ast.Name(each), file) for each in sorted(mentioned))
+    made = Call(Name(f"class {node.name}"), names, (), (), file.place(node))
+    return Assign(Name(node.name), made, file.place(node), declares=True)
+
+
 def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     place = file.place(node)
     if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
         yield _inner_function(node, file)
+    elif isinstance(node, ast.ClassDef):
+        yield _inner_class(node, file)
     elif isinstance(node, ast.Assert):
         yield Do(_expression(node.test, file), place)
     elif isinstance(node, ast.Delete):

@@ -222,9 +222,7 @@ def policies(found):
         (f"{Q}auto * n = new lib::Helper(q);", "q"),
         (f"{Q}delete elsewhere(q);", "q"),
         (f"{Q}sizeof(q); elsewhere(1, {{q, q}}, &q);", "q"),
-        (f"{Q}q >> elsewhere;", "q"),
         (f"{Q}elsewhere >> q;", "q"),
-        (f"{Q}elsewhere & q;", "q"),
         # structured bindings, pairs and tuples
         (f"{Q}rclcpp::QoS o(5); auto pair = std::tie(q, o); auto & [a, b] = pair; a.keep_last(7);", "q"),
         (f"{Q}auto [a, b] = std::tie(q, qos_); a.keep_last(7);", "q"),
@@ -350,7 +348,7 @@ def policies(found):
 )  # fmt: skip
 def test_a_change_in_cpp_is_seen_or_makes_it_unknown(cpp, body, qos):
     found = policies(cpp(f'{body} create_publisher<std_msgs::msg::String>("x", {qos});', MEMBERS, FUNCTIONS))
-    assert found == UNKNOWN or found == SEVEN or "reliability" in found
+    assert found in (UNKNOWN, SEVEN) or "reliability" in found
 
 
 @pytest.mark.parametrize(
@@ -438,11 +436,10 @@ def test_what_changes_nothing_in_cpp_keeps_it_known(cpp, body, qos):
         (f"{P}def f():\n    return lambda: setattr(q, 'depth', 7)\nf()()", "q"),
         (f"{P}class Inner:\n    q.depth = 7", "q"),
         (f"{P}class Inner:\n    def run(self):\n        q.depth = 7\nInner().run()", "q"),
-        (f"{P}x = elsewhere[q]", "q"),
-        (f"{P}x = elsewhere + q", "q"),
         (f"{P}elsewhere.attribute = q", "q"),
-        (f"{P}elsewhere[0] = q", "q"),
         (f"{P}lib.shared = q\nlib.tune()", "q"),
+        (f"{P}h = lib.Helper()\nh.qos = q\nh.run()", "q"),
+        (f"{M}b = Below(1)\nb.qos = self.qos\nb.run()", "self.qos"),
         (f"{P}x = elsewhere(q) < 3", "q"),
         (f"{P}return_value = yield_from = elsewhere(q)", "q"),
         (f"{P}raise_it = [elsewhere(q)]", "q"),
