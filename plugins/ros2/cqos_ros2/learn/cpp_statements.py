@@ -236,7 +236,6 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
             yield Loop((name,), Call(Name("#range"), (first, past), (), (), place), statements, place)
             return
     yield from (Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in declared)
-    yield from head
     yield Loop((), None, (*statements, *head), place)
 
 

@@ -75,7 +75,7 @@ if TYPE_CHECKING:
 _MISSING: Final = object()
 _PAIR: Final = ("first", "second")
 _GETTERS: Final = frozenset(("property", "cached_property"))
-_PARTS: Final = re.compile("[<>,]")
+PARTS: Final = re.compile("[<>,]")
 """What stands between the parts of a type."""
 
 
@@ -498,7 +498,8 @@ def _assign_element(target: Element, value: Any, walk: Walk) -> None:
         alias = walk.frame.aliases.get(target.of.text) if isinstance(target.of, Name) else None
         assign(target.of, value, walk) if alias is None else assign(alias[0], Unknown("it is set over a pointer"), walk)
         return
-    unknown = undecided(Unknown("its elements are set one by one"), evaluate(target.of, walk), value)
+    parts = value if not _may_hold(target.of, walk) else [evaluate(target.of, walk), value]
+    unknown = undecided(Unknown("its elements are set one by one"), parts)
     if walk.program.language == "cpp":
         assign(target.of, unknown, walk)
     else:
@@ -533,7 +534,7 @@ def _may_hold(target: Expression, walk: Walk) -> bool:
         value = frame.this if target.text == THIS else frame.this.members.get(target.text)
         classes = lineage(frame.this.cls, walk) if value is None else ()
         written = next((each.fields[target.text] for each in classes if target.text in each.fields), "")
-        if any(is_quality(part, walk) for part in _PARTS.split(written)) or (inside and written):
+        if any(is_quality(part, walk) for part in PARTS.split(written)) or (inside and written):
             return True
     value = used(value)
     return any(True for _ in held(value)) or (inside and isinstance(value, Instance))

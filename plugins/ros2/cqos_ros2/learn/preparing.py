@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
-from cqos_ros2.learn.evaluating import evaluate, initial_value, member, shared_preset
+from cqos_ros2.learn.copying import is_quality
+from cqos_ros2.learn.evaluating import PARTS, evaluate, initial_value, member, shared_preset
 from cqos_ros2.learn.frames import Frame, lineage
 from cqos_ros2.learn.program import Function, Name, call_name
 from cqos_ros2.learn.searching import calls_in
@@ -14,7 +15,7 @@ from cqos_ros2.learn.values import Instance, NodeRecord, used
 if TYPE_CHECKING:
     from cqos_ros2.launch.values import Unknown
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression
+    from cqos_ros2.learn.program import Class, Expression
 
 _DEEPEST: Final = 4
 
@@ -39,13 +40,28 @@ def prepare(walk: Walk) -> None:
         walk.frames.pop()
 
 
-def make_members(instance: Instance, walk: Walk, depth: int = 0) -> None:
-    """Make the members of an object of C++ that come with it, and theirs: what is handed the object may change them."""
-    for cls in lineage(instance.cls, walk):
-        for name in cls.fields:
-            found = used(member(instance, name, walk))
-            if isinstance(found, Instance) and found.cls is not None and depth < _DEEPEST:
-                make_members(found, walk, depth + 1)
+def make_members(instance: Instance, walk: Walk) -> None:
+    """Make the qualities of service that come with an object of C++ and its parts: what is handed the object may change them."""
+    waiting, seen = [instance], {id(instance)}
+    while waiting:
+        each = waiting.pop()
+        names = [name for cls in lineage(each.cls, walk) for name in cls.fields if _holds_quality(cls, name, walk)]
+        for found in [used(member(each, name, walk)) for name in names]:
+            if isinstance(found, Instance) and id(found) not in seen:
+                seen.add(id(found))
+                waiting.append(found)
+
+
+def _holds_quality(cls: Class, name: str, walk: Walk, depth: int = 0) -> bool:
+    """Whether a member is a quality of service, or an object or list that has one."""
+    found = False
+    for part in filter(None, map(str.strip, PARTS.split(cls.fields[name]))):
+        inner = walk.program.find_class(part, cls.place.source, cls.name) if depth < _DEEPEST else None
+        found = found or is_quality(part, walk)
+        found = found or any(
+            _holds_quality(each, one, walk, depth + 1) for each in lineage(inner, walk) for one in each.fields
+        )
+    return found
 
 
 def _makes_quality(written: Expression, walk: Walk) -> bool:

@@ -299,7 +299,6 @@ def _block_of(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
         yield from _otherwise(node, file)
     elif isinstance(node, ast.While):
         test = Do(_expression(node.test, file), place)
-        yield test
         yield Loop((), None, (*_block(node.body, file), test), place)
         yield from _otherwise(node, file)
     elif isinstance(node, _TRIES):
