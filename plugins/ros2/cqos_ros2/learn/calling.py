@@ -20,7 +20,7 @@ from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, inherited, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
-from cqos_ros2.learn.profiles import change, content, forget, is_profile, profile, reached, undecided
+from cqos_ros2.learn.profiles import change, content, forget, is_profile, profile, undecided
 from cqos_ros2.learn.program import (
     EACH,
     ENTER,
@@ -555,7 +555,8 @@ def invoke(
     wrapped = next((each for each in function.decorators if not walk.table.is_listed("decorators", each)), "")
     if wrapped:
         cause = f"`{wrapped[:60]}` may change it"
-        forget(reached(this, *arguments, *keywords.values(), *(each for _, each in frame.returned)), cause)
+        returned = [value for _, value in frame.returned]
+        open_objects([this, *arguments, *keywords.values(), *returned], cause, function.place, walk)
     if frame.yielded:
         return undecided(Unknown(f"what `{function.last}` yields", function.place), frame.yielded)
     if not frame.returned:

@@ -304,7 +304,8 @@ def _constant(text: str, walk: Walk) -> Any:
         made = once(walk.constants, first, lambda: _stated(value, file, last, walk), walk)
         if not isinstance(made, Instance):
             del walk.constants[first]
-        by = changed_in(last, walk) if is_profile(made) else None
+        full = next(name for name, written, _ in program.constants[last] if written is value)
+        by = changed_in(full, file, walk) if is_profile(made) else None
         if by is not None:
             forget(made, f"`{by.last}` may change `{text[:60]}`", by.place)
         return made

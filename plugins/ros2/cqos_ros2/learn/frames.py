@@ -119,6 +119,7 @@ class Walk:
         starting: the walk is before the first callback can come.
         later: identities of functions that callbacks call; `searched` callbacks were searched for them.
         thrown: within `try`, all values where something is thrown, with how many calls were open there; else None.
+        tried: how many functions are tried right now, whose walk leaves nothing behind.
         awaited: identities of functions that were not walked when a value was asked for that they set.
     """
 
@@ -141,6 +142,7 @@ class Walk:
     later: set[int] = field(default_factory=set)
     searched: int = 0
     thrown: list[tuple[int, list[dict[str, Any]]]] | None = None
+    tried: int = 0
     awaited: set[int] = field(default_factory=set)
     setters: dict[tuple[str, bool], dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)

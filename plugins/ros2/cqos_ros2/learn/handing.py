@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
-from cqos_ros2.learn.frames import Condition, lineage
+from cqos_ros2.learn.frames import DEEPEST_CALL, Condition, TooMuchError, lineage
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.preparing import Start, make_members, prepare
 from cqos_ros2.learn.profiles import content, forget, is_profile, reached, undecided
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.program import Class, Expression, Variable
 
 _CHANGING: Final = (str, int, float, Template, Profile, list, Either)
-_PLAIN_BASES: Final = frozenset(("object", "Exception", "abc.ABC", "enum.Enum", "typing.NamedTuple", "typing.Protocol"))
-"""Base classes of Python that change nothing in their objects."""
 _HANDED: Final = "it is handed the node, and its definition was not read"
 _PARTS_WITHOUT_ENDPOINTS: Final = frozenset(
     f"get_node_{part}_interface"
@@ -104,7 +102,7 @@ def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> N
         for each in codes:
             forget(_changed_by(each, handed, walk), cause, place)
     if calling:
-        forget(() if codes else values, cause, place)
+        open_objects(() if codes else values, cause, place, walk)
     elif not harmless and walk.program.language == "python":
         forget(values, cause, place)
         if not walk.table.is_listed("without_endpoints", name):
@@ -127,7 +125,7 @@ def unread_bases(cls: Class | None, walk: Walk) -> list[str]:
     return [
         name
         for name, each in names
-        if name not in _PLAIN_BASES
+        if not walk.table.is_listed("bases", name)
         and walk.table.node_class(name) is None
         and walk.program.find_class(name, each.place.source, each.name) is None
     ]
@@ -146,18 +144,25 @@ def _changed_by(code: Code, handed: Any, walk: Walk) -> list[Profile]:
     from cqos_ros2.learn.calling import invoke
 
     prepare(walk)
-    start, kept, thrown = Start(walk), walk.snapshot(), walk.thrown
+    start, kept, thrown, steps = Start(walk), walk.snapshot(), walk.thrown, walk.steps
+    frames = len(walk.frames)
     sets = [(each, {*each}) for each in (walk.executed, walk.made_at, walk.awaited, walk.at_run_time)]
     lost, cut, before = dict(walk.lost), [*walk.cut], [(each, content(each)) for each in reached(*walk.instances)]
     walk.conditions.append(Condition(perhaps=f"it is made in a function in line {code.function.place.line}"))
     walk.thrown = None
+    walk.tried += 1
+    depth, too_much = len(walk.conditions), len(walk.frames) > DEEPEST_CALL
     try:
         invoke(code.function, code.this, [handed for _ in code.function.parameters], {}, walk, value=code)
-    finally:
-        walk.conditions.pop()
-    found = [each for each, old in before if not same(old, content(each))]
+    except TooMuchError:
+        too_much = True
+    found = [each for each, old in before if too_much or not same(old, content(each))]
+    walk.tried -= 1
+    del walk.conditions[depth - 1 :], walk.frames[frames:]
+    spent = walk.steps
     start.restore(walk)
     walk.restore(kept)
+    walk.steps = spent if walk.tried else steps  # one in another counts: else they take no end
     for each, old in sets:
         each.intersection_update(old)
     walk.lost, walk.cut, walk.thrown = lost, cut, thrown

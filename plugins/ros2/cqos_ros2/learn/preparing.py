@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.system import Place
 from cqos_ros2.learn.copying import is_quality
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.values import Unknown
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Class, Expression
-
-_DEEPEST: Final = 4
 
 
 def prepare(walk: Walk) -> None:
@@ -52,15 +50,21 @@ def make_members(instance: Instance, walk: Walk) -> None:
                 waiting.append(found)
 
 
-def _holds_quality(cls: Class, name: str, walk: Walk, depth: int = 0) -> bool:
+def _holds_quality(cls: Class, name: str, walk: Walk) -> bool:
     """Whether a member is a quality of service, or an object or list that has one."""
+    key = id(cls), name
+    if key not in walk.program.holding:
+        walk.program.holding[key] = False  # a class that has itself
+        walk.program.holding[key] = _search(cls, name, walk)
+    return walk.program.holding[key]
+
+
+def _search(cls: Class, name: str, walk: Walk) -> bool:
     found = False
     for part in filter(None, map(str.strip, PARTS.split(cls.fields[name]))):
-        inner = walk.program.find_class(part, cls.place.source, cls.name) if depth < _DEEPEST else None
+        inner = walk.program.find_class(part, cls.place.source, cls.name)
         found = found or is_quality(part, walk)
-        found = found or any(
-            _holds_quality(each, one, walk, depth + 1) for each in lineage(inner, walk) for one in each.fields
-        )
+        found = found or any(_holds_quality(each, one, walk) for each in lineage(inner, walk) for one in each.fields)
     return found
 
 

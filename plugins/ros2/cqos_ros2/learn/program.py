@@ -368,7 +368,8 @@ class Program:
         scoped: aliases with their whole names, by the last part.
         names_set: names that functions set, by the identity of the function.
         qualities: constants that are qualities of service, with their files; None before something asked for them.
-        changing: functions that may change a constant, by its name.
+        changing: functions that may change a constant, by its name and file.
+        holding: whether members of classes have a quality of service, by the identity of the class and their names.
     """
 
     language: str
@@ -394,7 +395,8 @@ class Program:
     _assigned: dict[str, bool] = field(default_factory=dict)
     names_set: dict[int, tuple[str, ...]] = field(default_factory=dict)
     qualities: list[tuple[str, str]] | None = None
-    changing: dict[str, list[Function]] = field(default_factory=dict)
+    holding: dict[tuple[int, str], bool] = field(default_factory=dict)
+    changing: dict[tuple[str, str], list[Function]] = field(default_factory=dict)
 
     def add(self, other: Program) -> None:
         """Take what the files of a package that this one depends on define."""

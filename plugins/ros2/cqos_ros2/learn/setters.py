@@ -18,6 +18,7 @@ from cqos_ros2.learn.program import (
     Closure,
     Element,
     Function,
+    Loop,
     Name,
     NotFollowed,
     Operation,
@@ -90,30 +91,41 @@ def _setters(cls: Class, walk: Walk, *, cyclic: bool) -> dict[str, list[Function
     return found
 
 
-def changed_in(name: str, walk: Walk) -> Function | None:
-    """Return a function that may change what a plain name at the top of a file means, and that the walk has not come to."""
-    program = walk.program
-    if name not in program.changing:
+def changed_in(full: str, file: str, walk: Walk) -> Function | None:
+    """Return a function that may change what stands at the top of a file, and that the walk has not come to.
+
+    Args:
+        full: its name.
+        file: where it stands.
+        walk: where the walk is.
+    """
+    program, key = walk.program, (full, file)
+    if key not in program.changing:
         functions = {id(each): each for found in program.functions.values() for each in found}.values()
-        mentioning = (each for each in functions if each.mentions((name.encode(),)))
-        program.changing[name] = [each for each in mentioning if _changes(each, name, walk)]
-    return next((each for each in program.changing[name] if id(each) not in walk.executed), None)
+        mentioning = (each for each in functions if each.mentions((last_part(full).encode(),)))
+        program.changing[key] = [each for each in mentioning if _changes(each, full, file, walk)]
+    return next((each for each in program.changing[key] if id(each) not in walk.executed), None)
 
 
-def _changes(function: Function, name: str, walk: Walk) -> bool:
-    """Whether a function may change what a name means outside of it."""
-    declares = [each for each in inside(function.body) if isinstance(each, Assign) and each.declares]
-    cls = walk.program.find_class(function.owner, function.place.source) if function.owner else None
+def _changes(function: Function, full: str, file: str, walk: Walk) -> bool:
+    """Whether a function may change what stands at the top of a file."""
+    name, cpp = last_part(full), walk.program.language == "cpp"
+    made = [each for each in inside(function.body) if isinstance(each, Assign) and (each.declares or not cpp)]
     own = {each.name for each in function.parameters} | {
-        each.target.text for each in declares if isinstance(each.target, Name)
+        each.target.text for each in made if isinstance(each.target, Name)
     }
-    if name in own or any(name in {*each.fields, *each.initial} for each in lineage(cls, walk)):
+    own |= {each for loop in inside(function.body) if isinstance(loop, Loop) for each in loop.targets}
+    written = {each.removesuffix(_COUNTS) for each in _names_set(function, walk)}
+    if not cpp:
+        module = f"{full.rpartition('.')[0]}."
+        return full in written or (name in written - own and function.name.startswith(module))
+    cls = walk.program.find_class(function.owner, function.place.source) if function.owner else None
+    alike = {each for _, _, each in walk.program.constants.get(name, ())} & walk.program.reached(function.place.source)
+    if name in own or (alike and file not in alike) or any(name in each.fields for each in lineage(cls, walk)):
         return False
-    if any(last_part(each.removesuffix(_COUNTS)) == name for each in _names_set(function, walk)):
+    if any(last_part(each) == name for each in written):
         return True
-    if walk.program.language == "python":
-        return False
-    refers = [each.value for each in declares if each.type.endswith(("&", "*")) and not each.type.startswith("const ")]
+    refers = [each.value for each in made if each.type.endswith(("&", "*")) and not each.type.startswith("const ")]
     if function.returns.endswith(("&", "*")) and not function.returns.startswith("const "):
         refers += [each.value for each in inside(function.body) if isinstance(each, Return) and each.value is not None]
     calls = (each for each in calls_in(function.body) if walk.table.is_listed("calling", call_name(each)))

@@ -68,6 +68,7 @@ _LISTS: Final = (
     "changing",
     "calling",
     "anything",
+    "bases",
     "decorators",
     "lifecycle",
     "plugin",

@@ -45,6 +45,16 @@ import lib
 from other_package import elsewhere, Base
 
 SHARED = QoSProfile(depth=5)
+LOCAL = QoSProfile(depth=5)
+
+def local():
+    LOCAL = QoSProfile(depth=3)
+    LOCAL.depth = 7
+
+NEVER = QoSProfile(depth=5)
+
+def never():
+    NEVER.depth = 7
 
 def tune(q):
     q.depth = 7
@@ -410,6 +420,7 @@ def test_what_changes_nothing_in_cpp_keeps_it_known(cpp, body, qos):
         (f"{P}(q if elsewhere() else None).depth = 7", "q"),
         (f"{P}h = Holder(q)\nh.qos.depth = 7", "q"),
         (f"{P}h = Holder(q)\nh.qos.depth = 7", "h.qos"),
+        ("", "NEVER"),
         (f"{P}globals()['SHARED'].depth = 7", "SHARED"),
         ("exec('SHARED.depth = 7')", "SHARED"),
         (f"{P}exec('q.depth = 7')", "q"),
@@ -619,6 +630,7 @@ def test_a_change_in_python_is_seen_or_makes_it_unknown(python, body, qos):
         (f"{M}threading.Thread(target=self.two).start()", "self.qos"),
         (f"{M}self.tf = tf2_ros.TransformListener(tf2_ros.Buffer(), self)", "self.qos"),
         (f"{M}super().destroy_node", "self.qos"),
+        ("", "LOCAL"),
     ],
 )  # fmt: skip
 def test_what_changes_nothing_in_python_keeps_it_known(python, body, qos):
