@@ -124,18 +124,22 @@ class Context:
     def __exit__(self, *args):
         self.q.depth = 7
 """
-METHODS = """
+READING = """
     @property
     def mine(self):
         return self.qos
 
-    @mine.setter
-    def mine(self, value):
-        self.qos.depth = 7
-
     @functools.cached_property
     def cached(self):
         return self.qos
+
+    def two(self):
+        return self.qos, 1
+"""
+METHODS = f"""{READING}
+    @mine.setter
+    def mine(self, value):
+        self.qos.depth = 7
 
     @classmethod
     def of_class(cls, q):
@@ -144,9 +148,6 @@ METHODS = """
     @elsewhere
     def wrapped(self):
         return None
-
-    def two(self):
-        return self.qos, 1
 
     def change(self):
         self.qos.depth = 7
@@ -634,7 +635,9 @@ def test_a_change_in_python_is_seen_or_makes_it_unknown(python, body, qos):
     ],
 )  # fmt: skip
 def test_what_changes_nothing_in_python_keeps_it_known(python, body, qos):
-    methods = METHODS.replace("    def change(self):\n        self.qos.depth = 7\n", "")
-    methods = methods.partition("    @mine.setter")[0] + "    @functools" + methods.partition("    @functools")[2]
-    found = python(f"{body}\nself.create_publisher(String, 'x', {qos})", methods, HELPERS.replace("import lib", "import lib, tf2_ros"))
+    found = python(
+        f"{body}\nself.create_publisher(String, 'x', {qos})",
+        READING,
+        HELPERS.replace("import lib", "import lib, tf2_ros"),
+    )
     assert policies({"publishes": {"x": found["publishes"]["x"]}}) == FIVE
