@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final
 
@@ -9,18 +11,32 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.connecting import carrier
 from cqos_ros2.learn.copying import copied
 from cqos_ros2.learn.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
-from cqos_ros2.learn.evaluating import evaluate, is_missing, local, member, shared_preset, whole
-from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, lineage
+from cqos_ros2.learn.evaluating import evaluate, is_missing, local, member, shared_preset, whole, with_arguments
+from cqos_ros2.learn.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, Walk, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, near, split_types
-from cqos_ros2.learn.handing import hand_over
+from cqos_ros2.learn.handing import hand_over, open_objects, open_receiver
 from cqos_ros2.learn.names import fits, last_part, refers, without_arguments
 from cqos_ros2.learn.node_options import changed, is_options
 from cqos_ros2.learn.objects import base, construct, inherited, plain_node
 from cqos_ros2.learn.parameter_sets import parameter_set
 from cqos_ros2.learn.plain import library_value, note_callbacks, on_plain
-from cqos_ros2.learn.profiles import change, content, is_profile, profile, undecided
-from cqos_ros2.learn.program import SUPER, Attribute, Call, Name, Return, call_name
+from cqos_ros2.learn.profiles import change, content, forget, is_profile, profile, undecided
+from cqos_ros2.learn.program import (
+    EACH,
+    ENTER,
+    LEAVE,
+    PAIRS,
+    SUPER,
+    YIELD,
+    Attribute,
+    Call,
+    Literal,
+    Name,
+    Return,
+    call_name,
+)
 from cqos_ros2.learn.qualities import FIELDS, maker, policy_of, setter
+from cqos_ros2.learn.searching import parts
 from cqos_ros2.learn.setters import forget_all, kept_for_later
 from cqos_ros2.learn.spinning import note_call
 from cqos_ros2.learn.values import (
@@ -29,6 +45,7 @@ from cqos_ros2.learn.values import (
     Code,
     Either,
     Instance,
+    Profile,
     Qos,
     Resolved,
     Template,
@@ -44,12 +61,13 @@ from cqos_ros2.learn.values import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Expression, Function
     from cqos_ros2.learn.table import Row
     from cqos_ros2.learn.values import Tests
 
-_COMPREHENSIONS: Final = ("#each", "#pairs")
+_BINDS: Final = frozenset(("partial", "bind", "bind_front"))
+"""Functions that return a function with some arguments."""
+_PLACEHOLDER: Final = re.compile("_([1-9])")
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _SETS: Final = frozenset(("set_parameter", "set_parameters", "set_parameters_atomically"))
 _OF_NODE: Final = {"get_name": "${node}", "get_namespace": "${namespace}"}
@@ -77,10 +95,15 @@ def call(expression: Call, walk: Walk) -> Any:
         found = _named(name, Given(expression, arguments, keywords, types), walk)
     elif isinstance(function, Attribute):
         given = Given(expression, arguments, keywords, types)
+        if isinstance(receiver, (Undecided, Profile)) and function.name in FIELDS and not arguments:
+            return _policy(receiver, function.name)
         of_base = function.of == Name(SUPER)
         found = inherited(function.name, given, walk) if of_base else _method(receiver, function, given, walk)
     else:
         value = evaluate(function, walk)
+        if not isinstance(value, Code):  # `(this->*method)()`
+            held = [evaluate(each, walk) for each in parts(function)]
+            open_objects(held, "a call that is not followed may change it", expression.place, walk)
         found = (
             invoke(value.function, value.this, arguments, keywords, walk, value=value)
             if isinstance(value, Code)
@@ -89,6 +112,10 @@ def call(expression: Call, walk: Walk) -> Any:
     if found is not MISSING:
         kept_for_later((*arguments, *keywords.values()), expression, walk)
         return on if found is receiver else undecided(found, receiver, arguments)
+    if isinstance(function, Name):
+        forget(local(function.text, walk), f"`{function.text[:60]}` may change it", expression.place)
+    elif isinstance(function, Attribute):
+        open_receiver(receiver, function.name, expression.place, walk)
     hand_over(expression, arguments, keywords, walk)
     walk.lost[id(expression)] = expression, walk.frame.function
     called = last_part(call_name(expression))
@@ -104,8 +131,11 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
             value.function, value.this, given.arguments, given.keywords, walk, value=value, written=given.call.arguments
         )
     this = walk.frame.this
-    if name in _COMPREHENSIONS:
-        return _comprehended(name, given.arguments[0], given.arguments[1], walk)
+    if name in _OF_PYTHON:
+        return _OF_PYTHON[name](given, walk)
+    bound = used(given.arguments[0]) if last_part(name) in _BINDS and given.arguments else MISSING
+    if isinstance(bound, Code):
+        return with_arguments(bound, given.arguments[1:], given.keywords)
     if name == "super":
         return base(given, walk)
     if this is not None and walk.program.language == "cpp":
@@ -139,27 +169,59 @@ def _copy(name: str, given: Given, walk: Walk) -> Any:
         return Word(first.cls.name)
     if name == "getattr" and named and isinstance(named[0], str):
         found = evaluate(Attribute(given.call.arguments[0], named[0]), walk)
-        return found if is_profile(found) else MISSING
+        return found if is_profile(found) or isinstance(found, Code) else MISSING
     return MISSING
 
 
-def _comprehended(kind: str, made: Code, over: Any, walk: Walk) -> Any:
+def _enter(given: Given, walk: Walk) -> Any:
+    """Return what a `with` of Python names: what the manager says, else what is held for it."""
+    manager = given.arguments[0]
+    methods = method_of(manager.cls, "__enter__", walk) if isinstance(manager, Instance) else []
+    return invoke(methods[0], manager, [], {}, walk) if len(methods) == 1 else manager
+
+
+def _leave(given: Given, walk: Walk) -> None:
+    manager = given.arguments[0]
+    methods = method_of(manager.cls, "__exit__", walk) if isinstance(manager, Instance) else []
+    if len(methods) == 1:
+        invoke(methods[0], manager, [None] * len(methods[0].parameters), {}, walk)
+
+
+def _yield(given: Given, walk: Walk) -> Any:
+    walk.frame.yielded += given.arguments or [None]
+    return Unknown("what a generator is sent")
+
+
+def _comprehended(given: Given, walk: Walk) -> Any:
     """Return the list or dictionary that a comprehension makes; of elements that are not known, not known."""
+    made, over = given.arguments
     count = len(made.function.parameters)
     over = [*over] if isinstance(over, dict) else over
     known = isinstance(over, list) and len(over) <= MOST_ELEMENTS
     if not known:
         walk.conditions.append(Condition(perhaps=f"it is made in a loop in line {made.function.place.line}"))
     found = []
-    for each in over if known else [Unknown("an element of a list that is not known")]:
+    for each in over if known else [undecided(Unknown("an element of a list that is not known"), over)]:
         parts = each if count > 1 and isinstance(each, list) and len(each) == count else [each]
-        parts = parts if len(parts) == count else [Unknown("it is unpacked")] * count
+        parts = parts if len(parts) == count else [undecided(Unknown("it is unpacked"), each)] * count
         found.append(invoke(made.function, made.this, parts, {}, walk, value=made))
     if not known:
         walk.conditions.pop()
-        return Unknown("a list of elements that are not known")
+        return undecided(Unknown("a list of elements that are not known"), found)
     plain = all(isinstance(each, list) and isinstance(each[0], (str, int)) for each in found)
-    return found if kind == "#each" else dict(found) if plain else Unknown("a dictionary")
+    return (
+        found if call_name(given.call) == EACH else dict(found) if plain else undecided(Unknown("a dictionary"), found)
+    )
+
+
+_OF_PYTHON: Final[dict[str, Callable[[Given, Walk], Any]]] = {
+    EACH: _comprehended,
+    PAIRS: _comprehended,
+    ENTER: _enter,
+    LEAVE: _leave,
+    YIELD: _yield,
+}
+"""What statements of Python do that call something."""
 
 
 def _function(name: str, given: Given, walk: Walk) -> Any:
@@ -401,6 +463,14 @@ def _on_object(receiver: Any, name: str, given: Given, walk: Walk) -> Any:
     return MISSING
 
 
+def _policy(receiver: Any, name: str) -> Any:
+    """Return a policy of a quality of service, or of one of several."""
+    found = content(receiver)
+    if isinstance(found, Undecided):
+        return Unknown(found.cause, found.place)
+    return each_case(found, lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else qos)
+
+
 def _on_qos(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any:
     """Return what a method of a quality of service returns; one that sets a policy returns the object, as in C++."""
     name = function.name
@@ -408,8 +478,6 @@ def _on_qos(receiver: Any, function: Attribute, given: Given, walk: Walk) -> Any
         return receiver
     if name in walk.table.copies:
         return profile(content(receiver), walk)
-    if name in FIELDS and not given.arguments:
-        return each_case(content(receiver), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else qos)
     refused = Unknown(f"`{name[:60]}` of a quality of service is not followed", given.call.place)
     if name in walk.table.reads:
         return refused
@@ -452,6 +520,10 @@ def invoke(
     """
     from cqos_ros2.learn.walking import run_body
 
+    if value is not None:
+        keywords = {**value.named, **keywords}
+        written = (*repeat(Literal(None), len(value.given)), *written) if written else ()
+        arguments = _with_given(value, arguments)
     recursive = any(each.function is function for each in walk.frames)
     if len(walk.frames) > DEEPEST_CALL and not recursive:
         walk.cut.append(function)
@@ -480,12 +552,32 @@ def invoke(
     finally:
         walk.frames.pop()
     hand_back(function, frame, written, walk)
+    wrapped = next((each for each in function.decorators if not walk.table.is_listed("decorators", each)), "")
+    if wrapped:
+        cause = f"`{wrapped[:60]}` may change it"
+        returned = [value for _, value in frame.returned]
+        open_objects([this, *arguments, *keywords.values(), *returned], cause, function.place, walk)
+    if frame.yielded:
+        return undecided(Unknown(f"what `{function.last}` yields", function.place), frame.yielded)
     if not frame.returned:
         return None
     if finished and (len(frame.returned) == 1 or walk.program.language == "python"):
         frame.returned.append(((), None))
     found = _returned(frame.returned, function)
     return found if refers(function.returns) else copied(found, "auto", walk)
+
+
+def _with_given(code: Code, arguments: Sequence[Any]) -> list[Any]:
+    """Return the arguments of a call of a function that has some already."""
+    if not any(isinstance(each, Word) and _PLACEHOLDER.fullmatch(last_part(each.name)) for each in code.given):
+        return [*code.given, *arguments]
+    found = []
+    for each in code.given:
+        place = _PLACEHOLDER.fullmatch(last_part(each.name)) if isinstance(each, Word) else None
+        index = int(place[1]) - 1 if place is not None else 0
+        missing = Unknown("an argument that is left out")
+        found.append(each if place is None else arguments[index] if index < len(arguments) else missing)
+    return found
 
 
 def _handed(value: Any, written: Expression, walk: Walk) -> Any:

@@ -246,7 +246,9 @@ def _call(node: Node, file: CppFile) -> Expression:
     if last in _CASTS and len(arguments) == 1:
         return arguments[0]
     if last == "bind" and arguments:
-        return _bound(arguments)
+        listed = node.child_by_field_name("arguments")
+        parts = listed.named_children if listed is not None else ()
+        return _bound(tuple(_item(each, file) for each in parts if each.type != "comment"), place)
     return Call(Name(name_text), arguments, (), types, place)
 
 
@@ -261,11 +263,16 @@ def _method(
     return Call(Attribute(of, last), arguments, (), types, place)
 
 
-def _bound(arguments: tuple[Expression, ...]) -> Expression:
-    first = arguments[0]
-    if isinstance(first, (Reference, Closure)):
+def _bound(arguments: tuple[Expression, ...], place: Place) -> Expression:
+    """Return what `std::bind` makes: a function, with what it is handed already."""
+    first, given = arguments[0], arguments[1:]
+    if isinstance(first, Operation):  # `&tune`
+        first = first.operands[0]
+    if isinstance(first, (Reference, Name)):
+        return Reference(first.name if isinstance(first, Reference) else first.text, given)
+    if isinstance(first, Closure) and not given:
         return first
-    return Reference(first.text) if isinstance(first, Name) else NotFollowed("bind", arguments)
+    return Call(Name("std::bind"), arguments, (), (), place)
 
 
 def _new(node: Node, file: CppFile) -> Expression:
@@ -318,6 +325,8 @@ def _conditional(node: Node, file: CppFile) -> Expression:
 
 def _inner(node: Node, file: CppFile) -> Expression:
     inner = [each for each in node.named_children if each.type != "comment"]
+    if any(each.type == "ERROR" for each in inner):  # `(this->*method)`
+        return NotFollowed(text_of(node)[:60], tuple(expression(each, file) for each in inner))
     return expression(inner[-1], file) if inner else NotFollowed(text_of(node)[:60])
 
 

@@ -22,6 +22,7 @@ from cqos_ros2.learn.program import (
     Attribute,
     Call,
     Do,
+    Element,
     If,
     Items,
     Leave,
@@ -34,7 +35,7 @@ from cqos_ros2.learn.program import (
     Try,
     call_name,
 )
-from cqos_ros2.learn.searching import inside
+from cqos_ros2.learn.searching import calls_in, inside
 from cqos_ros2.learn.setters import CHANGING
 
 if TYPE_CHECKING:
@@ -117,7 +118,13 @@ def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, st
     for index, child in enumerate(node.children):
         if node.field_name_for_child(index) != "declarator":
             continue
-        if child.type == "init_declarator":
+        names = _bound_names(child)
+        if names:
+            held = f"#{child.start_point[0]}:{child.start_point[1]}"
+            mark = _marked(type_text, node, child)
+            yield held, expression(child.child_by_field_name("value"), file), mark
+            yield from ((name, Element(Name(held), Literal(index)), mark) for index, name in enumerate(names))
+        elif child.type == "init_declarator":
             value = child.child_by_field_name("value")
             if value is not None:
                 written, made = _marked(type_text, node, child), initial_value(type_text, value, file)
@@ -134,6 +141,15 @@ def declared_in(node: Node, file: CppFile) -> Iterator[tuple[str, Expression, st
             yield declared_name(child), made, _marked(type_text, node, child)
         else:
             yield declared_name(child), NotFollowed(text_of(child)[:60]), type_text
+
+
+def _bound_names(declarator: Node) -> list[str]:
+    """Return the names of a structured binding; none where it is another declaration."""
+    inner = declarator.child_by_field_name("declarator")
+    if inner is not None and inner.type == "reference_declarator" and inner.named_children:
+        inner = inner.named_children[0]
+    binding = inner is not None and inner.type == "structured_binding_declarator"
+    return [text_of(each) for each in inner.named_children] if inner is not None and binding else []
 
 
 def _marked(type_text: str, node: Node, child: Node) -> str:
@@ -210,7 +226,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
     declared = [*declared_in(start, file)] if start is not None and start.type == "declaration" else []
     if not declared:
         expression(start, file)
-    _changed_in_head(node, {name for name, _, _ in declared}, file)
+    head = _changed_in_head(node, {name for name, _, _ in declared}, file)
     if len(declared) == 1:
         name, first, _ = declared[0]
         past = _counted(node, name, file)
@@ -220,7 +236,7 @@ def _loop(node: Node, file: CppFile) -> Iterator[Statement]:
             yield Loop((name,), Call(Name("#range"), (first, past), (), (), place), statements, place)
             return
     yield from (Assign(Name(name), NotFollowed("a counter"), place, declares=True) for name, _, _ in declared)
-    yield Loop((), None, statements, place)
+    yield Loop((), None, (*statements, *head), place)
 
 
 def _changes(statement: Statement, names: tuple[str, ...]) -> bool:
@@ -234,16 +250,20 @@ def _changes(statement: Statement, names: tuple[str, ...]) -> bool:
     return isinstance(of, Name) and of.text in names and call_name(statement.expression) in CHANGING
 
 
-def _changed_in_head(node: Node, own: set[str], file: CppFile) -> None:
-    """Take what the condition and the step of a loop set as not known, apart from the names of the loop."""
+def _changed_in_head(node: Node, own: set[str], file: CppFile) -> tuple[Statement, ...]:
+    """Take what the condition and the step of a loop set as not known, apart from the names of the loop; return what they call."""
     first = len(file.pending)
-    for part in ("condition", "update"):
-        expression(node.child_by_field_name(part), file)
+    head = tuple(
+        Do(expression(part, file), file.place(part))
+        for name in ("condition", "update")
+        if (part := node.child_by_field_name(name)) is not None
+    )
     file.pending[first:] = [
         Assign(each.target, NotFollowed(""), each.place)
         for each in file.pending[first:]
         if not isinstance(each.target, Name) or each.target.text not in own
     ]
+    return tuple(each for each in head if any(True for _ in calls_in((each,))))
 
 
 def _counted(node: Node, name: str, file: CppFile) -> Expression | None:

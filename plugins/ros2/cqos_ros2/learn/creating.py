@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from cqos_ros2.learn.table import Position, Row
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)(?:::|\.|/)(msg|srv|action)(?:::|\.|/)(?:\w+\.)?([A-Za-z]\w*)")
-REST: Final = NotFollowed("*")
+REST: Final = "*"
 REST_BY_NAME: Final = "**"
 _RAW: Final = "raw"
 """The transport of a message as it is."""
@@ -68,7 +68,8 @@ class Given:
             return self.keywords[position.keyword]
         before = self.call.arguments[: (position.index or 0) + 1] if position.index is not None else ()
         missing = position.index is None or len(self.arguments) <= position.index
-        if REST in before or (REST_BY_NAME in self.keywords and missing):
+        rest = any(isinstance(each, NotFollowed) and each.text == REST for each in before)
+        if rest or (REST_BY_NAME in self.keywords and missing):
             return Unknown("it may be among the rest of the arguments")
         if position.index is not None and position.index < len(self.arguments):
             return (

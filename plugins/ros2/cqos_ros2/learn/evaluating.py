@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace as replaced
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Place
@@ -11,7 +12,18 @@ from cqos_ros2.learn.copying import copied, is_quality, type_of_name
 from cqos_ros2.learn.frames import Frame, lineage
 from cqos_ros2.learn.names import fits, inner_type, last_part, points, refers, without_arguments
 from cqos_ros2.learn.operators import element, operation, truth
-from cqos_ros2.learn.profiles import change, content, forget, held, is_profile, once, profile, replace, undecided
+from cqos_ros2.learn.profiles import (
+    change,
+    content,
+    forget,
+    held,
+    is_profile,
+    once,
+    profile,
+    reached,
+    replace,
+    undecided,
+)
 from cqos_ros2.learn.program import (
     ADDRESS,
     POINTED,
@@ -31,8 +43,8 @@ from cqos_ros2.learn.program import (
     Pairs,
     Reference,
 )
-from cqos_ros2.learn.qualities import changed, policy_of, preset
-from cqos_ros2.learn.setters import set_elsewhere
+from cqos_ros2.learn.qualities import FIELDS, changed, policy_of, preset
+from cqos_ros2.learn.setters import changed_in, set_elsewhere
 from cqos_ros2.learn.spinning import note_value
 from cqos_ros2.learn.values import (
     MISSING,
@@ -55,14 +67,15 @@ from cqos_ros2.learn.values import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Class, Expression
 
 _MISSING: Final = object()
 _PAIR: Final = ("first", "second")
-_PARTS: Final = re.compile("[<>,]")
+_GETTERS: Final = frozenset(("property", "cached_property"))
+PARTS: Final = re.compile("[<>,]")
 """What stands between the parts of a type."""
 
 
@@ -97,41 +110,58 @@ def _composed(expression: Expression, walk: Walk) -> Any:
         return [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
     if isinstance(expression, Pairs):
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
-        return dict(pairs) if all(isinstance(key, (str, int)) for key, _ in pairs) else Unknown("a dictionary")
+        plain = all(isinstance(key, (str, int)) for key, _ in pairs)
+        return dict(pairs) if plain else undecided(Unknown("a dictionary"), *(value for _, value in pairs))
     if isinstance(expression, Closure):
         return _closure(expression, walk)
     if isinstance(expression, Reference):
-        return _reference(expression.name, walk)
+        return _reference(expression, walk)
     if isinstance(expression, Element):
         of = evaluate(expression.of, walk)
         key = evaluate(expression.key, walk)
+        if isinstance(of, Instance) and isinstance(key, int) and walk.program.language == "cpp":  # `auto & [a, b] = it`
+            fields = [name for each in lineage(of.cls, walk) for name in each.fields]
+            return member(of, fields[key], walk) if key < len(fields) else undecided(element(of, key), *reached(of))
         if isinstance(of, Word) and isinstance(key, str):  # an enumeration of Python
             return shared_preset(f"{of.name}.{key}", walk) or of
-        return undecided(element(of, key), of)
+        return undecided(element(of, key), *(reached(of) if isinstance(of, Instance) else (of,)))
     if isinstance(expression, NotFollowed):
-        for each in expression.parts:
-            evaluate(each, walk)
-        return Unknown(f"`{expression.text}` is not followed" if expression.text else "it is not followed")
+        values = [evaluate(each, walk) for each in expression.parts]
+        unknown = Unknown(f"`{expression.text}` is not followed" if expression.text else "it is not followed")
+        return undecided(unknown, *values)
     return Unknown("it is not followed")
 
 
 def _closure(expression: Closure, walk: Walk) -> Code:
     frame = walk.frame
-    own = {**(frame.outer or {}), **frame.names} if expression.all_values else {}
-    own = {name: copied(value, "auto", walk) for name, value in own.items() if name not in expression.references}
+    around = frame.outer or {}
+    held = {**around, **frame.names} if expression.all_values else {}
+    held = {name: copied(value, "auto", walk) for name, value in held.items() if name not in expression.references}
+    own = {**{name: value for name, value in around.items() if name not in frame.names}, **held}
     own.update({name: copied(whole(value, walk), "auto", walk, written=value) for name, value in expression.values})
     return Code(expression.function, frame.this, frame.names, own)
 
 
-def _reference(name: str, walk: Walk) -> Any:
+def _reference(expression: Reference, walk: Walk) -> Any:
     from cqos_ros2.learn.functions import method_of
 
-    this = walk.frame.this
+    name, this = expression.name, walk.frame.this
     found = method_of(this.cls, last_part(name), walk) if this is not None and this.cls is not None else []
     found = found or walk.program.find_functions(name)
     value = Code(found[0], this) if len(found) == 1 else Unknown(f"`{name[:60]}` is not one function")
+    value = known if not found and isinstance(known := used(local(name, walk)), Code) else value
     note_value(name, value, walk)
+    given = [copied(whole(each, walk), "auto", walk, written=each) for each in expression.bound]
+    if given and isinstance(value, Code):
+        object_first = value.function.owner and not value.function.static
+        return with_arguments(value, given[1:] if object_first else given, {})
+    forget(given, f"`{name[:60]}` may change it")
     return value
+
+
+def with_arguments(code: Code, given: Sequence[Any], named: Mapping[str, Any]) -> Code:
+    """Return a function with arguments that it is called with."""
+    return replaced(code, given=(*code.given, *given), named={**code.named, **named})
 
 
 # Names and members
@@ -274,6 +304,10 @@ def _constant(text: str, walk: Walk) -> Any:
         made = once(walk.constants, first, lambda: _stated(value, file, last, walk), walk)
         if not isinstance(made, Instance):
             del walk.constants[first]
+        full = next(name for name, written, _ in program.constants[last] if written is value)
+        by = changed_in(full, file, walk) if is_profile(made) else None
+        if by is not None:
+            forget(made, f"`{by.last}` may change `{text[:60]}`", by.place)
         return made
     values = [_stated(value, file, last, walk) for file, value in own]
     if all(same(content(each), content(values[0])) for each in values):
@@ -341,6 +375,8 @@ def elsewhere(of: Expression | None, name: str, walk: Walk) -> str:
 def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
     if is_profile(of):
         return _of_profile(of, expression.name, walk)
+    if isinstance(of, Instance) and expression.name == "__dict__":
+        forget(reached(of), "`__dict__` may change it")
     if isinstance(of, Instance) and of.cls is not None and expression.name == "__class__":
         return Word(of.cls.name)
     if isinstance(of, Instance):
@@ -350,6 +386,11 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
         from cqos_ros2.learn.functions import method_of
 
         methods = method_of(of.cls, expression.name, walk) if of.cls is not None else []
+        getters = [each for each in methods if {*map(last_part, each.decorators)} & _GETTERS]
+        if len(getters) == 1:
+            from cqos_ros2.learn.calling import invoke
+
+            return invoke(getters[0], of, [], {}, walk)
         return Code(methods[0], of) if len(methods) == 1 else Unknown(f"`{expression.name}` is not known")
     if isinstance(of, Word):
         return (
@@ -361,6 +402,8 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
         return of[_PAIR.index(expression.name)]
     if walk.table.is_same(expression.name):
         return of
+    if isinstance(of, Undecided) and expression.name in FIELDS:
+        return Unknown(of.cause, of.place)
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")
 
 
@@ -370,7 +413,8 @@ def _of_profile(of: Any, name: str, walk: Walk) -> Any:
         return of
     if name == "__dict__":
         forget(of, "`__dict__` may change it")
-    return each_case(content(of), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else _unknown(qos, name))
+    found = each_case(content(of), lambda qos: policy_of(qos, name) if isinstance(qos, Qos) else _unknown(qos, name))
+    return found if name in FIELDS else undecided(found, of)  # a method of it may change it
 
 
 def _unknown(value: Any, name: str) -> Unknown:
@@ -419,6 +463,7 @@ def _assign_attribute(target: Attribute, value: Any, walk: Walk) -> None:
     elif isinstance(of, Instance):
         _assign_member(of, target, value, walk)
     elif isinstance(of, Word):
+        forget(value, f"`{of.name[:60]}` may change it")
         walk.frame.names[f"{of.name}.{target.name}"] = value
     elif isinstance(target.of, Attribute):  # `profile.deadline.sec = 1`
         whole_of, policy = evaluate(target.of.of, walk), target.of.name
@@ -428,6 +473,12 @@ def _assign_attribute(target: Attribute, value: Any, walk: Walk) -> None:
 
 
 def _assign_member(of: Instance, target: Attribute, value: Any, walk: Walk) -> None:
+    setters = _setters(of, target.name, walk)
+    if len(setters) == 1:
+        from cqos_ros2.learn.calling import invoke
+
+        invoke(setters[0], of, [value], {}, walk)
+        return
     now = of.members.get(target.name)
     if walk.program.language == "cpp" and is_profile(now) and not points(type_of_name(target, walk)):
         replace(now, value)
@@ -435,12 +486,21 @@ def _assign_member(of: Instance, target: Attribute, value: Any, walk: Walk) -> N
         of.members[target.name] = value
 
 
+def _setters(of: Instance, name: str, walk: Walk) -> list[Function]:
+    """Return the methods of Python that an assignment to a member calls."""
+    from cqos_ros2.learn.functions import method_of
+
+    known = method_of(of.cls, name, walk) if of.cls is not None and walk.program.language == "python" else ()
+    return [each for each in known if f"{name}.setter" in each.decorators]
+
+
 def _assign_element(target: Element, value: Any, walk: Walk) -> None:
     if target.key == POINTED:
         alias = walk.frame.aliases.get(target.of.text) if isinstance(target.of, Name) else None
         assign(target.of, value, walk) if alias is None else assign(alias[0], Unknown("it is set over a pointer"), walk)
         return
-    unknown = Unknown("its elements are set one by one")
+    parts = value if not _may_hold(target.of, walk) else [evaluate(target.of, walk), value]
+    unknown = undecided(Unknown("its elements are set one by one"), parts)
     if walk.program.language == "cpp":
         assign(target.of, unknown, walk)
     else:
@@ -475,7 +535,7 @@ def _may_hold(target: Expression, walk: Walk) -> bool:
         value = frame.this if target.text == THIS else frame.this.members.get(target.text)
         classes = lineage(frame.this.cls, walk) if value is None else ()
         written = next((each.fields[target.text] for each in classes if target.text in each.fields), "")
-        if any(is_quality(part, walk) for part in _PARTS.split(written)) or (inside and written):
+        if any(is_quality(part, walk) for part in PARTS.split(written)) or (inside and written):
             return True
     value = used(value)
     return any(True for _ in held(value)) or (inside and isinstance(value, Instance))

@@ -56,6 +56,7 @@ class Frame:
         aliases: names that are references or pointers to others, with what is written for these; whether it is a pointer.
         declared: types of names, as written.
         at: where the last call stands whose function is walked.
+        yielded: what it yields, in Python.
         ways: where it returned: the tests as in `returned`, all values, the place; values are None where they are as at the end.
     """
 
@@ -69,6 +70,7 @@ class Frame:
     left: list[list[dict[str, Any]]] = field(default_factory=list)
     declared: dict[str, str] = field(default_factory=dict)
     at: Place | None = None
+    yielded: list[Any] = field(default_factory=list)
     ways: list[Way] = field(default_factory=list)
     aliases: dict[str, tuple[Expression, bool]] = field(default_factory=dict)
 
@@ -117,6 +119,7 @@ class Walk:
         starting: the walk is before the first callback can come.
         later: identities of functions that callbacks call; `searched` callbacks were searched for them.
         thrown: within `try`, all values where something is thrown, with how many calls were open there; else None.
+        tried: how many functions are tried right now, whose walk leaves nothing behind.
         awaited: identities of functions that were not walked when a value was asked for that they set.
     """
 
@@ -139,6 +142,7 @@ class Walk:
     later: set[int] = field(default_factory=set)
     searched: int = 0
     thrown: list[tuple[int, list[dict[str, Any]]]] | None = None
+    tried: int = 0
     awaited: set[int] = field(default_factory=set)
     setters: dict[tuple[str, bool], dict[str, list[Function]]] = field(default_factory=dict)
     at_run_time: set[str] = field(default_factory=set)

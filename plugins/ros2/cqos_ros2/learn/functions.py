@@ -8,7 +8,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied
 from cqos_ros2.learn.evaluating import assign, evaluate, made_once
 from cqos_ros2.learn.frames import lineage
-from cqos_ros2.learn.profiles import is_profile
+from cqos_ros2.learn.profiles import is_profile, undecided
 from cqos_ros2.learn.program import Attribute, Name
 from cqos_ros2.learn.values import Code, Template
 
@@ -90,18 +90,19 @@ def bind(function: Function, arguments: Sequence[Any], keywords: Mapping[str, An
         if not variable.name:
             continue
         if variable.kind:
-            given = _rest(variable, len(arguments) > index, function, keywords, walk)
+            given = _rest(variable, arguments[index:], function, keywords, walk)
         elif variable.name in keywords:
             given = keywords[variable.name]
         elif index < len(arguments):
             given = arguments[index]
         elif "**" in keywords:
-            given = Unknown("it may be among the rest of the arguments")
+            given = undecided(Unknown("it may be among the rest of the arguments"), keywords["**"])
         elif variable.default is not None:
             given = _default(variable.default, walk)
         else:
             given = Unknown(f"the argument `{variable.name}` of `{function.last}`", function.place)
-        frame.names[variable.name] = given if variable.by_reference else copied(given, variable.type, walk)
+        shares = variable.by_reference or function.macro
+        frame.names[variable.name] = given if shares else copied(given, variable.type, walk)
         frame.declared[variable.name] = variable.type
 
 
@@ -112,13 +113,16 @@ def _default(written: Expression, walk: Walk) -> Any:
     return made_once(written, lambda: evaluate(written, walk), walk)
 
 
-def _rest(variable: Variable, positional: bool, function: Function, keywords: Mapping[str, Any], walk: Walk) -> Any:  # noqa: FBT001
+def _rest(
+    variable: Variable, positional: Sequence[Any], function: Function, keywords: Mapping[str, Any], walk: Walk
+) -> Any:
     """Return what a call leaves for the rest of the arguments, where all of it is known, as in Python."""
-    by_name = variable.kind == "**"
-    if positional or walk.program.language != "python" or (by_name and "**" in keywords):
-        return Unknown("the rest of the arguments")
     own = {each.name for each in function.parameters}
-    return {name: value for name, value in keywords.items() if name not in own} if by_name else []
+    named = {name: value for name, value in keywords.items() if name not in own}
+    open_names = variable.kind == "**" and "**" in named
+    if walk.program.language != "python" or open_names or any(isinstance(each, Unknown) for each in positional):
+        return undecided(Unknown("the rest of the arguments"), *positional, *named.values())
+    return named if variable.kind == "**" else [*positional]
 
 
 def hand_back(function: Function, frame: Frame, written: Sequence[Expression], walk: Walk) -> None:

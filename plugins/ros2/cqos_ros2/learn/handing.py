@@ -6,17 +6,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.evaluating import assign, evaluate, replace_value
+from cqos_ros2.learn.frames import DEEPEST_CALL, Condition, TooMuchError, lineage
 from cqos_ros2.learn.names import last_part, without_arguments
-from cqos_ros2.learn.profiles import forget, is_profile
+from cqos_ros2.learn.preparing import Start, make_members, prepare
+from cqos_ros2.learn.profiles import content, forget, is_profile, reached, undecided
 from cqos_ros2.learn.program import Attribute, Call, Element, Name, Reference, call_name
-from cqos_ros2.learn.setters import forget_members, kept_for_later
-from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, Template, Undecided
+from cqos_ros2.learn.setters import STARTS, forget_members, kept_for_later
+from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, Template, Undecided, same
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from cqos_core.model.system import Place
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression, Variable
+    from cqos_ros2.learn.program import Class, Expression, Variable
 
 _CHANGING: Final = (str, int, float, Template, Profile, list, Either)
 _HANDED: Final = "it is handed the node, and its definition was not read"
@@ -69,7 +72,10 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
     if name == "setattr":
         _set_by_name(expression, arguments, walk)
         return
+    values = (*arguments, *keywords.values())
     if last_part(name) in walk.table.lists["changing"]:
+        holders = [each for each in values if not isinstance(each, Code)]
+        open_objects(holders, f"`{name[:60]}` may change it", expression.place, walk)
         for written in expression.arguments:
             _change(written, expression, walk)
     if not walk.table.is_listed("harmless", name):
@@ -77,7 +83,90 @@ def hand_over(expression: Call, arguments: Sequence[Any], keywords: Mapping[str,
             _open(expression, name, arguments, walk)
         else:
             _open_lists(expression, name, arguments, walk)
-            forget([*arguments, *keywords.values()], f"`{name[:60]}` may change it", expression.place)
+    open_to(name, expression, values, walk)
+
+
+def open_to(name: str, expression: Call, values: Sequence[Any], walk: Walk) -> None:
+    """Take qualities of service as not known that code which was not read may change: those it is handed, alone or in objects, and those that functions change which it may call."""
+    cause, place, last = f"`{name[:60]}` may change it", expression.place, last_part(name)
+    of_quality = any(name.startswith(f"{each}.") for each in walk.table.makers)  # `QoSProfile.depth.fset(qos, 7)`
+    calling, harmless = walk.table.is_listed("calling", name), walk.table.is_listed("harmless", name) and not of_quality
+    if walk.table.is_listed("anything", name):
+        prepare(walk)
+        forget(reached(*walk.instances), cause, place)
+    codes = [each for each in values if isinstance(each, Code)]
+    if calling or (
+        codes and not harmless and not last.startswith(STARTS) and name not in walk.table.lists["at_run_time"]
+    ):
+        handed = undecided(Unknown("what it is handed"), *values)
+        for each in codes:
+            forget(_changed_by(each, handed, walk), cause, place)
+    if calling:
+        open_objects(() if codes else values, cause, place, walk)
+    elif not harmless and walk.program.language == "python":
+        forget(values, cause, place)
+        if not walk.table.is_listed("without_endpoints", name):
+            open_objects([each for each in values if not isinstance(each, Code)], cause, place, walk)
+
+
+def open_receiver(receiver: Any, name: str, place: Place, walk: Walk) -> None:
+    """Take the qualities of service as not known that an object holds whose method was not read."""
+    if not isinstance(receiver, Instance) or isinstance(receiver, Profile) or walk.table.is_listed("harmless", name):
+        return
+    of_library = receiver.cls is None and receiver.node is None
+    cause = f"`{name[:60]}` may change it"
+    if of_library or (walk.program.language == "python" and unread_bases(receiver.cls, walk)):
+        open_objects([receiver], cause, place, walk)
+
+
+def unread_bases(cls: Class | None, walk: Walk) -> list[str]:
+    """Return the classes that a class of Python is made from and that were not read, apart from those of nodes."""
+    names = [(name, each) for each in lineage(cls, walk) for name in each.bases]
+    return [
+        name
+        for name, each in names
+        if not walk.table.is_listed("bases", name)
+        and walk.table.node_class(name) is None
+        and walk.program.find_class(name, each.place.source, each.name) is None
+    ]
+
+
+def open_objects(values: Sequence[Any], cause: str, place: Place, walk: Walk) -> None:
+    """Take the qualities of service as not known that values are or hold, in lists and objects."""
+    for each in values:
+        if isinstance(each, Instance) and each.cls is not None:
+            prepare(walk) if walk.program.language == "python" else make_members(each, walk)
+    forget(reached(*values), cause, place)
+
+
+def _changed_by(code: Code, handed: Any, walk: Walk) -> list[Profile]:
+    """Return the qualities of service that a function changes where it is called; the walk of it leaves nothing else behind."""
+    from cqos_ros2.learn.calling import invoke
+
+    prepare(walk)
+    start, kept, thrown, steps = Start(walk), walk.snapshot(), walk.thrown, walk.steps
+    frames = len(walk.frames)
+    sets = [(each, {*each}) for each in (walk.executed, walk.made_at, walk.awaited, walk.at_run_time)]
+    lost, cut, before = dict(walk.lost), [*walk.cut], [(each, content(each)) for each in reached(*walk.instances)]
+    walk.conditions.append(Condition(perhaps=f"it is made in a function in line {code.function.place.line}"))
+    walk.thrown = None
+    walk.tried += 1
+    depth, too_much = len(walk.conditions), len(walk.frames) > DEEPEST_CALL
+    try:
+        invoke(code.function, code.this, [handed for _ in code.function.parameters], {}, walk, value=code)
+    except TooMuchError:
+        too_much = True
+    found = [each for each, old in before if too_much or not same(old, content(each))]
+    walk.tried -= 1
+    del walk.conditions[depth - 1 :], walk.frames[frames:]
+    spent = walk.steps
+    start.restore(walk)
+    walk.restore(kept)
+    walk.steps = spent if walk.tried else steps  # one in another counts: else they take no end
+    for each, old in sets:
+        each.intersection_update(old)
+    walk.lost, walk.cut, walk.thrown = lost, cut, thrown
+    return found
 
 
 def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> None:
@@ -94,6 +183,7 @@ def _open(expression: Call, name: str, arguments: Sequence[Any], walk: Walk) -> 
         if isinstance(value, _CHANGING):
             assign(written, Unknown(cause, expression.place), walk)
         elif isinstance(value, Instance) and value.cls is not None and value.node is None:
+            open_objects([value], cause, expression.place, walk)
             forget_members(value, cause, walk)
         elif isinstance(value, Instance) and walk.table.lookup(walk.table.objects, value.library) is not None:
             value.members.clear()

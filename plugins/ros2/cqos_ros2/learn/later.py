@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.calling import invoke
-from cqos_ros2.learn.evaluating import evaluate, initial_value, shared_preset
-from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, Frame, TooMuchError, lineage
-from cqos_ros2.learn.profiles import content, is_profile
-from cqos_ros2.learn.program import Function, Name, call_name
-from cqos_ros2.learn.searching import calls_in
-from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, NodeRecord, Undecided, same, used
+from cqos_ros2.learn.evaluating import initial_value
+from cqos_ros2.learn.frames import MOST_ELEMENTS, Condition, TooMuchError
+from cqos_ros2.learn.preparing import Start, prepare, spaces
+from cqos_ros2.learn.profiles import content, is_profile, parts_of
+from cqos_ros2.learn.values import MISSING, PLAIN, Code, Either, Instance, Undecided, same, used
 
 if TYPE_CHECKING:
     from cqos_ros2.learn.frames import Walk
-    from cqos_ros2.learn.program import Expression
 
 _MOST_CALLBACKS: Final = 300
 _MOST_ROUNDS: Final = 20
@@ -29,8 +26,8 @@ def run_later(walk: Walk) -> None:
         TooMuchError: it takes too many rounds.
     """
     walk.in_callback = True
-    _prepare(walk)
-    start = _Start(walk)
+    prepare(walk)
+    start = Start(walk)
     for _ in range(_MOST_ROUNDS):
         if not _changing(walk, start):
             return
@@ -38,74 +35,7 @@ def run_later(walk: Walk) -> None:
     raise TooMuchError
 
 
-def _prepare(walk: Walk) -> None:
-    """Make the qualities of service that any callback may be the first to use: what one sets, the others see."""
-    table, program = walk.table, walk.program
-    if program.language == "python":
-        for name in table.presets:
-            shared_preset(name, walk)
-    for instance in [*walk.instances]:
-        for cls in lineage(instance.cls, walk):
-            for name, written in cls.initial.items():
-                if name not in instance.members and _makes_quality(written, walk):
-                    instance.members[name] = initial_value(instance, name, walk)
-    for found in program.constants.values():
-        for full, written, path in found:
-            if _makes_quality(written, walk):
-                walk.frames.append(Frame(Function(full, (), (), Place(path)), None))
-                evaluate(Name(full), walk)
-                walk.frames.pop()
-
-
-def _makes_quality(written: Expression, walk: Walk) -> bool:
-    """Whether an expression makes a quality of service."""
-    table = walk.table
-    calls = calls_in((), ((written, (written,), None),))
-    return any(table.lookup(table.makers, call_name(each)) is not None for each in calls)
-
-
-class _Start:
-    """What a walk has found before the first callback, and which of its values change from then on."""
-
-    def __init__(self, walk: Walk) -> None:
-        """Keep it."""
-        self.callbacks, self.steps, self.homeless = [*walk.callbacks], walk.steps, len(walk.homeless)
-        self.instances, self.nodes = len(walk.instances), len(walk.nodes)
-        self.current, self.strays = walk.current, {*walk.strays}
-        self.spaces = {key: (each, dict(each)) for key, each in _spaces(walk).items()}
-        self.made = [(each, len(each.made)) for each in _records(walk)]
-        self.changing: dict[tuple[Any, str], Unknown] = {}
-
-    def restore(self, walk: Walk) -> None:
-        """Set a walk back to it, apart from what changes."""
-        for record, count in self.made:
-            del record.made[count:]
-        del walk.instances[self.instances :], walk.nodes[self.nodes :], walk.homeless[self.homeless :]
-        walk.callbacks, walk.steps, walk.current = [*self.callbacks], self.steps, self.current
-        walk.strays = {name: each for name, each in walk.strays.items() if name in self.strays}
-        for key, (space, names) in self.spaces.items():
-            space.clear()
-            space.update(names, **{name: unknown for (of, name), unknown in self.changing.items() if of == key})
-
-    def key_of(self, key: int, owner: Instance | None) -> Any:
-        """Return what names of a space are known by: objects that callbacks make are known by their class."""
-        return key if key in self.spaces else owner.cls.name if owner is not None and owner.cls is not None else None
-
-
-def _spaces(walk: Walk) -> dict[int, dict[str, Any]]:
-    """Return all names that outlive a call, by their identity: members, names around lambdas, names of modules."""
-    found = [each.members for each in walk.instances]
-    found += [each.names for each in walk.callbacks]
-    return {id(each): each for each in (*found, *walk.modules.values())}
-
-
-def _records(walk: Walk) -> list[NodeRecord]:
-    carried = [each.members.get("#node") for each in walk.instances]
-    found = [*walk.nodes, *walk.strays.values(), walk.current, *(each.node for each in walk.instances), *carried]
-    return [*{id(each): each for each in found if isinstance(each, NodeRecord)}.values()]
-
-
-def _changing(walk: Walk, start: _Start) -> bool:
+def _changing(walk: Walk, start: Start) -> bool:
     """Walk each callback once; return whether one changed a value that was taken as known, or set one for which an earlier one waited."""
     known, done = len(start.changing), 0
     walk.awaited.clear()
@@ -127,11 +57,11 @@ def _alike(one: dict[str, Any], other: dict[str, Any]) -> bool:
     )
 
 
-def _one(code: Code, walk: Walk, start: _Start) -> None:
+def _one(code: Code, walk: Walk, start: Start) -> None:
     nodes, this = walk.nodes, code.this
     own = this.node if this is not None else None
     walk.current = own if own is not None else nodes[0] if len(nodes) == 1 else None
-    before = {key: dict(each) for key, each in _spaces(walk).items()}
+    before = {key: dict(each) for key, each in spaces(walk).items()}
     line = code.function.place.line
     walk.conditions.append(Condition(perhaps=f"it is made in a callback in line {line}"))
     given = [Unknown("what a callback is given") for _ in code.function.parameters]
@@ -140,7 +70,7 @@ def _one(code: Code, walk: Walk, start: _Start) -> None:
     finally:
         walk.conditions.pop()
     owners = {id(each.members): each for each in walk.instances}
-    for key, space in _spaces(walk).items():
+    for key, space in spaces(walk).items():
         _settle(space, before.get(key), owners.get(key), start.key_of(key, owners.get(key)), walk, start)
     held = _held(walk, start.instances)
     walk.instances[start.instances :] = [each for each in walk.instances[start.instances :] if id(each) in held]
@@ -156,21 +86,12 @@ def _held(walk: Walk, count: int) -> set[int]:
         if not isinstance(each, (Instance, Code, list, dict, Either, Undecided)) or id(each) in seen:
             continue
         seen.add(id(each))
-        if isinstance(each, Instance):
-            waiting += each.members.values()
-        elif isinstance(each, Code):
-            waiting += [each.this, *each.names.values(), *each.own.values()]
-        elif isinstance(each, Either):
-            waiting += [value for _, value in each.cases]
-        elif isinstance(each, Undecided):
-            waiting += each.among
-        else:
-            waiting += each.values() if isinstance(each, dict) else each
+        waiting += parts_of(each)
     return seen
 
 
 def _settle(
-    space: dict[str, Any], before: dict[str, Any] | None, owner: Instance | None, key: Any, walk: Walk, start: _Start
+    space: dict[str, Any], before: dict[str, Any] | None, owner: Instance | None, key: Any, walk: Walk, start: Start
 ) -> None:
     """Take back what a callback changed: it is not known from then on."""
     for name, value in [*space.items()]:

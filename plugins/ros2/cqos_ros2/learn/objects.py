@@ -11,9 +11,10 @@ from cqos_ros2.learn.creating import Given
 from cqos_ros2.learn.evaluating import evaluate
 from cqos_ros2.learn.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2.learn.functions import arity, bind, hand_back, method_of, split_types
-from cqos_ros2.learn.handing import note_nodes
+from cqos_ros2.learn.handing import note_nodes, open_to, unread_bases
 from cqos_ros2.learn.names import last_part, without_arguments
 from cqos_ros2.learn.node_options import place
+from cqos_ros2.learn.profiles import forget
 from cqos_ros2.learn.program import Call, Literal, Name
 from cqos_ros2.learn.values import MISSING, Instance, NodeRecord
 from cqos_ros2.learn.walking import run_body
@@ -54,6 +55,7 @@ def _construct(cls: Class, instance: Instance, given: Given, walk: Walk) -> None
             _construct(base, instance, given, walk)
         elif instance.node is None:
             _fill(instance, given, walk)
+            _hand_to_base(cls, instance, given, walk)
         else:
             _library_node(instance, given, walk)
         return
@@ -146,6 +148,7 @@ def _base_class(cls: Class, base: str, instance: Instance, made: Call, walk: Wal
         _library_node(instance, given, walk)
         if walk.table.node_class(without_arguments(base)) is None:
             note_nodes(base, made, arguments, walk)
+            forget(arguments, f"`{base[:60]}` may change it", made.place)
 
 
 def base(given: Given, walk: Walk) -> Any:
@@ -161,7 +164,14 @@ def base(given: Given, walk: Walk) -> Any:
         _construct(base, this, given, walk)
     else:
         _library_node(this, given, walk)
+        _hand_to_base(cls, this, given, walk)
     return Unknown("the base class")
+
+
+def _hand_to_base(cls: Class, this: Instance, given: Given, walk: Walk) -> None:
+    """Take what the constructor of a base class that was not read may change as not known."""
+    for name in unread_bases(cls, walk):
+        open_to(name, given.call, (this, *given.arguments, *given.keywords.values()), walk)
 
 
 def inherited(name: str, given: Given, walk: Walk) -> Any:

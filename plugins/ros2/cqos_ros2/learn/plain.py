@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, type_of_name
 from cqos_ros2.learn.evaluating import replace_value
-from cqos_ros2.learn.handing import note_nodes
+from cqos_ros2.learn.handing import note_nodes, open_to
 from cqos_ros2.learn.names import inner_type, last_part, refers
 from cqos_ros2.learn.operators import element
 from cqos_ros2.learn.overriding import overriding_of
+from cqos_ros2.learn.profiles import forget
 from cqos_ros2.learn.program import Attribute, Name
 from cqos_ros2.learn.setters import is_class
 from cqos_ros2.learn.values import (
@@ -108,7 +109,11 @@ def library_value(name: str, given: Given, walk: Walk) -> Any:
     if not last[:1].isupper() or (walk.program.language == "cpp" and not is_class(last)):
         return MISSING  # a function that is not known, or a macro
     note_callbacks(given, walk)
-    note_nodes(name, given.call, (*given.arguments, *given.keywords.values()), walk)
+    values = (*given.arguments, *given.keywords.values())
+    note_nodes(name, given.call, values, walk)
+    open_to(name, given.call, values, walk)
+    if walk.program.language == "cpp" and not walk.table.is_listed("harmless", name):
+        forget(values, f"`{name[:60]}` may change it", given.call.place)
     made = Instance(None, library=name)
     node = next((each.node for each in arguments if isinstance(each, Instance) and each.node is not None), None)
     if node is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.values import Either, Instance, Profile, Undecided, each_case, flat, same
+from cqos_ros2.learn.values import Code, Either, Instance, Profile, Undecided, each_case, flat, same, used
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -96,6 +96,32 @@ def held(value: Any, depth: int = 0) -> Iterator[Profile]:
         )
         for each in inner if isinstance(inner, (list, tuple)) else ():
             yield from held(each, depth + 1)
+
+
+def reached(*values: Any) -> list[Profile]:
+    """Return the qualities of service that values are, may be, or hold: in lists, in objects and theirs, and in functions."""
+    waiting, seen, found = [*values], set(), []
+    while waiting:
+        each = used(waiting.pop())
+        if not isinstance(each, (Instance, Code, list, dict, Either, Undecided)) or id(each) in seen:
+            continue
+        seen.add(id(each))
+        found += [each] if isinstance(each, Profile) else []
+        waiting += parts_of(each)
+    return found
+
+
+def parts_of(value: Instance | Code | list[Any] | dict[Any, Any] | Either | Undecided) -> list[Any]:
+    """Return the values that a value holds."""
+    if isinstance(value, Instance):
+        return [*value.members.values()]
+    if isinstance(value, Code):
+        return [value.this, *value.names.values(), *value.own.values(), *value.given, *value.named.values()]
+    if isinstance(value, Either):
+        return [each for _, each in value.cases]
+    if isinstance(value, Undecided):
+        return [*value.among]
+    return [*(value.values() if isinstance(value, dict) else value)]
 
 
 def undecided(unknown: Any, *values: Any) -> Any:

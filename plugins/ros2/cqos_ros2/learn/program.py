@@ -25,6 +25,15 @@ STATIC: Final = "static "
 """How the type of a local name of C++ begins that is made once for all calls."""
 POINTS: Final = "*"
 """The operator of C++ that copies what a pointer points to, where it has one operand."""
+EACH: Final = "#each"
+PAIRS: Final = "#pairs"
+"""The calls of what a comprehension of Python makes, with a function of each element and what it goes over."""
+ENTER: Final = "#enter"
+"""The call of what a `with` of Python begins, with its manager."""
+LEAVE: Final = "#leave"
+"""The call of what a `with` of Python ends, with its manager."""
+YIELD: Final = "#yield"
+"""The call of what a generator of Python yields, with the value."""
 CASE: Final = "case"
 """The operator of a value, one case of a switch, and the words of all of its cases, which differ from each other."""
 
@@ -134,9 +143,14 @@ class Closure:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A method or function as a value, as in ``&Talker::on_timer``; with what it is bound to."""
+    """A method or function as a value, as in ``&Talker::on_timer``.
+
+    Attributes:
+        bound: what `std::bind` hands it; ``_1`` stands for the first argument of the call.
+    """
 
     name: str
+    bound: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +291,7 @@ class Function:
         source: its text; empty where it is not kept.
         macro: it stands for a macro; what it makes stands where the macro is used.
         returns: the type of what it returns, in C++, with ``&`` or ``*`` at its end; empty where it is not written.
+        decorators: the names of what wraps it, in Python.
     """
 
     name: str
@@ -290,6 +305,7 @@ class Function:
     source: bytes = b""
     macro: bool = False
     returns: str = ""
+    decorators: tuple[str, ...] = ()
 
     @property
     def body(self) -> tuple[Statement, ...]:
@@ -351,6 +367,9 @@ class Program:
         namespaces: those of C++, by their whole names.
         scoped: aliases with their whole names, by the last part.
         names_set: names that functions set, by the identity of the function.
+        qualities: constants that are qualities of service, with their files; None before something asked for them.
+        changing: functions that may change a constant, by its name and file.
+        holding: whether members of classes have a quality of service, by the identity of the class and their names.
     """
 
     language: str
@@ -375,6 +394,9 @@ class Program:
     _owned: dict[str, list[Function]] = field(default_factory=dict)
     _assigned: dict[str, bool] = field(default_factory=dict)
     names_set: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    qualities: list[tuple[str, str]] | None = None
+    holding: dict[tuple[int, str], bool] = field(default_factory=dict)
+    changing: dict[tuple[str, str], list[Function]] = field(default_factory=dict)
 
     def add(self, other: Program) -> None:
         """Take what the files of a package that this one depends on define."""

@@ -10,9 +10,14 @@ from typing import Any, Final
 from cqos_core.model.system import Place
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
+    EACH,
+    ENTER,
     JOIN,
+    LEAVE,
+    PAIRS,
     SUPER,
     THIS,
+    YIELD,
     Assign,
     Attribute,
     Call,
@@ -159,6 +164,7 @@ def _function(node: ast.FunctionDef | ast.AsyncFunctionDef, scope: str, owner: s
     kinds = {each.id for each in node.decorator_list if isinstance(each, ast.Name)}
     static = "staticmethod" in kinds
     parameters = _parameters(node.args, file)
+    decorators = tuple(_decorator(each, file) for each in node.decorator_list)
     outer = file.this
     if owner and not static:
         file.this, parameters = (parameters[0].name if parameters else ""), parameters[1:]
@@ -171,7 +177,15 @@ def _function(node: ast.FunctionDef | ast.AsyncFunctionDef, scope: str, owner: s
         file.place(node),
         owner=owner,
         static=static or "classmethod" in kinds,
+        decorators=decorators,
     )
+
+
+def _decorator(node: ast.expr, file: PythonFile) -> str:
+    """Return the name of a decorator, without the arguments that it is given."""
+    if isinstance(node, ast.Call):
+        return _decorator(node.func, file)
+    return _dotted(node, file) or " ".join(ast.unparse(node).split())[:60]
 
 
 def _parameters(node: ast.arguments, file: PythonFile) -> tuple[Variable, ...]:
@@ -231,15 +245,51 @@ def _read(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     elif isinstance(node, ast.Return):
         yield Return(_optional(node.value, file), place)
     elif isinstance(node, (ast.Raise, ast.Break, ast.Continue)):
+        yield from _raised(node, file)
         yield Leave("throw" if isinstance(node, ast.Raise) else "break" if isinstance(node, ast.Break) else "continue")
-    elif isinstance(node, ast.FunctionDef):
-        made = Function(node.name, _parameters(node.args, file), _block(node.body, file), place)
-        yield Assign(Name(node.name), Closure(made), place, declares=True)
     else:
         yield from _compound(node, file)
 
 
+def _raised(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    if isinstance(node, ast.Raise) and node.exc is not None:
+        yield Do(_expression(node.exc, file), file.place(node))
+
+
+def _inner_function(node: ast.FunctionDef | ast.AsyncFunctionDef, file: PythonFile) -> Statement:
+    """Return what gives a name an inner function, with what wraps it."""
+    place = file.place(node)
+    made: Expression = Closure(Function(node.name, _parameters(node.args, file), _block(node.body, file), place))
+    for each in reversed(node.decorator_list):
+        made = Call(_expression(each, file), (made,), (), (), place)
+    return Assign(Name(node.name), made, place, declares=True)
+
+
+def _inner_class(node: ast.ClassDef, file: PythonFile) -> Statement:
+    """Return what gives a name an inner class: it is not followed, and may change what it mentions."""
+    own = {each.arg for each in ast.walk(node) if isinstance(each, ast.arg)}
+    mentioned = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} - own
+    names = tuple(_name(ast.Name(each), file) for each in sorted(mentioned))
+    made = Call(Name(f"class {node.name}"), names, (), (), file.place(node))
+    return Assign(Name(node.name), made, file.place(node), declares=True)
+
+
 def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
+    place = file.place(node)
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        yield _inner_function(node, file)
+    elif isinstance(node, ast.ClassDef):
+        yield _inner_class(node, file)
+    elif isinstance(node, ast.Assert):
+        yield Do(_expression(node.test, file), place)
+    elif isinstance(node, ast.Delete):
+        members = [each for each in node.targets if isinstance(each, ast.Attribute)]
+        yield from (Assign(_target(each, file), NotFollowed("del"), place) for each in members)
+    else:
+        yield from _block_of(node, file)
+
+
+def _block_of(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
     place = file.place(node)
     if isinstance(node, ast.If):
         yield If(_expression(node.test, file), _block(node.body, file), _block(node.orelse, file), place)
@@ -248,8 +298,8 @@ def _compound(node: ast.stmt, file: PythonFile) -> Iterator[Statement]:
         yield Loop(names, _expression(node.iter, file), _block(node.body, file), place)
         yield from _otherwise(node, file)
     elif isinstance(node, ast.While):
-        _expression(node.test, file)
-        yield Loop((), None, _block(node.body, file), place)
+        test = Do(_expression(node.test, file), place)
+        yield Loop((), None, (*_block(node.body, file), test), place)
         yield from _otherwise(node, file)
     elif isinstance(node, _TRIES):
         handlers = tuple(_block(each.body, file) for each in node.handlers)
@@ -270,30 +320,47 @@ def _otherwise(node: ast.For | ast.AsyncFor | ast.While, file: PythonFile) -> It
 def _cases(node: ast.Match, file: PythonFile) -> Iterator[Statement]:
     """Yield the cases of a `match` as decisions one after the other."""
     subject = _expression(node.subject, file)
+    if not isinstance(subject, Name):
+        yield Assign(Name(_unpacked(node)), subject, file.place(node), declares=True)
+        subject = Name(_unpacked(node))
     rest: tuple[Statement, ...] = ()
     for each in reversed(node.cases):
         body, pattern = _block(each.body, file), each.pattern
         if isinstance(pattern, ast.MatchAs) and pattern.pattern is None and each.guard is None:
-            named = NotFollowed("case") if pattern.name else None
-            rest = (*(() if named is None else (Assign(Name(str(pattern.name)), named, file.place(pattern)),)), *body)
+            named = (Assign(Name(pattern.name), subject, file.place(pattern)),) if pattern.name else ()
+            rest = (*named, *body)
             continue
         test: Expression = NotFollowed("case")
         if isinstance(pattern, ast.MatchValue) and each.guard is None:
             test = Operation("==", (subject, _expression(pattern.value, file)))
+        elif each.guard is not None:
+            test = NotFollowed("case", (_expression(each.guard, file),))
         names = [getattr(part, "name", None) for part in ast.walk(pattern)]
-        bound = tuple(Assign(Name(name), NotFollowed("case"), file.place(pattern)) for name in names if name)
+        bound = tuple(
+            Assign(Name(name), NotFollowed("case", (subject,)), file.place(pattern)) for name in names if name
+        )
         rest = (If(test, (*bound, *body), rest, file.place(pattern)),)
     yield from rest
 
 
 def _with(node: ast.With | ast.AsyncWith, file: PythonFile) -> Iterator[Statement]:
+    place, left = file.place(node), []
     for each in node.items:
-        value = _expression(each.context_expr, file)
+        manager = Name(f"{_unpacked(each.context_expr)} manager")
+        yield Assign(manager, _expression(each.context_expr, file), place, declares=True)
+        entered = Call(Name(ENTER), (manager,), (), (), place)
         if each.optional_vars is not None:
-            yield from _assign(each.optional_vars, value, file.place(node), file)
+            yield from _assign(each.optional_vars, entered, place, file)
         else:
-            yield Do(value, file.place(node))
+            yield Do(entered, place)
+        left.append(Do(Call(Name(LEAVE), (manager,), (), (), place), place))
     yield from _block(node.body, file)
+    yield from reversed(left)
+
+
+def _unpacked(node: ast.expr | ast.Match) -> str:
+    """Return a name for a value that a statement uses several times: none of the program's."""
+    return f"#{node.lineno}:{node.col_offset}"
 
 
 def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile) -> Iterator[Statement]:
@@ -301,14 +368,24 @@ def _assign(target: ast.expr, value: Expression, place: Place, file: PythonFile)
         shared = isinstance(target, ast.Name) and target.id in file.shared
         yield Assign(_target(target, file), NotFollowed("nonlocal") if shared else value, place)
         return
-    items = value.items if isinstance(value, Items) and len(value.items) == len(target.elts) else None
+    starred = any(isinstance(each, ast.Starred) for each in target.elts)
+    paired = isinstance(value, Items) and len(value.items) == len(target.elts) and not starred
+    if isinstance(value, Items) and paired and not _crossed(value.items):
+        for each, one in zip(target.elts, value.items, strict=True):
+            yield from _assign(each, one, place, file)
+        return
+    if not isinstance(value, (Name, Attribute, Element)):
+        yield Assign(Name(_unpacked(target)), value, place, declares=True)
+        value = Name(_unpacked(target))
     for index, each in enumerate(target.elts):
-        named = (
-            Element(value, Literal(index)) if isinstance(value, (Name, Attribute)) else NotFollowed("an unpacked value")
-        )
-        plain = isinstance(each, ast.Starred) or any(isinstance(one, ast.Starred) for one in target.elts)
-        given = items[index] if items else NotFollowed("an unpacked value") if plain else named
-        yield Assign(_target(each, file), given, place)
+        plain = each.value if isinstance(each, ast.Starred) else each
+        given = NotFollowed("an unpacked value", (value,)) if starred else Element(value, Literal(index))
+        yield from _assign(plain, given, place, file)
+
+
+def _crossed(items: tuple[Expression, ...]) -> bool:
+    """Whether values may mean what one of several targets before them sets: ``a, b = b, a``."""
+    return any(isinstance(each, (Name, Attribute, Element)) for each in items[1:])
 
 
 def _target(node: ast.expr, file: PythonFile) -> Expression:
@@ -354,7 +431,8 @@ def _call(node: ast.Call, file: PythonFile) -> Expression:
     place = file.place(node)
     function = _expression(node.func, file)
     arguments = tuple(
-        NotFollowed("*") if isinstance(each, ast.Starred) else _expression(each, file) for each in node.args
+        NotFollowed("*", (_expression(each.value, file),)) if isinstance(each, ast.Starred) else _expression(each, file)
+        for each in node.args
     )
     keywords = tuple((each.arg or "**", _expression(each.value, file)) for each in node.keywords)
     if last_part(call_name(Call(function, (), (), (), place))) == "__init__":
@@ -364,8 +442,6 @@ def _call(node: ast.Call, file: PythonFile) -> Expression:
             return Call(Name("super"), arguments[1:], keywords, (), place)
     if function == Name("super"):
         return Name(SUPER)
-    if isinstance(function, Name) and last_part(function.text) == "partial" and arguments:
-        return arguments[0]
     return Call(function, arguments, keywords, (), place)
 
 
@@ -389,7 +465,8 @@ def _text(node: ast.JoinedStr, file: PythonFile) -> Expression:
 
 def _compared(node: ast.Compare, file: PythonFile) -> Expression:
     if len(node.ops) > 1:
-        return NotFollowed(" ".join(ast.unparse(node).split())[:60])
+        parts = tuple(_expression(each, file) for each in (node.left, *node.comparators))
+        return NotFollowed(" ".join(ast.unparse(node).split())[:60], parts)
     sides = (_expression(node.left, file), _expression(node.comparators[0], file))
     return Operation(_OPERATORS.get(type(node.ops[0]), "?"), sides)
 
@@ -422,7 +499,8 @@ def _items(node: Any, file: PythonFile) -> Expression:
 
 def _pairs(node: ast.Dict, file: PythonFile) -> Expression:
     if any(each is None for each in node.keys):
-        return NotFollowed("a dictionary of others")
+        parts = tuple(_expression(each, file) for each in (*node.keys, *node.values) if each is not None)
+        return NotFollowed("a dictionary of others", parts)
     keys = [each for each in node.keys if each is not None]
     return Pairs(tuple((_expression(k, file), _expression(v, file)) for k, v in zip(keys, node.values, strict=True)))
 
@@ -440,24 +518,33 @@ def _lambda(node: ast.Lambda, file: PythonFile) -> Expression:
 def _named(node: ast.NamedExpr, file: PythonFile) -> Expression:
     value = _expression(node.value, file)
     same = isinstance(value, (Name, Attribute))  # another name of one object
-    given = value if same else NotFollowed(" ".join(ast.unparse(node).split())[:60])
+    given = value if same else NotFollowed(" ".join(ast.unparse(node).split())[:60], (value,))
     file.pending.append(Assign(Name(node.target.id), given, file.place(node)))
-    return value
+    return value if same else Name(node.target.id)
 
 
 def _comprehension(node: Any, file: PythonFile) -> Expression:
     """Return what makes a list or dictionary of another one: a call of a lambda with each of its elements."""
-    first = node.generators[0]
     parts = (node.key, node.value) if isinstance(node, ast.DictComp) else (node.elt,)
     made = tuple(_expression(each, file) for each in parts)
-    targets = [each.id for each in ast.walk(first.target) if isinstance(each, ast.Name)]
-    if len(node.generators) > 1 or first.ifs:
-        made = (NotFollowed("a comprehension with conditions", made),)
     place = file.place(node)
-    body = (Return(made[0] if len(made) == 1 else Items(made), place),)
-    each_one = Closure(Function("lambda", tuple(Variable(each) for each in targets), body, place))
-    kind = "#pairs" if len(made) > 1 else "#each"
-    return Call(Name(kind), (each_one, _expression(first.iter, file)), (), (), place)
+    for each in reversed(node.generators):
+        if each.ifs:
+            made = (
+                NotFollowed("a comprehension with conditions", (*(_expression(one, file) for one in each.ifs), *made)),
+            )
+        targets = tuple(Variable(one.id) for one in ast.walk(each.target) if isinstance(one, ast.Name))
+        body = (Return(made[0] if len(made) == 1 else Items(made), place),)
+        kind = PAIRS if len(made) > 1 else EACH
+        call = Call(
+            Name(kind), (Closure(Function("lambda", targets, body, place)), _expression(each.iter, file)), (), (), place
+        )
+        made = (NotFollowed("a comprehension of several loops", (call,)),)
+    return call
+
+
+def _yielded(node: ast.Yield | ast.YieldFrom, file: PythonFile) -> Expression:
+    return Call(Name(YIELD), () if node.value is None else (_expression(node.value, file),), (), (), file.place(node))
 
 
 _READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] = {
@@ -482,4 +569,6 @@ _READERS: Final[dict[type[ast.expr], Callable[[Any, PythonFile], Expression]]] =
     ast.SetComp: _comprehension,
     ast.GeneratorExp: _comprehension,
     ast.DictComp: _comprehension,
+    ast.Yield: _yielded,
+    ast.YieldFrom: _yielded,
 }

@@ -19,6 +19,7 @@ from cqos_ros2.learn.program import (
     NotFollowed,
     Operation,
     Pairs,
+    Reference,
     Return,
     Try,
 )
@@ -36,6 +37,7 @@ _INNER: Final[dict[type, tuple[str, ...]]] = {
     NotFollowed: ("parts",),
     Operation: ("operands",),
     Pairs: ("items",),
+    Reference: ("bound",),
 }
 """Where the parts of an expression stand."""
 

@@ -11,19 +11,23 @@ from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.profiles import forget, is_profile
 from cqos_ros2.learn.program import (
     THIS,
+    Assign,
     Attribute,
     Call,
     Class,
     Closure,
     Element,
     Function,
+    Loop,
     Name,
     NotFollowed,
     Operation,
+    Reference,
+    Return,
     call_name,
 )
 from cqos_ros2.learn.qualities import FIELDS
-from cqos_ros2.learn.searching import assignments, calls_in
+from cqos_ros2.learn.searching import assignments, calls_in, inside
 from cqos_ros2.learn.spinning import called_later
 from cqos_ros2.learn.values import PLAIN, Code, Instance
 
@@ -41,7 +45,7 @@ CHANGING: Final = frozenset(
 """Methods that change a list, set or dictionary."""
 _TRANSITIONS: Final = frozenset(("on_deactivate", "on_cleanup", "on_shutdown", "on_error"))
 """What the life cycle of a node calls, apart from its start."""
-_STARTS: Final = ("create_", "add_")
+STARTS: Final = ("create_", "add_")
 _LATER: Final = frozenset(("thread", "async", "bind", "connect", "registerCallback", "subscribe"))
 """Calls that call what they are handed later, from another place: it sets nothing before the node has started."""
 
@@ -85,6 +89,56 @@ def _setters(cls: Class, walk: Walk, *, cyclic: bool) -> dict[str, list[Function
                 for name in _names_set(inner, walk):
                     found.setdefault(name, []).append(inner)
     return found
+
+
+def changed_in(full: str, file: str, walk: Walk) -> Function | None:
+    """Return a function that may change what stands at the top of a file, and that the walk has not come to.
+
+    Args:
+        full: its name.
+        file: where it stands.
+        walk: where the walk is.
+    """
+    program, key = walk.program, (full, file)
+    if key not in program.changing:
+        functions = {id(each): each for found in program.functions.values() for each in found}.values()
+        mentioning = (each for each in functions if each.mentions((last_part(full).encode(),)))
+        program.changing[key] = [each for each in mentioning if _changes(each, full, file, walk)]
+    return next((each for each in program.changing[key] if id(each) not in walk.executed), None)
+
+
+def _changes(function: Function, full: str, file: str, walk: Walk) -> bool:
+    """Whether a function may change what stands at the top of a file."""
+    name, cpp = last_part(full), walk.program.language == "cpp"
+    made = [each for each in inside(function.body) if isinstance(each, Assign) and (each.declares or not cpp)]
+    own = {each.name for each in function.parameters} | {
+        each.target.text for each in made if isinstance(each.target, Name)
+    }
+    own |= {each for loop in inside(function.body) if isinstance(loop, Loop) for each in loop.targets}
+    written = {each.removesuffix(_COUNTS) for each in _names_set(function, walk)}
+    if not cpp:
+        module = f"{full.rpartition('.')[0]}."
+        return full in written or (name in written - own and function.name.startswith(module))
+    cls = walk.program.find_class(function.owner, function.place.source) if function.owner else None
+    alike = {each for _, _, each in walk.program.constants.get(name, ())} & walk.program.reached(function.place.source)
+    if name in own or (alike and file not in alike) or any(name in each.fields for each in lineage(cls, walk)):
+        return False
+    if any(last_part(each) == name for each in written):
+        return True
+    refers = [each.value for each in made if each.type.endswith(("&", "*")) and not each.type.startswith("const ")]
+    if function.returns.endswith(("&", "*")) and not function.returns.startswith("const "):
+        refers += [each.value for each in inside(function.body) if isinstance(each, Return) and each.value is not None]
+    calls = (each for each in calls_in(function.body) if walk.table.is_listed("calling", call_name(each)))
+    refers += [given for each in calls for given in each.arguments]
+    return any(_means(each, name) for each in refers)
+
+
+def _means(written: Expression, name: str) -> bool:
+    """Whether an expression means the object of a plain name, or refers to it."""
+    if isinstance(written, Operation) and len(written.operands) == 1:
+        written = written.operands[0]
+    bound = written.bound if isinstance(written, Reference) else ()
+    return (isinstance(written, Name) and last_part(written.text) == name) or any(_means(each, name) for each in bound)
 
 
 def _lambdas(function: Function) -> Iterator[Function]:
@@ -172,7 +226,7 @@ def is_class(name: str) -> bool:
 def kept_for_later(values: Iterable[Any], call: Call, walk: Walk) -> None:
     """Note lambdas that a call was handed and did not call: what they set is not known from then on."""
     name = last_part(call_name(call))
-    if walk.program.language != "cpp" or name in _LATER or name.startswith(_STARTS):
+    if walk.program.language != "cpp" or name in _LATER or name.startswith(STARTS):
         return
     for each in values:
         if isinstance(each, Code) and each.function.name == "lambda" and id(each.function) not in walk.executed:
@@ -186,6 +240,7 @@ def _forget(name: str, code: Code, walk: Walk) -> None:
 
     unknown = Unknown(f"`{name[:60]}` is also set in a lambda in line {code.function.place.line}")
     if name in code.own:
+        forget(code.own[name], unknown.cause)
         return
     if name in code.names:
         forget(code.names[name], unknown.cause)

@@ -186,12 +186,15 @@ class Code:
         this: the object that it is a method of, or in which it was written.
         names: what names stand for where it was written.
         own: what names stand for that it holds itself.
+        given, named: arguments that it is called with, before those of the call; a word such as ``_1`` of C++ is one of the call.
     """
 
     function: Function
     this: Instance | None
     names: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Any] = field(default_factory=dict)
+    given: tuple[Any, ...] = ()
+    named: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,7 +348,9 @@ def merged(tests: Tests | None, then: Any, otherwise: Any, cause: str, place: Pl
     if isinstance(then, Instance) and isinstance(otherwise, Instance) and then.alike(otherwise):
         return then
     if tests is None or isinstance(then, Instance) or isinstance(otherwise, Instance):
-        return Unknown(cause, place)
+        from cqos_ros2.learn.profiles import undecided
+
+        return undecided(Unknown(cause, place), then, otherwise)
     rest = otherwise.cases if isinstance(otherwise, Either) else (((), otherwise),)
     inner = then.cases if isinstance(then, Either) else (((), then),)
     return Either((*(((*tests, *each), value) for each, value in inner), *rest))
