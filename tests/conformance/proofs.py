@@ -116,8 +116,8 @@ def pair_errors(system: System) -> list[tuple[str, str]]:
 def proofs(trials: Iterable[tuple[str, Trial]]) -> Iterator[Proof]:
     """Run pairs, a few at a time."""
     planned = list(trials)
-    for _, trial in planned[:1]:
-        trial.run()  # what is compiled on first use is compiled now
+    for each in planned[:1]:
+        prove(*each)  # what is compiled on first use is compiled now
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         yield from (each for each in pool.map(lambda each: prove(*each), planned) if each is not None)
 
@@ -149,7 +149,10 @@ def trials_of(name: str, number: int, seed: int) -> Iterator[tuple[str, Trial]]:
     """Plan what is recorded under a name: random pairs of an implementation, or the examples."""
     if name != EXAMPLES:
         return random_trials(number, seed, name)
-    return (each for path in sorted((ROOT / "examples").iterdir()) for each in example_trials(path))
+    folder = ROOT / "examples"
+    # Each incident is a system of its own; together they would pair ends that never met.
+    systems = [*(path for path in folder.iterdir() if path.name != "incidents"), *(folder / "incidents").iterdir()]
+    return (each for path in sorted(systems) for each in example_trials(path))
 
 
 def _write(recorded: Mapping[str, Any]) -> None:

@@ -27,7 +27,7 @@ from tests.conformance.proofs import (
 
 PAIRS = 6
 DEPARTURES: dict[str, str] = {
-    "incidents server/publisher/news first_window/subscriber/news": "two clients have one id; a run starts one of them",
+    "one-client-id server/publisher/news first_window/subscriber/news": "two clients have one id; a run starts one of them",
 }
 """Names of recorded runs that contradict C-QoS, each with the reason why it stays so."""
 PROVERS = {"cyclonedds": cyclone.PROVER, "fastdds": fast.PROVER}
