@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TextIO
 
 import click
@@ -147,14 +147,10 @@ def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> No
     Raises:
         CqosError: a file changed, or it cannot be written; it holds what it held before.
     """
-    from cqos_core.files.writing import ChangedFileError, replace_all  # few runs write files
+    from cqos_core.files.writing import replace_all  # few runs write files
 
-    try:
+    with _named_errors():
         replace_all(texts, before)
-    except ChangedFileError as error:
-        raise CqosError(f"{error.filename} is not written: {error.strerror}") from None
-    except OSError as error:
-        raise CqosError(f"cannot write {error.filename}: {error.strerror}") from None
 
 
 def write_new_file(path: str, text: str) -> None:
@@ -163,14 +159,10 @@ def write_new_file(path: str, text: str) -> None:
     Raises:
         CqosError: it is there, or it cannot be written; nothing is left behind.
     """
-    from cqos_core.files.writing import ChangedFileError, write_new
+    from cqos_core.files.writing import write_new
 
-    try:
+    with _named_errors(path):
         write_new(path, text.encode("utf-8", "backslashreplace"))
-    except ChangedFileError as error:
-        raise CqosError(f"{path} is not written: {error.strerror}") from None
-    except OSError as error:
-        raise CqosError(f"cannot write {path}: {error.strerror}") from None
 
 
 def write_file(path: str, text: str) -> None:
@@ -181,7 +173,18 @@ def write_file(path: str, text: str) -> None:
     """
     from cqos_core.files.writing import write_whole
 
-    try:
+    with _named_errors(path):
         write_whole(path, text.encode("utf-8", "backslashreplace"))
+
+
+@contextlib.contextmanager
+def _named_errors(path: str = "") -> Iterator[None]:
+    """Say which file is not written, and why; ``path`` is as the user wrote it."""
+    from cqos_core.files.writing import ChangedFileError
+
+    try:
+        yield
+    except ChangedFileError as error:
+        raise CqosError(f"{path or error.filename} is not written: {error.strerror}") from None
     except OSError as error:
-        raise CqosError(f"cannot write {path}: {error.strerror}") from None
+        raise CqosError(f"cannot write {path or error.filename}: {error.strerror}") from None

@@ -40,7 +40,19 @@ from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Poli
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
-from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Proof, Unaffected, gives
+from cqos_core.packs.guarantee import (
+    LINK,
+    NEEDS,
+    OUTAGE,
+    REDISCOVERY_TIME,
+    RELAYED,
+    REPAIR_TIME,
+    TAKEN_EVERY,
+    WORDS,
+    Proof,
+    Unaffected,
+    gives,
+)
 from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel
@@ -56,7 +68,9 @@ __all__ = [
     "LINK",
     "NEEDS",
     "OUTAGE",
+    "REDISCOVERY_TIME",
     "RELAYED",
+    "REPAIR_TIME",
     "TAKEN_EVERY",
     "WORDS",
     "Anything",

@@ -185,6 +185,20 @@ OUTAGE: Final = Policy(
     _SOURCE,
     level="option",
 )
+REPAIR_TIME: Final = Policy(
+    "repair_time",
+    Duration(),
+    None,
+    "How long it takes at most until a lost sample has arrived: heartbeats, requests, and packets that are lost again.",
+    level="option",
+)
+REDISCOVERY_TIME: Final = Policy(
+    "rediscovery_time",
+    Duration(),
+    None,
+    "How long it takes at most until two ends that can reach each other match, and the later one has what was kept for it.",
+    level="option",
+)
 TAKEN_EVERY: Final = Policy(
     "taken_every",
     Duration(),
@@ -194,7 +208,7 @@ TAKEN_EVERY: Final = Policy(
     roles=("subscriber",),
 )
 NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, RESTARTS_IN, OUTAGE)
-"""What a pack that gives guarantees adds to its policies; `TAKEN_EVERY` is added by packs with rules over it."""
+"""What a pack that gives guarantees adds to its policies; packs with rules over `TAKEN_EVERY`, `REPAIR_TIME` or `REDISCOVERY_TIME` add these."""
 
 
 @dataclass(frozen=True, slots=True)

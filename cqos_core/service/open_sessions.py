@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import secrets
+import traceback
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,7 +13,8 @@ from cqos.v1 import session_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
 from cqos_core.service.answers import METHODS
-from cqos_core.service.pool import SessionGoneError
+from cqos_core.service.observing import tell
+from cqos_core.service.pool import FailedError, LostError, SessionGoneError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Coroutine, Mapping
@@ -101,11 +104,10 @@ class OpenSessions:
         try:
             await asyncio.wait({task}, timeout=seconds)
         finally:
-            if begun.is_set():
-                self._running.add(task)
-                task.add_done_callback(self._finished)
-            else:
+            if not begun.is_set():
                 task.cancel()
+            elif not task.done():
+                self._abandon(task)
         if not task.done():
             more = ", and the session stays open" if begun.is_set() else ", and the edit is not done"
             raise Refused("DEADLINE_EXCEEDED", f"there is no answer: it took more than {seconds:g} seconds{more}")
@@ -131,14 +133,20 @@ class OpenSessions:
             return answered
 
     def _later(self, work: Coroutine[Any, Any, Any]) -> None:
-        task = asyncio.ensure_future(work)
+        self._abandon(asyncio.ensure_future(work))
+
+    def _abandon(self, task: asyncio.Task[Any]) -> None:
+        """Let work go on for which no caller waits."""
         self._running.add(task)
         task.add_done_callback(self._finished)
 
     def _finished(self, task: asyncio.Task[Any]) -> None:
         self._running.discard(task)
-        if not task.cancelled():
-            task.exception()  # who waited for it may be gone; an exception that is not read is logged
+        error = None if task.cancelled() else task.exception()
+        # A refusal, or a process that ended, would have been the answer; anything else is a defect of ours.
+        if error is not None and not isinstance(error, (Refused, LostError, SessionGoneError)):
+            trace = str(error) if isinstance(error, FailedError) else "".join(traceback.format_exception(error))
+            tell(logging.ERROR, "internal error", traceback=trace)
 
     async def _closed(self, caller: Caller, request: Any, _data: bytes, _seconds: float) -> bytes:
         found = self._open.get(request.session)

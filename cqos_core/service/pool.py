@@ -336,17 +336,20 @@ class Sessions:
         home.guests[number] = caller
         return home
 
-    def leave(self, home: _Home, caller: str, number: int) -> None:
-        """Close a session in a process that it has left, when that has time."""
+    def move(self, before: _Home, caller: str, number: int) -> _Home:
+        """Let a session live in a process that is less busy, and close it in the one before when that has time."""
+        home = self.home_for(caller, number, before)
+        if home is not before and before.sessions.pop(number, None) is not None:
+            leaving = asyncio.ensure_future(self.leave(before, caller, number))
+            self._leaving.add(leaving)
+            leaving.add_done_callback(self._leaving.discard)
+        return home
+
+    async def leave(self, home: _Home, caller: str, number: int) -> None:
+        """Close a session in a process."""
         frame = frames.Frame(frames.CLOSE_SESSION, number, b"")
-
-        async def left() -> None:
-            with suppress(LostError, FailedError, Refused):
-                await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
-
-        leaving = asyncio.ensure_future(left())
-        self._leaving.add(leaving)
-        leaving.add_done_callback(self._leaving.discard)
+        with suppress(LostError, FailedError, Refused):  # a process that ended has no session any more
+            await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
 
     async def close(self) -> None:
         """End all."""
@@ -410,9 +413,7 @@ class HostedModel:
         try:
             return await self._answered(data, _PATIENCE_SECONDS)
         except asyncio.TimeoutError:
-            before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
-            if before is not self._home and before.sessions.pop(self._number, None) is not None:
-                self._house.leave(before, self._caller, self._number)
+            self._home = self._house.move(self._home, self._caller, self._number)
         except DiedError:
             pass
         return await self._answered(data, None)
@@ -506,7 +507,7 @@ class HostedSession:
         try:
             return await self._answered(data, _PATIENCE_SECONDS if movable else None)
         except asyncio.TimeoutError:
-            self._move()
+            self._home = self._house.move(self._home, self._caller, self._number)
         except DiedError:
             if not movable:
                 raise
@@ -539,22 +540,10 @@ class HostedSession:
         self._begun = True
         home.sessions[self._number] = self._caller
 
-    def _move(self) -> None:
-        """Leave for a process that is less busy."""
-        before, self._home = self._home, self._house.home_for(self._caller, self._number, self._home)
-        if before is not self._home and before.sessions.pop(self._number, None) is not None:
-            self._house.leave(before, self._caller, self._number)
-
-    async def _leave(self, home: _Home) -> None:
-        if home.sessions.pop(self._number, None) is None:
-            return
-        frame = frames.Frame(frames.CLOSE_SESSION, self._number, b"")
-        with suppress(LostError, FailedError, Refused):
-            await home.turns.use(self._caller, lambda process: process.call(frame, self._house.limits.seconds))
-
     async def close(self) -> None:
         """Forget it."""
         self._house.ended()
         self._forget()
         self._home.guests.pop(self._number, None)
-        await self._leave(self._home)
+        if self._home.sessions.pop(self._number, None) is not None:
+            await self._house.leave(self._home, self._caller, self._number)

@@ -7,6 +7,8 @@ from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
+    REDISCOVERY_TIME,
+    REPAIR_TIME,
     TAKEN_EVERY,
     WORDS,
     Condition,
@@ -38,8 +40,6 @@ from cqos_dds.policies import (
     DEPTH_MARGIN,
     PARTICIPANT_LEASE,
     PERIOD,
-    REDISCOVERY_TIME,
-    REPAIR_TIME,
     SERVICE_RUNS,
     TIME_BASED_FILTER,
 )

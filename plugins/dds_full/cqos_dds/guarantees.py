@@ -12,6 +12,7 @@ from typing import Final
 
 from cqos_core.packs import (
     RELAYED,
+    REPAIR_TIME,
     WORDS,
     Condition,
     Policy,
@@ -58,7 +59,6 @@ from cqos_dds.policies import (
     KEYED,
     PARTICIPANT_LEASE,
     PERIOD,
-    REPAIR_TIME,
     TIME_BASED_FILTER,
 )
 from cqos_dds.requested_policies import (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
+    REPAIR_TIME,
     TAKEN_EVERY,
     as_condition,
     define,
@@ -39,7 +40,6 @@ from cqos_dds.kept_policies import (
 )
 from cqos_dds.policies import (
     PERIOD,
-    REPAIR_TIME,
 )
 from cqos_dds.requested_policies import (
     DURABILITY,

@@ -6,6 +6,7 @@ from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
+    REPAIR_TIME,
     TAKEN_EVERY,
     WORDS,
     ceil,
@@ -39,7 +40,6 @@ from cqos_dds.kept_policies import (
 )
 from cqos_dds.policies import (
     PERIOD,
-    REPAIR_TIME,
     SIZE,
 )
 from cqos_dds.requested_policies import (

@@ -10,6 +10,8 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
+    REDISCOVERY_TIME,
+    REPAIR_TIME,
     TAKEN_EVERY,
     Anything,
     Choice,
@@ -232,20 +234,6 @@ ROUND_TRIP: Final = Policy(
     "How long a packet takes to a peer and back.",
     level="option",
     aliases=("rtt",),
-)
-REPAIR_TIME: Final = Policy(
-    "repair_time",
-    Duration(),
-    None,
-    "How long it takes at most until a lost sample has arrived: heartbeats, requests, and packets that are lost again.",
-    level="option",
-)
-REDISCOVERY_TIME: Final = Policy(
-    "rediscovery_time",
-    Duration(),
-    None,
-    "How long it takes at most until two ends that can reach each other match, and the later one has what was kept for it.",
-    level="option",
 )
 RESEND_ROUND_TRIPS: Final = Policy(
     "resend_round_trips",

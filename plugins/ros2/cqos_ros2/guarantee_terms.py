@@ -7,6 +7,7 @@ from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
+    REPAIR_TIME,
     TAKEN_EVERY,
     WORDS,
     Condition,
@@ -32,7 +33,6 @@ from cqos_ros2.policies import (
     PARTICIPANT_LEASE,
     PERIOD,
     RELIABILITY,
-    REPAIR_TIME,
     RMW,
     WAIT_BEFORE_CLOSE,
     ZENOH_TRANSPORT,

@@ -13,7 +13,9 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
+    REDISCOVERY_TIME,
     RELAYED,
+    REPAIR_TIME,
     TAKEN_EVERY,
     WORDS,
     Condition,
@@ -60,8 +62,6 @@ from cqos_ros2.policies import (
     LONGEST_CONGESTION,
     PARTICIPANT_LEASE,
     PERIOD,
-    REDISCOVERY_TIME,
-    REPAIR_TIME,
 )
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)

@@ -6,6 +6,7 @@ from typing import Final
 
 from cqos_core.packs import (
     OUTAGE,
+    REPAIR_TIME,
     TAKEN_EVERY,
     define,
     gives,
@@ -33,7 +34,6 @@ from cqos_ros2.policies import (
     HISTORY,
     LIFESPAN,
     PERIOD,
-    REPAIR_TIME,
     RMW,
 )
 
