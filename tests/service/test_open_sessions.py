@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -17,6 +18,7 @@ from google.rpc import error_details_pb2, status_pb2
 from cqos.v1 import check_pb2, report_pb2, session_pb2, session_pb2_grpc, system_pb2
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.remote.refusal import Refused
+from cqos_core.service import open_sessions
 from tests.laws.test_open_documents import content_of, followed
 from tests.service.test_web import call
 
@@ -402,3 +404,21 @@ def test_elements_are_named_for_members_that_have_other_ids(service):
         answer = ask(check_pb2.CheckDocumentRequest(documents=documents(model=shared)), timeout=60)
     assert answer.elements["throw@B"] == "throw"
     assert "throw" not in answer.elements
+
+
+@pytest.mark.parametrize(("raised", "logged"), [(ZeroDivisionError("a defect"), 1), (Refused("NOT_FOUND", "gone"), 0)])
+def test_a_defect_in_work_for_which_no_caller_waits_is_logged(raised, logged, monkeypatch):
+    told: list[str] = []
+    monkeypatch.setattr(open_sessions, "tell", lambda _level, event, **_fields: told.append(event))
+
+    async def work():
+        raise raised
+
+    async def abandoned():
+        sessions = open_sessions.OpenSessions.__new__(open_sessions.OpenSessions)
+        sessions._running = set()
+        sessions._later(work())
+        await asyncio.gather(*sessions._running, return_exceptions=True)
+
+    asyncio.run(abandoned())
+    assert told == ["internal error"] * logged
