@@ -363,13 +363,15 @@ def _with_unused(report: Report, apart: Report) -> Report:
     Notes and what is not known matter to the user of a profile. A cause that the report has already is no second finding, and
     the topics on which profiles are tried have no names of their own to find fault with.
     """
+    from cqos_core.model.codes import CODES
+
     known = {_cause(each) for each in report.findings}
     wrong = [
         each
         for each in apart.findings
         if (each.severity is Severity.ERROR or each.verdict is Verdict.INCOMPATIBLE)
         and _cause(each) not in known
-        and (each.code.startswith("CQ") or any(side.facts for side in each.sides))
+        and (each.code in CODES or any(side.facts for side in each.sides))
     ]
     findings = in_order([*report.findings, *wrong]) if wrong else report.findings
     return replace(report, findings=findings, hypothetical=apart.hypothetical)
