@@ -13,6 +13,7 @@ from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import NotThereError, at_same_paths
@@ -82,7 +83,7 @@ def breaking(
       cqos breaking new.yaml --against old.yaml --format markdown
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if STDIN in (*paths, old):
-        raise click.UsageError("breaking compares paths, and `-` is none.", ctx)
+        raise RefusedError("`-` has no older version to compare with", "write the paths of files or folders", ctx)
     reader = prepare(reading, paths)
     with Progress("reading") as progress:
         loaded = reader.load(paths, progress.step)

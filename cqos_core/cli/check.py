@@ -15,6 +15,7 @@ from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.selection import counted
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
@@ -46,7 +47,8 @@ if TYPE_CHECKING:
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
 
-_PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
+_PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack"
+_PACKS_THERE = "write one of them; `cqos serve --pack FILE` gives a service the pack"
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
 _SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
@@ -176,7 +178,8 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if not options.watch:
         ctx.exit(_once(ctx, paths, reading, options)[0])
     if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
-        raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
+        what = "--watch goes with neither `-`, --fix, --diff nor --write-baseline"
+        raise RefusedError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
     from cqos_core.cli.watching import watch  # which few runs need
 
     ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
@@ -193,10 +196,10 @@ def _once(
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
     if options.each and options.together:
-        raise click.UsageError("--each and --together exclude each other.", ctx)
+        raise RefusedError("--each and --together exclude each other", "write one of them", ctx)
     select = counted(options.select, options.ignore, reader.context)
     if options.server is not None and (reading.pack_files or config.packs):
-        raise click.UsageError(_PACKS_STAY, ctx)
+        raise RefusedError(_PACKS_STAY, _PACKS_THERE, ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
     work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
@@ -218,9 +221,10 @@ def _once(
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
     """Refuse what does not go with changing files."""
     if other is not None:
-        raise click.UsageError("--fix and --diff go with neither --server nor --write-baseline.", ctx)
+        what = "--fix and --diff go with neither --server nor --write-baseline"
+        raise RefusedError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
     if STDIN in paths:
-        raise click.UsageError("--fix and --diff change files, and `-` is none.", ctx)
+        raise RefusedError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
 
 
 def _default_format(config: Config) -> str:
@@ -228,8 +232,7 @@ def _default_format(config: Config) -> str:
     known = load_plugins().formatters
     if name not in known:
         refuse_absent("formatters", name, f"the format `{name}` of {config.path}")
-        hint = f"format of {config.path}"
-        raise click.BadParameter(f"there is no format `{name}`{nearest(name, known)}", param_hint=hint)
+        raise refused(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
     return name
 
 
@@ -329,7 +332,7 @@ class _Check:
         if self.options.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
-            raise click.UsageError(_PACKS_STAY)
+            raise RefusedError(_PACKS_STAY, _PACKS_THERE)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
@@ -454,7 +457,7 @@ class _Check:
             say(text, severity="note", choice=self.options.color)
 
     def _fault(self, text: str) -> None:
-        say(text, severity="error", choice=self.options.color)
+        say_error(text, choice=self.options.color)
 
 
 def _documentation() -> str:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli import UNUSABLE
-from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest, refused
+from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import refused, say_error
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
@@ -99,12 +100,8 @@ def convert(
     for text in (*exported.notes[:_MOST_NOTES], *more):
         say(text, severity="note", choice=color)
     if not exported.expressed:
-        alone = "" if system.endpoints else ": no endpoint is in it, so name the files of the participants beside it"
-        say(
-            f"nothing of it can be expressed as {info.name}, so nothing is written{alone}",
-            severity="error",
-            choice=color,
-        )
+        alone = "" if system.endpoints else "no endpoint is in it, so name the files of the participants beside it"
+        say_error(f"nothing of it can be expressed as {info.name}, so nothing is written", alone, color)
         ctx.exit(UNUSABLE)
     if output is None:
         emit(exported.text)
@@ -121,10 +118,10 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
     for text in stated:
         name, equals, value = text.partition("=")
         if name not in choices or not equals:
-            known = nearest(name, choices) if choices else ": it has no settings."
-            raise refused("--set", f"{info.name} has no setting `{text}`{known}")
+            advice = nearest(name, choices) if choices else "leave --set out: it has no settings"
+            raise refused("--set", f"{info.name} has no setting `{text}`", advice)
         if value not in choices[name]:
-            raise refused("--set", f"`{name}` is one of {', '.join(choices[name])}, not `{value}`.")
+            raise refused("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
         chosen[name] = value
     return chosen
 

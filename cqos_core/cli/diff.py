@@ -12,7 +12,8 @@ from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
-from cqos_core.cli.streams import colored, emit, say, width
+from cqos_core.cli.refusals import RefusedError, say_error
+from cqos_core.cli.streams import colored, emit, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import at_same_paths
 from cqos_core.formatters.differences import diff_as_json, diff_as_text
@@ -71,10 +72,10 @@ def diff(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     named = [each for each in (against, a, b) if each is not None]
     if len(named) != 2:  # noqa: PLR2004 - A and B
-        raise click.UsageError("name two systems, or one and the other with --against.", ctx)
+        raise RefusedError("two systems are compared", "write two paths, or one and the other with --against", ctx)
     path_a, path_b = named
     if path_a == path_b == STDIN:
-        raise click.UsageError("only one of the two can be standard input.", ctx)
+        raise RefusedError("both systems are standard input", "write the path of one of them", ctx)
     reader = prepare(reading, (path_a, path_b))
     with Progress("reading"):
         loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((path_a, path_b), (path_b, path_a))]
@@ -84,7 +85,7 @@ def diff(
         found = compare(one, other, reader.context, topics, ignored)
     empty = [path for path, system in ((path_a, one), (path_b, other)) if not system.endpoints]
     for path in empty:
-        say(f"{path}: there is no endpoint in it, so nothing was compared", severity="error", choice=color)
+        say_error(f"{path}: there is no endpoint in it, so nothing was compared", choice=color)
     sources = {**one.sources, **other.sources}
     if form == "json":
         emit(diff_as_json(found, path_a, path_b, sources))

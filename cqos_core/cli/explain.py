@@ -16,6 +16,7 @@ from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.pair import endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
@@ -82,7 +83,7 @@ def explain(
 
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
-        raise click.UsageError("Missing argument 'PATH...'.", ctx)
+        raise RefusedError("PATH... is missing", ctx=ctx)
     paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
     reader = prepare(reading, paths)
     system, loaded = reader.one(paths, color, partly=True)
@@ -129,19 +130,16 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
     if len(arguments) == 1 or all(each == STDIN or os.path.exists(each) for each in arguments):  # noqa: PTH110
         return arguments, ()
     if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
-        message = (
-            f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's. "
-            f"`cqos explain {arguments[0]}` lists them."
-        )
-        raise click.UsageError(message)
+        what = f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's"
+        raise RefusedError(what, f"`cqos explain {arguments[0]}` lists them")
     return arguments[:-2], arguments[-2:]
 
 
 def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
     """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
     found = pair_named(ids, endpoints)
-    for message in found if isinstance(found, list) else ():
-        say(message, severity="error")
+    for error in found if isinstance(found, list) else ():
+        say_error(error.what, error.help)
     return None if isinstance(found, list) else found
 
 

@@ -38,7 +38,7 @@ def init(folder: str) -> None:
     target = Path(folder) / config.NAME
     there = config.find_config(folder)
     if there is not None and there.absolute().parent == target.absolute().parent:
-        raise CqosError(f"{there} is there already; C-QoS does not overwrite it")
+        raise CqosError(f"{there} is there already; C-QoS does not overwrite it", f"change {there}, or remove it first")
     with Progress("reading") as progress:
         loaded = load_paths([folder], step=progress.step)
     seen = sorted(protocols_of(system for _, system in loaded.systems))

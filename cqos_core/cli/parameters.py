@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import click
 
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
@@ -21,15 +22,13 @@ _FEW = 40
 
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
-    """End a sentence about an unknown ``name``: with the one of ``known`` that is near, and all where they are few."""
+    """Return the advice for an unknown ``name``: the one of ``known`` that is near, and all where they are few."""
     from cqos_core.model import spelling
 
     names = sorted(known)
     near = spelling.nearest(name, names)
-    all_of_them = f"nown: {', '.join(names) or 'none'}." if listed and len(names) <= _FEW else ""
-    if near:
-        return f"; did you mean `{near}`?" + (f" K{all_of_them}" if all_of_them else "")
-    return f"; k{all_of_them}" if all_of_them else "."
+    meant = [f"did you mean `{near}`?"] if near else []
+    return " ".join([*meant, *([f"known: {', '.join(names) or 'none'}"] if listed and len(names) <= _FEW else [])])
 
 
 def refuse_absent(kind: str, name: str, what: str) -> None:
@@ -43,11 +42,6 @@ def refuse_absent(kind: str, name: str, what: str) -> None:
     row = absent(kind).get(name)
     if row is not None:
         raise missing(row.name, f"{what} is not installed")
-
-
-def refused(option: str, message: str) -> click.BadParameter:
-    """Return the error of an option or argument whose value is of no use."""
-    return click.BadParameter(message, param_hint=f"'{option}'")
 
 
 class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
@@ -64,7 +58,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         known = getattr(load_plugins(), self.kind)
         if value not in known:
             refuse_absent(self.kind, value, f"the {self.name} `{value}`")
-            self.fail(f"there is no {self.name} `{value}`{nearest(value, known)}", param, ctx)
+            raise RefusedError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
         return value
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -102,7 +96,7 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
             return value
         match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
         if match is None:
-            self.fail(f"`{value}` is not of the form {self.form}, for instance {self.example}.", param, ctx)
+            raise RefusedError(f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param)
         return Assignment(**{"owner": self.owner, **match.groupdict()})
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002

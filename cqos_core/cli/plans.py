@@ -12,6 +12,7 @@ from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.streams import colored, emit, replace_files, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
@@ -79,15 +80,15 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
 def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -> int:
     """Read the paths as one system, make the plan, and print or write it; return the exit code."""
     if STDIN in run.paths:
-        raise click.UsageError("a plan changes files, and `-` is none.", ctx)
+        raise RefusedError("a plan changes files, and `-` is none", "write the path of the file", ctx)
     reader = prepare(run.reading, run.paths)
     system, loaded = reader.one(run.paths, run.color)
     files = [path for path, _ in loaded.systems]
     with Progress("solving"):
         plan = make(system, lambda texts: reader.again(files, texts), reader)
     if not plan.before.endpoints:
-        text = "none of its endpoints could be checked, see the findings of `cqos check`"
-        say(text if system.endpoints else "there is no endpoint in it", severity="error", choice=run.color)
+        unjudged = ("none of its endpoints could be checked", "`cqos check` says why")
+        say_error(*(unjudged if system.endpoints else ("there is no endpoint in it", "")), choice=run.color)
         return UNUSABLE
     if run.fix and plan.confirmed:
         replace_files(plan.edited.texts, plan.edited.before)

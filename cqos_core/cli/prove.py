@@ -19,12 +19,13 @@ from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.model.problems import CqosError, InvalidValueError, MissingError
+from cqos_core.model.problems import CqosError, InvalidValueError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -56,13 +57,13 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
             return value
         kind, _, text = value.partition("=")
         if kind not in FAULTS:
-            self.fail(f"there is no fault `{kind}`{nearest(kind, FAULTS)}", param, ctx)
+            raise RefusedError(f"there is no fault `{kind}`", nearest(kind, FAULTS), ctx, param)
         try:
             nanoseconds = Duration().parse(text or "1s")
         except InvalidValueError as error:
-            self.fail(f"{kind}: {error.message}; {error.advice()}", param, ctx)
+            raise RefusedError(f"{kind}: {error.message}", error.advice(), ctx, param) from None
         if nanoseconds == INFINITE:
-            self.fail(f"{kind} takes a time, such as {kind}=2s, found {text!r}", param, ctx)
+            raise RefusedError(f"{kind} takes a time, found {text!r}", f"write {kind}=2s", ctx, param)
         return Fault(kind, nanoseconds / 1_000_000_000)
 
 
@@ -139,9 +140,9 @@ def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         number += 1
     paths, asked = tuple(arguments[:number]), tuple(arguments[number:])
     if len(asked) > _PAIR:
-        raise click.UsageError(
-            f"{', '.join(f'`{each}`' for each in asked)} are no paths; after the paths come one code, or the ids of a "
-            "publisher and a subscriber"
+        raise RefusedError(
+            f"{', '.join(f'`{each}`' for each in asked)} are no paths",
+            "after the paths come one code, or the ids of a publisher and a subscriber",
         )
     return paths, asked
 
@@ -161,7 +162,7 @@ def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[
         if not found:
             codes = dict.fromkeys(each.code for _, each in pairs)
             known = f"the findings about pairs are {', '.join(codes)}" if codes else "there are no findings about pairs"
-            say(f"there is no finding {asked[0]} about a pair here; {known}", severity="error")
+            say_error(f"there is no finding {asked[0]} about a pair here", known)
             return None
     else:
         found = [(pair, each) for pair, each in pairs if each.severity is Severity.ERROR]
@@ -230,10 +231,7 @@ class _Session:
                     self.run(*fixed)
         except CqosError as error:
             self.failed += 1
-            what = error.what if isinstance(error, MissingError) else str(error)
-            say(f"{publisher} and {subscriber}: {what}", severity="error", choice=self.color)
-            if isinstance(error, MissingError):
-                say(error.help, severity="help", choice=self.color)
+            say_error(f"{publisher} and {subscriber}: {error.what}", error.help, self.color)
         self.show("")
 
     def run(self, trial: Trial, fixes: Sequence[Remedy]) -> None:
@@ -255,12 +253,10 @@ class _Session:
         for code, message in runs.not_seen(trial, outcome):
             self.show(f"  this run does not show {code}: {clean(message)}")
         wrong = runs.disagreements(trial, outcome, self.where)
-        for each in wrong:
-            say(each, severity="error", choice=self.color)
         if wrong:
             self.wrong += 1
             file = case_file(trial, outcome)
-            say(f"this is a case to report to the authors of the rule pack: {file}", severity="help", choice=self.color)
+            say_error("\n".join(wrong), f"report this case to the authors of the rule pack: {file}", self.color)
         self.runs.append(recorded(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:

@@ -19,10 +19,10 @@ from cqos_core.cli.parameters import (
     nearest,
     packs_option,
     refuse_absent,
-    refused,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import say, say_problems
+from cqos_core.cli.refusals import RefusedError, refused, say_error
+from cqos_core.cli.streams import say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
@@ -232,9 +232,14 @@ class InputReader:
                 continue
             if first.switch not in own:
                 other = next(each.option for each in info.options if each.switch in own)
-                raise click.UsageError(f"{other} has no effect without {first.option}.")
+                raise RefusedError(
+                    f"{other} has no effect without {first.option}", f"write {first.option} {first.metavar} too"
+                )
             if not any(map(os.path.isdir, paths)):
-                raise click.UsageError(f"{first.option} needs a folder among the paths, whose files are looked up.")
+                raise RefusedError(
+                    f"{first.option} needs a folder among the paths, whose files are looked up",
+                    f"write the folder of the workspace, as in `cqos check src {first.option} {first.metavar}`",
+                )
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
         """Read ``paths`` as one system; without one, say why and end the command.
@@ -278,7 +283,7 @@ class InputReader:
 
     def _stdin(self) -> Source:
         if sys.stdin is None:
-            raise click.UsageError("`-` reads standard input, which is closed.")
+            raise RefusedError("`-` reads standard input, which is closed", "write the path of a file")
         return read_stream(self.options.stdin_name, sys.stdin.buffer)
 
     def tried(self, systems: Sequence[System]) -> System:
@@ -311,7 +316,8 @@ def usable(loaded: Loaded, color: str, path: str = "", *, partly: bool = False) 
     say_problems(loaded.problems, color)
     if not loaded.systems and not loaded.problems:
         where = f"{path}: " if path else ""
-        say(f"{where}no file there is a design that C-QoS reads", severity="error", choice=color)
+        advice = "name a file that C-QoS reads; `cqos packs` lists the formats"
+        say_error(f"{where}no file there is a design that C-QoS reads", advice, color)
     return bool(loaded.systems) and (partly or not loaded.problems)
 
 
@@ -319,7 +325,7 @@ def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
     """Check what the command line and the configuration say about reading, before anything is read.
 
     Raises:
-        click.UsageError: the command line names something that is not there.
+        RefusedError: the command line names something that is not there.
         InputError: the configuration or a rule pack file cannot be used.
     """
     return _reader(options, _config(options, paths), _switches(options))
@@ -333,7 +339,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
     if protocol is not None and protocol not in known:
         refuse_absent("packs", protocol, f"the rule pack `{protocol}`")
         source = "--protocol" if options.protocol else f"protocol of {config.path}"
-        raise refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
+        raise refused(source, f"there is no rule pack `{protocol}`", nearest(protocol, known))
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
     return InputReader(options, config, where, switches)
@@ -345,7 +351,7 @@ def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
     from cqos_core.config import Config, config_for, load_config
 
     if options.no_config and options.config_file is not None:
-        raise click.UsageError("--config and --no-config exclude each other.")
+        raise RefusedError("--config and --no-config exclude each other", "write one of them")
     if options.no_config:
         return Config()
     if options.config_file is not None:
@@ -368,7 +374,7 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
     for switch in options.switches:
         importers = load_plugins().importers
         if switch.owner not in importers:
-            raise refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
+            raise refused("--switch", f"there is no importer `{switch.owner}`", nearest(switch.owner, importers))
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
     for importer, own in options.of_importers.items():
         switches.setdefault(importer, {}).update(own)
@@ -407,7 +413,9 @@ def install_packs(files: Iterable[str]) -> None:
     known = {name: load_plugins().owner("packs", name) for name in load_plugins().packs} if paths else {}
     for path, pack in zip(paths, read_packs(paths), strict=True):
         if pack.id in known:
-            raise CqosError(f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}")
+            raise CqosError(
+                f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}", "give the pack another id"
+            )
         known[pack.id] = path
     if paths:
         os.environ[FILES_VARIABLE] = os.pathsep.join(paths)
@@ -428,21 +436,21 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
 
     if assumption.owner == OWNER:
         if assumption.name != OPTION or assumption.value not in READINGS:
-            raise refused("--option", f"`{assumption}` is no option; allowed: {OWNER}.{OPTION}={'|'.join(READINGS)}")
+            raise refused("--option", f"`{assumption}` is no option", f"write {OWNER}.{OPTION}={'|'.join(READINGS)}")
         return
     pack = where.find_pack(assumption.owner)
     if pack is None:
         refuse_absent("packs", assumption.owner, f"the rule pack `{assumption.owner}`")
-        raise refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
+        raise refused("--option", f"there is no rule pack `{assumption.owner}`", nearest(assumption.owner, known))
     index = pack.find("option", assumption.name)
     if index is None:
         names = [policy.name for policy in pack.policies if policy.level == "option"]
-        raise refused("--option", f"{pack.title} has no option `{assumption.name}`{nearest(assumption.name, names)}")
+        raise refused("--option", f"{pack.title} has no option `{assumption.name}`", nearest(assumption.name, names))
     policy = pack.policies[index]
     try:
         policy.domain.parse(assumption.value)
     except InvalidValueError as error:
         # A value newer than the pack has a stand-in, and the report says so.
         if policy.fallback is None:
-            message = f"{assumption.owner}.{policy.name}: {error.message}; {error.advice()}."
-            raise refused("--option", message) from None
+            message = f"{assumption.owner}.{policy.name}: {error.message}"
+            raise refused("--option", message, error.advice()) from None

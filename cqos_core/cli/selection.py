@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.cli.parameters import nearest, refused
+from cqos_core.cli.parameters import nearest
+from cqos_core.cli.refusals import refused
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins
@@ -44,7 +45,7 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     """Read the values of both options.
 
     Raises:
-        click.BadParameter: no rule is meant by one of them.
+        RefusedError: no rule is meant by one of them.
     """
     if not select and not ignore:
         return Counted()
@@ -60,8 +61,8 @@ def _rules(
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
         if not any(name.startswith(rule.lower()) for name in codes):
-            near = nearest(rule, names, listed=False)
-            raise refused(option, f"no rule has the code or name `{rule}`{near}")
+            advice = nearest(rule, names, listed=False) or "`cqos packs ID` lists the rules"
+            raise refused(option, f"no rule has the code or name `{rule}`", advice)
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 
 

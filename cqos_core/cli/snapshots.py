@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.files.exporting import ExportContext
@@ -38,7 +39,9 @@ def check_snapshot(output: str | None, inputs: Iterable[str], *, watch: bool) ->
     """Refuse an output that cannot be written, or that a watch does not have."""
     check_targets("--output", [] if output is None else [output], inputs)
     if watch and output is not None:
-        raise click.UsageError("--watch prints changes, so there is nothing to write with --output.")
+        raise RefusedError(
+            "--watch prints changes, so there is nothing to write with --output", "leave one of them out"
+        )
 
 
 def write_snapshot(system: System, head: str, output: str | None) -> None:

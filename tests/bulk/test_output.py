@@ -64,7 +64,7 @@ def test_a_system_in_a_folder_is_never_replaced_and_earlier_findings_are(folder)
 def test_an_ending_that_is_no_format_is_refused_with_those_that_are(output, ending, folder):
     done = audited(folder, output)
     assert done.code == 2
-    assert f"no format of findings has {ending}; expected one of .parquet, .csv, .ndjson, .jsonl" in done.err
+    assert f"no format of findings has {ending}\nhelp: write one of .parquet, .csv, .ndjson, .jsonl" in done.err
     assert not (folder / output).exists()
 
 

@@ -133,7 +133,7 @@ def test_lines_that_are_no_objects_are_refused(line, tmp_path):
     needed("duckdb")
     (tmp_path / "fleet.ndjson").write_text(f"{line}\n", "utf-8")
     done = run(["audit", "fleet.ndjson", "--protocol", "ros2"], tmp_path)
-    assert (done.code, "expected a JSON object in each line" in done.err) == (2, True), done.err
+    assert (done.code, "write a JSON object in each line" in done.err) == (2, True), done.err
 
 
 SYSTEM = """cqos: 1

@@ -54,7 +54,7 @@ def test_settings_of_the_form(cqos):
         in cqos("convert", ROOT / "examples/smart_agriculture.bpmn", "--to", "yaml", "--set", "profiles=shared").out
     )
     for bad, hint in (
-        ("profiles=many", "`profiles` is one of kept, shared, not `many`"),
+        ("profiles=many", "`profiles` is not `many` help: write one of kept, shared"),
         ("profile=shared", "did you mean `profiles`?"),
         ("profiles", "has no setting `profiles`"),
     ):

@@ -206,7 +206,7 @@ def test_a_pack_file_of_a_service_has_an_id_of_its_own(forked):
 def test_a_command_that_cannot_be_imported(forked, plugins):
     done = forked("gone", **plugins)
     assert done.code == 2
-    assert "The command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
+    assert "the command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
 
 
 FAILS = {

@@ -97,7 +97,7 @@ def audit(
     from cqos_bulk.fleet_report import as_json, as_text
     from cqos_core.cli import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
     from cqos_core.cli.progress import Progress
-    from cqos_core.cli.streams import say
+    from cqos_core.cli.refusals import say_error
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
@@ -117,10 +117,10 @@ def audit(
     click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
     pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
     if not result.totals["endpoints"]:
-        say(f"{source}: {NO_ENDPOINT}", severity="error")
+        say_error(f"{source}: {NO_ENDPOINT}")
         ctx.exit(UNUSABLE)
     if not pairs:
-        say(NO_PAIR, severity="error")
+        say_error(NO_PAIR)
     bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)
     if bad or not pairs:
         ctx.exit(FINDINGS)
@@ -132,7 +132,11 @@ def _options(given: tuple[str, ...]) -> dict[str, dict[str, Setting]]:
         name, equals, value = each.partition("=")
         pack, dot, option = name.partition(".")
         if not (equals and dot and pack and option):
-            raise click.BadParameter(f"`{each}`, expected PACK.NAME=VALUE", param_hint="'--option'")
+            from cqos_core.cli.refusals import refused
+
+            raise refused(
+                "--option", f"`{each}` is no option", "write PACK.NAME=VALUE, for instance ros2.rmw=cyclonedds"
+            )
         found.setdefault(pack, {})[option] = Setting(value)
     return found
 

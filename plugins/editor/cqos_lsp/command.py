@@ -8,6 +8,8 @@ import sys
 
 import click
 
+from cqos_core.cli.refusals import RefusedError
+
 
 @click.command(epilog="Exit codes: 0 ended by the editor; 2 wrong usage.")
 @click.option(
@@ -25,7 +27,10 @@ def lsp(*, stdio: bool, log_file: str | None) -> None:
     else:
         logging.disable(logging.CRITICAL)  # pygls would print tracebacks on standard error
     if sys.stdin is None or sys.stdin.isatty():
-        raise click.UsageError("`cqos lsp` is started by an editor, which talks to it on standard input.")
+        raise RefusedError(
+            "`cqos lsp` is started by an editor, which talks to it on standard input",
+            "set up the editor as docs/editors.md says",
+        )
     from cqos_lsp.server import make_server  # pygls, which the help does not need
 
     server = make_server()

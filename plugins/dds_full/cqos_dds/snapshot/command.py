@@ -13,6 +13,7 @@ import click
 
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.refusals import say_error
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
@@ -64,11 +65,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
     seen, looked = _look(domain, seconds, color)
     found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
     if not seen.endpoints:
-        say(
-            f"domain {domain}: {found} seen in {looked:.1f} s, so there is nothing to write",
-            severity="error",
-            choice=color,
-        )
+        say_error(f"domain {domain}: {found} seen in {looked:.1f} s, so there is nothing to write", choice=color)
         ctx.exit(UNUSABLE)
     say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
     system = system_of(seen, with_ros=ros.PROTOCOL in load_plugins().packs)

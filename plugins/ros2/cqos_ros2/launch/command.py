@@ -8,6 +8,7 @@ import click
 
 from cqos_core.cli.parameters import Assignment, AssignmentType, debug_option, form_option, nearest
 from cqos_core.cli.progress import Progress
+from cqos_core.cli.refusals import refused
 from cqos_core.cli.streams import emit
 from cqos_core.model.source import VARIABLES
 
@@ -68,8 +69,8 @@ def launch(
         found = read_launch(packages, path, given, {each.name: each.value for each in variables})
     unused = [name for name in given if name not in found.arguments]
     if unused and found.arguments:
-        message = f"the launch declares no argument `{unused[0]}`{nearest(unused[0], found.arguments)}"
-        raise click.BadParameter(message, param_hint="'--launch-arg'")
+        message = f"the launch declares no argument `{unused[0]}`"
+        raise refused("--launch-arg", message, nearest(unused[0], found.arguments))
     if form == "json":
         emit(json.dumps(as_data(found, packages), indent=2, ensure_ascii=False) + "\n")
     else:

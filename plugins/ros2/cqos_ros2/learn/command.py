@@ -9,6 +9,7 @@ import click
 
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit, replace_files, say, write_new_file
 from cqos_core.importers.reading import did_you_mean
 from cqos_core.model.problems import InputError, Problem
@@ -87,7 +88,7 @@ def learn(
     from cqos_ros2.learn.packages import Parsed
 
     if nodes and other != "snapshot":
-        raise click.UsageError("--node needs --from snapshot.")
+        raise RefusedError("--node needs --from snapshot", "write --from snapshot too", ctx)
     if other is not None:
         _convert(other, path, packages, nodes, output, unfit={"--check": check, "--calls": calls})
         return
@@ -117,9 +118,9 @@ def _convert(
     from cqos_ros2.learn.converting import convert
 
     for option in (name for name, given in unfit.items() if given):
-        raise click.UsageError(f"{option} is for sources, and --from reads none.")
+        raise RefusedError(f"{option} is for sources, and --from reads none", f"leave {option} out")
     if len(packages) > 1:
-        raise click.UsageError("--from takes one --package.")
+        raise RefusedError("--from takes one --package", "write the command once for each package")
     convert(form, path, next(iter(packages), None), nodes, output)
 
 
