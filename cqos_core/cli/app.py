@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import click
 
 from cqos_core.cli import INTERRUPTED
+from cqos_core.cli.help import SummarisedGroup, help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
 from cqos_core.cli.streams import width
@@ -22,7 +23,7 @@ _WIDEST_HELP = 120  # wider lines are hard to read
 _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
-class Commands(click.Group):
+class Commands(SummarisedGroup):
     """The commands that plugins register, ours among them; help lists them without importing any."""
 
     under = ""
@@ -33,13 +34,22 @@ class Commands(click.Group):
         names = (name.removeprefix(self.under) for name in load_plugins().commands if name.startswith(self.under))
         return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
+    def summaries(self) -> dict[str, str]:
+        """Return what plugins say about each command; that of a group is the first of its commands'."""
+        found: dict[str, str] = {}
+        for info in load_plugins().commands.values():
+            if info.name.startswith(self.under):
+                found.setdefault(info.name.removeprefix(self.under).partition(" ")[0], info.summary)
+        return found
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
         plugins = load_plugins()
         cmd_name = self.under + cmd_name
         info = plugins.commands.get(cmd_name)
         if info is None:
-            return _group_of(cmd_name)
+            group = _group_of(cmd_name)
+            return group and with_help(group)
         try:
             command = info.load()
             if not isinstance(command, click.Command):
@@ -55,6 +65,7 @@ class Commands(click.Group):
             from cqos_core.cli.reading import with_importer_options
 
             command = with_importer_options(command)
+        command = with_help(command)
         if _COMPLETING in os.environ:
             from cqos_core.cli.completion import knowing
 
@@ -142,6 +153,9 @@ def cli() -> None:
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
 
+cli.params += help_options()
+
+
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; every error becomes words on standard error."""
     if _COMPLETING in os.environ:  # a shell asks what could come next
@@ -182,7 +196,8 @@ def _run(arguments: list[str], this: Run) -> int:
 
 def _context_of(arguments: Sequence[str]) -> click.Context:
     """Return the context of the command that arguments begin with; click does not give it with each error."""
-    ctx, command = click.Context(cli, info_name="cqos"), cli
+    command: click.Command = cli
+    ctx = click.Context(command, info_name="cqos")
     for word in arguments:
         found = command.get_command(ctx, word) if isinstance(command, Commands) else None
         if found is None:

@@ -10,6 +10,7 @@ import click
 
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 @click.command(
     epilog="Exit codes: 0 nothing breaks; 1 a pair breaks; 2 wrong usage, or input that cannot be read; 3 internal error."
 )
+@usual("--against", "--fail-on", "--launch", "--option", "--format")
 @click.argument("paths", nargs=-1, required=True, metavar="NEW...")
 @click.option(
     "--against",

@@ -12,6 +12,7 @@ import click
 
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -84,6 +85,9 @@ class CheckOptions:
     cls=PairingCommand,
     epilog="Exit codes: 0 clean; 1 findings at or above the fail level; 2 wrong usage, input that cannot be read, or "
     "nothing to check; 3 internal error.",
+)
+@usual(
+    "--launch", "--option", "--format", "--output", "--show", "--select", "--fail-on", "--fix", "--diff", "--baseline"
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")

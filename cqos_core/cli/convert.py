@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -34,6 +35,7 @@ _MOST_NOTES: Final = 50
     epilog="Exit codes: 0 written, or nothing to fix; 2 wrong usage, input that cannot be read, or nothing of it can be "
     "expressed; 3 internal error."
 )
+@usual("--to", "--output", "--set", "--remedies", "--launch", "--option")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--to", "exporter", type=Registered("exporters"), required=True, help="The form to write.")
 @click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")

@@ -9,6 +9,7 @@ import click
 
 from cqos_core.analysis.differences import compare
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     epilog="Exit codes: 0 no difference that counts; 1 differences; 2 wrong usage, input that cannot be read, or no endpoint "
     "in one of the two; 3 internal error."
 )
+@usual("--against", "--topic", "--ignore", "--fail-on", "--launch", "--option", "--format")
 @click.argument("a", metavar="A")
 @click.argument("b", metavar="B", required=False)
 @click.option("--against", metavar="DESIGN", help="Compare with this; it is A then, and what is named is B.")

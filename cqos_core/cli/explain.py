@@ -13,6 +13,7 @@ import click
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -39,6 +40,7 @@ _SCREEN = 24  # endpoints that are listed below an error
     epilog="Exit codes are those of `cqos check`, for this pair: 0 clean, 1 an error found, 2 wrong usage or input that "
     "cannot be read, 3 internal error."
 )
+@usual("--log", "--chains", "--budgets", "--launch", "--option", "--format")
 @click.argument("arguments", nargs=-1, metavar="PATH... [PUBLISHER SUBSCRIBER]")
 @click.option(
     "--log",

@@ -16,6 +16,7 @@ from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -71,6 +72,7 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     epilog="Exit codes: 0 every run did what C-QoS says; 1 one did not; 2 wrong usage, input that cannot be read, or a pair "
     "that cannot be run here; 3 internal error."
 )
+@usual("--on", "--fault", "--record", "--launch", "--option")
 @click.argument("arguments", nargs=-1, required=True, metavar="PATH... [CODE | PUBLISHER SUBSCRIBER]")
 @click.option(
     "--on",
@@ -107,8 +109,8 @@ def prove(
 
     \b
     Examples:
-      cqos prove system.yaml                                   one pair of each error, before and after the fix
-      cqos prove system.yaml ROS101 --on fastdds
+      cqos prove system.yaml                       one pair of each error, before and after the fix
+      cqos prove system.yaml ROS101 --on fastdds   the first pair of this finding
       cqos prove system.yaml lidar/publisher/scan nav/subscriber/scan --fault link_outage=2s
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.analysis.proving.runs import named

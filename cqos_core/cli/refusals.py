@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from cqos_core.cli.help import short_help
 from cqos_core.cli.streams import say
 from cqos_core.model.problems import CqosError, InputError, describe
 
@@ -49,7 +50,7 @@ def say_refused(error: click.ClickException, where: click.Context | None = None)
     ``where`` it happened, for errors that do not know it.
     """
     if isinstance(error, click.exceptions.NoArgsIsHelpError):
-        error.show()  # the help is what was wanted
+        click.echo(short_help(error.ctx), err=True)  # which is what was wanted
         return
     what, help = _said(error)  # noqa: A001 - as of a problem
     ctx = error.ctx if isinstance(error, click.UsageError) and error.ctx is not None else where

@@ -10,6 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import debug_option, nearest
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
@@ -61,6 +62,17 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
 @click.command(
     epilog="Exit codes: 0 ended by a signal; 2 wrong usage, or an address that cannot be opened; 3 internal error.",
     context_settings={"auto_envvar_prefix": _PREFIX},
+)
+@usual(
+    "--listen",
+    "--web",
+    "--modeler",
+    "--token-file",
+    "--tls-cert",
+    "--tls-key",
+    "--allow-anonymous",
+    "--workers",
+    "--config",
 )
 @click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
 @click.option(

@@ -6,6 +6,7 @@ import click
 import pytest
 
 from cqos_core.cli.app import cli
+from cqos_core.cli.help import short_help
 from cqos_core.plugins import load_plugins
 
 NAMES = tuple(load_plugins().commands)
@@ -90,3 +91,43 @@ def test_a_command_line_without_a_command_gets_the_help(cqos):
     done = cqos()
     assert done.code == 2
     assert done.err == cqos("--help").out
+
+
+# Help -----------------------------------------------------------------------------------------------------------
+
+
+SCREEN = 24
+
+
+@pytest.mark.parametrize("name", ["", *NAMES, "snapshot"])
+def test_help_fits_on_a_screen_and_says_where_the_rest_is(name):
+    _, ctx = command_of(name)
+    lines = short_help(ctx).splitlines()
+    assert len(lines) <= SCREEN
+    assert max(map(len, lines)) <= 100
+    assert "--help-all" in "\n".join(lines)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_all_has_every_option_and_the_exit_codes(cqos, name):
+    command, _ = command_of(name)
+    text = cqos(*name.split(), "--help-all").out
+    assert [option for param in options_of(command) for option in param.opts if option not in text] == []
+    assert "Exit codes" in " ".join(text.split())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_help_describes_are_options_of_the_command(name):
+    command, _ = command_of(name)
+    known = {option for param in options_of(command) for option in param.opts}
+    assert {*getattr(command.callback, "usual_options", ())} <= known
+
+
+def test_help_of_the_group_names_every_command(cqos):
+    text = cqos("--help").out
+    assert [name for name in NAMES if not re.search(rf"\b{name.split()[0]}\b", text)] == []
+    assert all(name in cqos("--help-all").out for name in NAMES)
+
+
+def options_of(command):
+    return [param for param in command.params if isinstance(param, click.Option)]

@@ -144,7 +144,7 @@ def test_what_plugins_add_is_used(forked, plugins, files):
 
 
 def test_commands_of_plugins_stand_in_the_help(forked, plugins):
-    out = forked("--help", **plugins).out
+    out = forked("--help-all", **plugins).out
     assert "Commands of plugins:\n  greet" in out
     assert "Say hello." in out
 

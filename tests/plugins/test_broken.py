@@ -82,7 +82,7 @@ def test_the_inventory_lists_what_is_broken_and_nothing_that_it_registered(cqos,
 
 
 def test_help_lists_the_commands_of_the_others(cqos, everything):
-    done = cqos("--help")
+    done = cqos("--help-all")
     assert done.code == 0
     assert "Commands of plugins:\n  fail " in done.out
     assert done.err.count("warning: ") == len(LEFT_OUT)

@@ -12,6 +12,7 @@ from typing import Final
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Setting
 
@@ -35,6 +36,7 @@ def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
     epilog="Exit codes are those of `cqos check`: 0 clean; 1 findings at or above the fail level, or no pair was compared; "
     "2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
 )
+@usual("--protocol", "--option", "--severity", "--fail-on", "--format", "--output", "--work", "--spark")
 @click.argument("source")
 @click.option("--table", default="endpoints", show_default=True, help="The table of a database.")
 @click.option("--protocol", metavar="ID", help="The rule pack of rows that state no protocol.")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.refusals import say_error
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
@@ -39,6 +40,7 @@ _HIGHEST_DOMAIN: Final = 232
     epilog="Exit codes: 0 written; 2 wrong usage, no participant in the domain, or Cyclone DDS is missing or cannot join; 3 internal "
     "error."
 )
+@usual("--domain", "--seconds", "--watch", "--output")
 @click.option(
     "--domain", type=click.IntRange(0, _HIGHEST_DOMAIN), default=0, show_default=True, metavar="N", help="The domain."
 )

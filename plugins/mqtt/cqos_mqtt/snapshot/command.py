@@ -14,6 +14,7 @@ from functools import partial
 import click
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
@@ -33,6 +34,7 @@ from cqos_mqtt.snapshot.seen import fill
 @click.command(
     epilog="Exit codes: 0 written; 2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
 )
+@usual("--broker", "--security", "--watch", "--seconds", "--output")
 @click.argument("source", metavar="LOG|URL")
 @click.option(
     "--broker",

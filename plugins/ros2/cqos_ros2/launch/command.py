@@ -6,6 +6,7 @@ import json
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import Assignment, AssignmentType, debug_option, form_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import refused
@@ -17,6 +18,7 @@ from cqos_core.model.source import VARIABLES
     epilog="Exit codes: 0 read, also where something is not known; 1 nothing starts, and something could not be read; "
     "2 wrong usage, or the file cannot be found; 3 internal error."
 )
+@usual("--launch-arg", "--workspace", "--define", "--format")
 @click.argument("file")
 @click.option(
     "--launch-arg",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError
@@ -43,6 +44,7 @@ _MOST_GAPS: Final = 20
     epilog="Exit codes: 0 written, or the same as the sources; 1 --check found a difference; 2 wrong usage, no package, or "
     "the extra `source` is not installed; 3 internal error."
 )
+@usual("--package", "--output", "--check", "--from", "--node", "--calls")
 @click.argument("path")
 @click.option("--package", "packages", metavar="NAME", multiple=True, help="Only this package. Can be repeated.")
 @click.option("--output", metavar="DIR", help="Write the node files there; without it, each into its package.")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -25,6 +26,7 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 @click.command(
     epilog="Exit codes: 0 no cause found; 1 a cause found; 2 wrong usage or input that cannot be read; 3 internal error."
 )
+@usual("--launch", "--launch-arg", "--log", "--keystore", "--option", "--format")
 @click.argument("topic")
 @click.argument("paths", nargs=-1, required=True, metavar="FILE...")
 @click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
