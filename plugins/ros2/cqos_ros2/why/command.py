@@ -27,8 +27,8 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
     epilog="Exit codes: 0 no cause found; 1 a cause found; 2 wrong usage or input that cannot be read; 3 internal error."
 )
 @usual("--launch", "--launch-arg", "--log", "--keystore", "--option", "--format")
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.argument("topic")
-@click.argument("paths", nargs=-1, required=True, metavar="FILE...")
 @click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
 @click.option("--keystore", metavar="DIR", help="Also read governance.xml and permissions.xml of a keystore of SROS 2.")
 @reading_options
@@ -39,8 +39,8 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 def why(
     ctx: click.Context,
     *,
-    topic: str,
     paths: tuple[str, ...],
+    topic: str,
     log: str | None,
     keystore: str | None,
     reading: ReadingOptions,
@@ -49,13 +49,13 @@ def why(
 ) -> None:
     """Find the cause of a silent topic of ROS 2.
 
-    C-QoS walks one list of causes. It marks each as found, excluded or not known by what FILE says, and ends with what to do. FILE is a
-    system file, a snapshot, a recording, or a workspace with --launch.
+    C-QoS walks one list of causes. It marks each as found, excluded or not known by what the paths say, and ends with what to do. A path is
+    a system file, a snapshot, a recording, or a workspace with --launch.
 
     \b
     Examples:
-      cqos why /scan src --launch bot_bringup:sim.launch.py
-      cqos why /map topic_info.txt --log ~/.ros/log/launch.log
+      cqos why src /scan --launch bot_bringup:sim.launch.py
+      cqos why topic_info.txt /map --log ~/.ros/log/launch.log
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2.why.causes import CAUSES
     from cqos_ros2.why.evidence import evidence

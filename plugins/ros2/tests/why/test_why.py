@@ -20,7 +20,7 @@ participants:
 
 
 def asked(folder, topic, *arguments):
-    done = run(["why", topic, *arguments, "--format", "json"], folder)
+    done = run(["why", *arguments, topic, "--format", "json"], folder)
     assert "Traceback" not in done.err
     assert done.out, done.err
     return done.code, {each["cause"]: each for each in json.loads(done.out)["causes"]}
@@ -210,7 +210,7 @@ def test_a_topic_that_is_nowhere(tmp_path):
         "viewer": "external: false",
     }
     (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
-    done = run(["why", "/zzzzzz", "system.yaml"], tmp_path)
+    done = run(["why", "system.yaml", "/zzzzzz"], tmp_path)
     assert done.code == 1
     assert "no publisher and no subscriber in what was read" in done.out
 
