@@ -11,7 +11,7 @@ import click
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.parameters import against_option, color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError
@@ -34,14 +34,8 @@ if TYPE_CHECKING:
     epilog="Exit codes: 0 nothing breaks; 1 a pair breaks; 2 wrong usage, or input that cannot be read; 3 internal error."
 )
 @usual("--against", "--fail-on", "--launch", "--option", "--format")
-@click.argument("paths", nargs=-1, required=True, metavar="NEW...")
-@click.option(
-    "--against",
-    "old",
-    required=True,
-    metavar="OLD",
-    help="The old version: a path, or .git#ref=NAME for NEW in a git revision: a branch, a tag or a commit.",
-)
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@against_option
 @click.option("--together", is_flag=True, help="Compare all files as one system, those of directories too.")
 @click.option(
     "--format",

@@ -10,7 +10,7 @@ import click
 from cqos_core.analysis.differences import compare
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.parameters import against_option, color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.refusals import RefusedError, say_error
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     "in one of the two; 3 internal error."
 )
 @usual("--against", "--topic", "--ignore", "--fail-on", "--launch", "--option", "--format")
-@click.argument("a", metavar="A")
-@click.argument("b", metavar="B", required=False)
-@click.option("--against", metavar="DESIGN", help="Compare with this; it is A then, and what is named is B.")
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@against_option
 @click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
 @click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
 @form_option
@@ -48,9 +47,8 @@ if TYPE_CHECKING:
 def diff(
     ctx: click.Context,
     *,
-    a: str,
-    b: str | None,
-    against: str | None,
+    paths: tuple[str, ...],
+    old: str,
     topics: tuple[str, ...],
     ignored: tuple[str, ...],
     form: str,
@@ -60,27 +58,24 @@ def diff(
 ) -> None:
     """List the differences of two systems on the same topics and endpoints.
 
-    A and B are files of any format, or folders, each as one system: two versions of a design, a design and a snapshot, a
-    design and a recording. PATH#ref=NAME is a path in a git revision, and .git#ref=NAME the path of the other side in it. C-QoS compares only what both can know. For an observed system, values that discovery does not
-    report are no differences, nor are topics outside of the snapshot.
+    The paths are one system, and what they are compared with is another: two versions of a design, a snapshot or a recording
+    and a design. In the output, A is what --against names, and B the paths. PATH#ref=NAME is a path in a git revision. C-QoS
+    compares only what both can know. For an observed system, values that discovery does not report are no differences, nor
+    are topics outside of the snapshot.
 
     \b
     Examples:
-      cqos diff design.yaml snapshot.txt
-      cqos diff mosquitto.log --against design.yaml
-      cqos diff old.yaml new.yaml --format json
-      cqos diff .git#ref=main design.yaml
-      cqos diff design.yaml bag/ --ignore '/rosout' --fail-on values
+      cqos diff snapshot.txt --against design.yaml
+      cqos diff new.yaml --against old.yaml --format json
+      cqos diff design.yaml --against .git#ref=main
+      cqos diff bag/ --against design.yaml --ignore '/rosout' --fail-on values
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    named = [each for each in (against, a, b) if each is not None]
-    if len(named) != 2:  # noqa: PLR2004 - A and B
-        raise RefusedError("two systems are compared", "write two paths, or one and the other with --against", ctx)
-    path_a, path_b = named
-    if path_a == path_b == STDIN:
+    path_a, path_b = old, " ".join(paths)
+    if STDIN in paths and old == STDIN:
         raise RefusedError("both systems are standard input", "write the path of one of them", ctx)
-    reader = prepare(reading, (path_a, path_b))
+    reader = prepare(reading, (old, *paths))
     with Progress("reading"):
-        loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((path_a, path_b), (path_b, path_a))]
+        loaded = [reader.load(each) for each in (at_same_paths(old, paths), paths)]
         if not all([usable(each, color, path) for each, path in zip(loaded, (path_a, path_b), strict=True)]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)

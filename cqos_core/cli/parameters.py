@@ -140,6 +140,13 @@ debug_option = click.option(
     callback=_debug,
     help="Show the traceback of an internal error (or set CQOS_DEBUG=1).",
 )
+against_option = click.option(
+    "--against",
+    "old",
+    required=True,
+    metavar="PATH",
+    help="What to compare with: a path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
+)
 form_option = click.option(
     "--format",
     "form",

@@ -217,7 +217,7 @@ def test_check_and_diff_read_revisions_and_touch_nothing(git, cqos):
     assert cqos("check", "fleet.yaml#ref=old", "--format", "concise").out.startswith("old:fleet.yaml: compatible")
     done = cqos("check", ".git#ref=new", "--format", "concise")
     assert (done.code, "new:fleet.yaml:" in done.out, "ROS101" in done.out) == (1, True, True)
-    done = cqos("diff", "fleet.yaml#ref=old", "fleet.yaml#ref=HEAD")
+    done = cqos("diff", "fleet.yaml#ref=HEAD", "--against", "fleet.yaml#ref=old")
     assert (done.code, "HEAD:fleet.yaml:9" in done.out) == (1, True)
     assert git("status", "--porcelain") == before
 

@@ -239,7 +239,7 @@ def test_an_exporter_that_fails_is_named(forked, plugins, files, how):
 
 
 @pytest.mark.parametrize(("how", "said"), [("crash", "KeyError: 'x'"), ("quit", FAILS["quit"]), ("none", "TypeError")])
-@pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "fits.yaml")])
+@pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "--against", "fits.yaml")])
 def test_an_importer_that_fails_is_named_and_the_rest_is_read(forked, plugins, files, how, said, command):
     (files / "bad.csv").write_text(how)
     done = forked(*command, "bad.csv", **plugins)

@@ -58,7 +58,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
     \b
     Examples:
       cqos snapshot dds --domain 7 --output running.yaml
-      cqos diff design.yaml running.yaml
+      cqos diff running.yaml --against design.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, (), watch=watch)
     if watch:

@@ -198,7 +198,7 @@ def test_check_and_diff_work_on_it(domain: int, start: Start, tmp_path: Path):
 
     def diff() -> Done:
         design.write_text(json.dumps(designed), encoding="utf-8")
-        return run(["diff", design, running], ROOT)
+        return run(["diff", running, "--against", design], ROOT)
 
     same = diff()
     assert same.code == 0, same.out

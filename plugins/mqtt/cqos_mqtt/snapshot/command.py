@@ -71,7 +71,7 @@ def mqtt(
       cqos snapshot mqtt /var/log/mosquitto/mosquitto.log --output running.yaml
       cqos snapshot mqtt mosquitto.log --security /var/lib/mosquitto/dynamic-security.json
       cqos snapshot mqtt http://localhost:18083 --broker emqx --watch
-      cqos diff design.yaml running.yaml
+      cqos diff running.yaml --against design.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, [source], watch=watch)
     if security is not None and "://" in source:

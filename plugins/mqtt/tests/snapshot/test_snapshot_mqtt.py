@@ -380,7 +380,7 @@ def test_a_log_is_compared_with_its_design(tmp_path: Path):
     )
     done = run(["diff", "broker.log", "--against", "design.yaml"], tmp_path)
     assert (done.code, "qos is 2 in A (design.yaml:4" in done.out) == (1, True)
-    assert run(["diff", "broker.log"], tmp_path).code == run(["diff", "a", "b", "--against", "c"], tmp_path).code == 2
+    assert run(["diff", "broker.log"], tmp_path).code == 2
 
 
 def test_subscribers_that_lose_publishers_are_listed(tmp_path: Path):
