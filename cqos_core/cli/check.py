@@ -67,7 +67,6 @@ class CheckOptions:
     show: tuple[str, ...]
     select: tuple[str, ...]
     ignore: tuple[str, ...]
-    statistics: bool
     fail_on: str | None
     require_pairs: bool
     fix: bool
@@ -121,9 +120,6 @@ class CheckOptions:
     help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
 )
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
-@click.option(
-    "--statistics", is_flag=True, help="Print how many findings each rule has; the same as --format statistics."
-)
 @click.option(
     "--fail-on",
     type=click.Choice(list(_FAIL)),
@@ -195,8 +191,7 @@ def _once(
     """Check everything once; return the exit code, and the files on which it depends."""
     reader = prepare(reading, paths)
     config = reader.config
-    default = "statistics" if options.statistics else _default_format(config)
-    sinks = pair_sinks(ctx, options.formats, options.outputs, default, also=options.statistics)
+    sinks = pair_sinks(ctx, options.formats, options.outputs, _default_format(config))
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
     if options.each and options.together:

@@ -58,7 +58,6 @@ class ReadingOptions:
     assumptions: tuple[Assignment, ...]
     switches: tuple[Assignment, ...]
     variables: tuple[Assignment, ...]
-    message_flows: bool
     stdin_name: str
     excluded: tuple[str, ...]
     config_file: str | None
@@ -100,11 +99,6 @@ _OPTIONS = (
         type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
         multiple=True,
         help="What a variable in files stands for, such as $(ROBOT) in XML files of DDS. Can be repeated.",
-    ),
-    click.option(
-        "--message-flows",
-        is_flag=True,
-        help="Read BPMN message flows as topics; the same as --switch bpmn.message_flows=true.",
     ),
     click.option(
         "--stdin-name",
@@ -370,7 +364,7 @@ def _folder_of(path: str) -> str:
 
 
 def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
-    switches: dict[str, dict[str, str]] = {"bpmn": {"message_flows": "true"}} if options.message_flows else {}
+    switches: dict[str, dict[str, str]] = {}
     for switch in options.switches:
         importers = load_plugins().importers
         if switch.owner not in importers:

@@ -57,13 +57,11 @@ def pair_sinks(
     formats: Sequence[str],
     outputs: Sequence[str],
     default: str = DEFAULT_FORMAT,
-    *,
-    also: bool = False,
 ) -> list[Sink]:
     """Pair formats with outputs in the order of the command line, and refuse combinations without a meaning.
 
     Each output belongs to the format before it; one that stands first, to the format after it. ``default`` is the format
-    where none is named; it goes to standard output ``also`` beside others.
+    where none is named.
     """
     left = {"formats": iter(formats), "outputs": iter(outputs)}
     order: list[str] = ctx.meta.get(__name__, [])
@@ -77,8 +75,6 @@ def pair_sinks(
     if unpaired and len(pairs) > 1:
         raise refused("--output", f"`{unpaired[0]}` has no format of its own", "write --format before each --output")
     sinks = [Sink(name or default, output or STDOUT) for name, output in pairs] or [Sink(default)]
-    if also and all(sink.format != default for sink in sinks):
-        sinks.append(Sink(default))
     _refuse_clashes(sinks)
     return sinks
 
