@@ -13,7 +13,16 @@ import click
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
+from cqos_core.cli.parameters import (
+    Registered,
+    Run,
+    color_option,
+    debug_option,
+    diff_option,
+    fix_option,
+    nearest,
+    refuse_absent,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
@@ -86,7 +95,7 @@ class CheckOptions:
     "nothing to check; 3 internal error.",
 )
 @usual(
-    "--launch", "--option", "--format", "--output", "--show", "--select", "--fail-on", "--fix", "--diff", "--baseline"
+    "--fix", "--diff", "--launch", "--option", "--format", "--output", "--show", "--select", "--fail-on", "--baseline"
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")
@@ -126,13 +135,8 @@ class CheckOptions:
     help="Exit with 1 on findings of this severity or worse; error if not given.",
 )
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
-@click.option(
-    "--fix",
-    is_flag=True,
-    help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
-    "again, and report what is left. Comments and layout stay; what was observed is never changed.",
-)
-@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
+@fix_option
+@diff_option
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
@@ -162,6 +166,9 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     Paths named together are one system, whatever their formats. In a folder, each whole system (a system file, a diagram)
     is checked by itself, and parts of systems (snapshots, recordings, parameters) are put together; all other files are
     passed over. The path `-` is standard input.
+
+    With --fix, C-QoS applies the first fix of each error and warning that weakens nothing and breaks nothing, checks again, and
+    reports what is left.
 
     \b
     Examples:

@@ -147,6 +147,15 @@ against_option = click.option(
     metavar="PATH",
     help="What to compare with: a path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
 )
+fix_option = click.option(
+    "--fix",
+    is_flag=True,
+    help="Apply fixes to the files; `convert` applies them to what it writes. Comments and layout stay, and what was observed is "
+    "never changed.",
+)
+diff_option = click.option(
+    "--diff", "show_diff", is_flag=True, help="Print what would change in the files, and write nothing."
+)
 form_option = click.option(
     "--format",
     "form",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, say_error
@@ -43,8 +43,8 @@ class PlanRun:
     show_diff: bool
 
 
-def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]], Callable[..., None]]:
-    """Make a command of a function that says how a plan is made; ``what`` the plan changes in files.
+def plan_command(words: PlanWords) -> Callable[[Callable[..., Make]], Callable[..., None]]:
+    """Make a command of a function that says how a plan is made.
 
     The function gets the options that are its own, and the command has those of reading, writing and printing beside them.
     """
@@ -68,9 +68,7 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
 
         options = (
             click.argument("paths", nargs=-1, required=True, metavar="PATH..."),
-            click.option("--fix", is_flag=True, help=f"Write the {what} to the files. Comments and layout stay."),
-            click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing."),
-            *(form_option, reading_options, color_option, debug_option),
+            *(fix_option, diff_option, form_option, reading_options, color_option, debug_option),
         )
         return functools.reduce(lambda inner, option: option(inner), reversed(options), run)
 
@@ -90,14 +88,15 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
         unjudged = ("none of its endpoints could be checked", "`cqos check` says why")
         say_error(*(unjudged if system.endpoints else ("there is no endpoint in it", "")), choice=run.color)
         return UNUSABLE
-    if run.fix and plan.confirmed:
+    write = run.fix and not run.show_diff
+    if write and plan.confirmed:
         replace_files(plan.edited.texts, plan.edited.before)
     if run.show_diff:
         emit(plan.edited.diff())
     elif run.form == "json":
-        emit(plan_as_json(plan, written=run.fix and plan.confirmed))
+        emit(plan_as_json(plan, written=write and plan.confirmed))
     else:
-        emit(plan_as_text(plan, words, width(), color=colored(run.color, sys.stdout), written=run.fix))
+        emit(plan_as_text(plan, words, width(), color=colored(run.color, sys.stdout), written=write))
     for finding in plan.left if plan.confirmed else ():
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)
@@ -105,4 +104,4 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
         text = f"{plural(unknown, 'pair')} unknown, which stay as they are without --decide"
         say(text, severity="note", choice=run.color)
     reached = plan.confirmed and not plan.left and not plan.conflicts
-    return CLEAN if reached and (run.fix or not plan.changes) else FINDINGS
+    return CLEAN if reached and (write or not plan.changes) else FINDINGS

@@ -40,7 +40,7 @@ _WORDS = PlanWords(
     help="Leave these as they are: the id of an endpoint or participant, or a file, as a shell pattern. Can be repeated.",
 )
 @click.option("--decide", is_flag=True, help="Make unknown pairs compatible, too. Without it they may stay unknown.")
-@plan_command(_WORDS, "changes")
+@plan_command(_WORDS)
 def repair(*, keep: tuple[str, ...], decide: bool) -> Make:
     """Find the smallest repair: the changes of least weight after which nothing is incompatible.
 

@@ -32,7 +32,7 @@ _WORDS = PlanWords(
     "requirements; 2 wrong usage or input that cannot be read; 3 internal error."
 )
 @usual("--fix", "--diff", "--launch", "--option", "--format")
-@plan_command(_WORDS, "settings")
+@plan_command(_WORDS)
 def suggest() -> Make:
     """Find the weakest settings that meet all requirements, for endpoints that state no settings.
 
