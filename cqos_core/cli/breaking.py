@@ -11,7 +11,7 @@ import click
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import against_option, color_option, debug_option
+from cqos_core.cli.parameters import against_option, color_option, debug_option, one_format_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError
@@ -37,14 +37,7 @@ if TYPE_CHECKING:
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @against_option
 @click.option("--together", is_flag=True, help="Compare all files as one system, those of directories too.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json", "markdown"]),
-    default="text",
-    show_default=True,
-    help="For people, for programs, or for a comment in a pull request.",
-)
+@one_format_option("text", "json", "markdown")
 @click.option(
     "--fail-on",
     type=click.Choice(["error", "warning"]),

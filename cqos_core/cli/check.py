@@ -20,7 +20,9 @@ from cqos_core.cli.parameters import (
     debug_option,
     diff_option,
     fix_option,
+    formats_option,
     nearest,
+    output_option,
     refuse_absent,
 )
 from cqos_core.cli.progress import Progress
@@ -101,20 +103,8 @@ class CheckOptions:
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")
 @click.option("--together", is_flag=True, help="Check all files as one system, those of directories too.")
 @reading_options
-@click.option(
-    "--format",
-    "formats",
-    type=Registered("formatters"),
-    multiple=True,
-    help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
-)
-@click.option(
-    "--output",
-    "outputs",
-    metavar="FILE",
-    multiple=True,
-    help="Write the report there rather than to standard output; belongs to the --format before it.",
-)
+@formats_option(Registered("formatters"))
+@output_option(several=True)
 @click.option(
     "--show",
     type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
@@ -137,7 +127,7 @@ class CheckOptions:
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
 @fix_option
 @diff_option
-@click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
+@click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --format json` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
     "--write-baseline",

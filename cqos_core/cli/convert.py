@@ -8,7 +8,7 @@ import click
 
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import Registered, color_option, debug_option, fix_option, nearest
+from cqos_core.cli.parameters import Registered, color_option, debug_option, fix_option, nearest, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
@@ -37,7 +37,7 @@ _MOST_NOTES: Final = 50
 @usual("--to", "--output", "--set", "--fix", "--launch", "--option")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--to", "exporter", type=Registered("exporters"), required=True, help="The form to write.")
-@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@output_option()
 @click.option(
     "--set",
     "settings",

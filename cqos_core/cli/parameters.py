@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, Final, NamedTuple, TypeVar
 
 import click
 
@@ -13,6 +13,8 @@ from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.plugins import load_plugins
+
+F = TypeVar("F", bound="Callable[..., Any]")
 
 READS_SYSTEMS = "reads_systems"
 """The attribute of functions of commands that read systems, and so take the options that importers declare."""
@@ -156,14 +158,28 @@ fix_option = click.option(
 diff_option = click.option(
     "--diff", "show_diff", is_flag=True, help="Print what would change in the files, and write nothing."
 )
-form_option = click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
-)
+_FORMAT: Final = "How to write the result. `check` and `prove` take several, each with an --output after it."
+
+
+def formats_option(kind: Any) -> Callable[[F], F]:
+    """Return the option ``--format`` of a command that writes several at once."""
+    return click.option("--format", "formats", type=kind, multiple=True, help=_FORMAT)
+
+
+def one_format_option(*names: str) -> Callable[[F], F]:
+    """Return the option ``--format`` of a command that writes one; the first is the default."""
+    return click.option("--format", "form", type=click.Choice(names), default=names[0], show_default=True, help=_FORMAT)
+
+
+form_option = one_format_option("text", "json")
+
+
+def output_option(metavar: str = "FILE", *, several: bool = False) -> Callable[[F], F]:
+    """Return the option ``--output``; a command that writes ``several`` formats has one for each."""
+    text = "Write the result there, whole or not at all."
+    return click.option("--output", "outputs" if several else "output", metavar=metavar, multiple=several, help=text)
+
+
 packs_option = click.option(
     "--pack",
     "pack_files",

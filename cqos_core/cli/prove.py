@@ -17,11 +17,11 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import color_option, debug_option, nearest
+from cqos_core.cli.parameters import color_option, debug_option, formats_option, nearest, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.sinks import check_targets
+from cqos_core.cli.sinks import STDOUT, PairingCommand, Sink, check_targets, pair_sinks
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
@@ -69,10 +69,11 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
 
 
 @click.command(
+    cls=PairingCommand,
     epilog="Exit codes: 0 every run did what C-QoS says; 1 one did not; 2 wrong usage, input that cannot be read, or a pair "
-    "that cannot be run here; 3 internal error."
+    "that cannot be run here; 3 internal error.",
 )
-@usual("--on", "--fault", "--record", "--launch", "--option")
+@usual("--on", "--fault", "--format", "--output", "--launch", "--option")
 @click.argument("arguments", nargs=-1, required=True, metavar="PATH... [CODE | PUBLISHER SUBSCRIBER]")
 @click.option(
     "--on",
@@ -87,7 +88,8 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s. Without it, each "
     "fault runs that the needs of the subscriber name under `survives`.",
 )
-@click.option("--record", metavar="FILE", help="Write all runs with their timelines as JSON; `-` is standard output.")
+@formats_option(click.Choice(["text", "json"]))
+@output_option(several=True)
 @reading_options
 @color_option
 @debug_option
@@ -98,7 +100,8 @@ def prove(
     arguments: tuple[str, ...],
     on: str,
     fault: Fault | None,
-    record: str | None,
+    formats: tuple[str, ...],
+    outputs: tuple[str, ...],
     reading: ReadingOptions,
     color: str,
 ) -> None:
@@ -117,21 +120,22 @@ def prove(
 
     paths, asked = _split(arguments)
     reader = prepare(reading, paths)
-    recorded_in = [] if record in {None, STDIN} else [record]
-    check_targets("--record", recorded_in, paths)
+    sinks = pair_sinks(ctx, formats, outputs, "text")
+    written = [sink.path for sink in sinks if sink.path != STDOUT]
+    check_targets("--output", written, paths)
     system, loaded = reader.one(paths, color, partly=True)
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
-    check_targets("--record", recorded_in, read)
+    check_targets("--output", written, read)
     system = named(tried_out(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
         ctx.exit(UNUSABLE)
     again = None if STDIN in files else partial(reader.again, files)
-    session = _Session(reader.context, on, fault, color, record == STDIN, again)
+    session = _Session(reader.context, on, fault, color, Sink("text") in sinks, again)
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
-    session.end(record)
+    session.end(sinks)
     ctx.exit(UNUSABLE if session.failed or loaded.problems else FINDINGS if session.wrong else CLEAN)
 
 
@@ -200,12 +204,13 @@ class _Session:
         on: str,
         fault: Fault | None,
         color: str,
-        quiet: bool,  # noqa: FBT001
+        shown: bool,  # noqa: FBT001
         again: Callable[[Mapping[str, bytes]], System] | None,
     ) -> None:
-        self.where, self.on, self.fault, self.color, self.quiet, self.again = where, on, fault, color, quiet, again
+        self.where, self.on, self.fault, self.color, self.shown, self.again = where, on, fault, color, shown, again
         self.paint = paint(color=colored(color, sys.stdout))
         self.runs: list[dict[str, Any]] = []
+        self.lines: list[str] = []
         self.wrong = self.failed = 0
 
     def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
@@ -262,18 +267,20 @@ class _Session:
         self.runs.append(recorded(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:
-        """Write a line of the result."""
-        if not self.quiet:
+        """Write a line of the result, at once where it goes to standard output."""
+        self.lines.append(line + "\n")
+        if self.shown:
             emit(line + "\n")
 
-    def end(self, record: str | None) -> None:
-        """Write the total, and the record."""
+    def end(self, sinks: Sequence[Sink]) -> None:
+        """Write the total, and what goes to files or is for programs."""
         if self.runs:
             outcome = f"{self.wrong} not as C-QoS says" if self.wrong else "all as C-QoS says"
             self.show(f"{plural(len(self.runs), 'run')}: {outcome}")
-        text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
-        if record is not None:
-            emit(text) if record == STDIN else write_file(record, text)
+        texts = {"json": json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n", "text": "".join(self.lines)}
+        for sink in sinks:
+            if sink != Sink("text"):
+                sink.write(texts[sink.format])
 
 
 def case_file(trial: Trial, outcome: Outcome) -> Path:

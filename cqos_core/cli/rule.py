@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import debug_option, nearest, packs_option
+from cqos_core.cli.parameters import debug_option, nearest, one_format_option, packs_option
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.refusals import refused
 from cqos_core.cli.streams import emit, width
@@ -23,14 +23,7 @@ if TYPE_CHECKING:
 
 @click.command(epilog="Exit codes: 0 printed; 2 wrong usage, or no such rule or code; 3 internal error.")
 @click.argument("code")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json", "markdown"]),
-    default="text",
-    show_default=True,
-    help="For people, for programs, or for documents.",
-)
+@one_format_option("text", "json", "markdown")
 @packs_option
 @debug_option
 def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:

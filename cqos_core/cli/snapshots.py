@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from cqos_core.cli.parameters import output_option
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
@@ -28,9 +29,7 @@ def snapshot_options(seconds: float, what: str) -> Callable[[F], F]:
     options = (
         click.option("--seconds", type=often, default=seconds, show_default=True, metavar="S", help=what),
         click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C."),
-        click.option(
-            "--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all."
-        ),
+        output_option(),
     )
     return lambda command: functools.reduce(lambda inner, option: option(inner), reversed(options), command)
 

@@ -39,7 +39,7 @@ def pair(files):
 
 
 def test_a_pair_that_is_refused_runs_again_with_its_fix(cqos, pair):
-    done = cqos("prove", pair("best_effort"), "--record", "runs.json")
+    done = cqos("prove", pair("best_effort"), "--format", "text", "--format", "json", "--output", "runs.json")
     assert (done.code, done.err) == (0, "")
     lines = [line.strip() for line in done.out.splitlines()]
     assert "20 sent, 0 arrived, refused for RELIABILITY" in lines
@@ -53,7 +53,7 @@ def test_a_pair_that_is_refused_runs_again_with_its_fix(cqos, pair):
 
 
 def test_a_node_of_ros_runs_as_it_is_on_the_wire_of_dds(cqos):
-    done = cqos("prove", BPMN, "ROS101", "--record", "-")
+    done = cqos("prove", BPMN, "ROS101", "--format", "json")
     first, second = json.loads(done.out)["runs"]
     assert (done.code, first["refused"], first["arrived"]) == (0, ["reliability"], [])
     # A depth of 1 keeps the last sample, and those before it only as long as the reader keeps up.

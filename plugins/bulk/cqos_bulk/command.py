@@ -13,6 +13,7 @@ from typing import Final
 import click
 
 from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import form_option
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Setting
 
@@ -58,7 +59,7 @@ def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
     show_default=True,
     help="Exit with 1 on findings of this severity or worse.",
 )
-@click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", help="For people or programs.")
+@form_option
 @click.option(
     "--output",
     type=click.Path(path_type=Path),

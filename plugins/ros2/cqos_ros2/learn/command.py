@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import click
 
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import debug_option
+from cqos_core.cli.parameters import debug_option, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit, replace_files, say, write_new_file
@@ -47,7 +47,7 @@ _MOST_GAPS: Final = 20
 @usual("--package", "--output", "--check", "--from", "--node", "--calls")
 @click.argument("path")
 @click.option("--package", "packages", metavar="NAME", multiple=True, help="Only this package. Can be repeated.")
-@click.option("--output", metavar="DIR", help="Write the node files there; without it, each into its package.")
+@output_option("DIR")
 @click.option("--check", is_flag=True, help="Write nothing; compare the node files that there are with the sources.")
 @click.option(
     "--from",
@@ -77,7 +77,7 @@ def learn(
 
     PATH is a package or a folder with packages; in any other folder, the programs are read as clients of brokers. C-QoS
     reads C++ and Python as text and executes nothing. What the sources do not decide is written down as not known, with
-    its cause.
+    its cause. Without --output, each node file goes into its package.
 
     \b
     Examples:
