@@ -11,7 +11,14 @@ import click
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import against_option, color_option, debug_option, one_format_option
+from cqos_core.cli.parameters import (
+    against_option,
+    color_option,
+    debug_option,
+    fail_on_option,
+    one_format_option,
+    together_option,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError
@@ -36,15 +43,9 @@ if TYPE_CHECKING:
 @usual("--against", "--fail-on", "--launch", "--option", "--format")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @against_option
-@click.option("--together", is_flag=True, help="Compare all files as one system, those of directories too.")
+@together_option
 @one_format_option("text", "json", "markdown")
-@click.option(
-    "--fail-on",
-    type=click.Choice(["error", "warning"]),
-    default="error",
-    show_default=True,
-    help="Exit with 1 where a pair certainly breaks; with `warning`, also where that is not known.",
-)
+@fail_on_option("error", "warning", default="error")
 @reading_options
 @color_option
 @debug_option
@@ -64,7 +65,8 @@ def breaking(
 
     Robots are updated one after the other, so old publishers meet new subscribers, and new publishers old ones. C-QoS
     checks each pair in every mix, and reports those that are worse than in the old version. It names the participants that
-    have to be updated at once, and an order in which nothing breaks.
+    have to be updated at once, and an order in which nothing breaks. A pair that certainly breaks is an error, one of which
+    that is not known a warning.
 
     \b
     Examples:

@@ -19,11 +19,15 @@ from cqos_core.cli.parameters import (
     color_option,
     debug_option,
     diff_option,
+    fail_on_option,
     fix_option,
     formats_option,
     nearest,
     output_option,
     refuse_absent,
+    show_option,
+    together_option,
+    watch_option,
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -101,17 +105,11 @@ class CheckOptions:
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")
-@click.option("--together", is_flag=True, help="Check all files as one system, those of directories too.")
+@together_option
 @reading_options
 @formats_option(Registered("formatters"))
 @output_option(several=True)
-@click.option(
-    "--show",
-    type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
-    multiple=True,
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. "
-    "`subscribers` says of each one whether it gets nothing or loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
-)
+@show_option(*_SHOW, _NOT_CHECKED, _LOSSES)
 @click.option(
     "--select",
     metavar="CODES",
@@ -119,11 +117,7 @@ class CheckOptions:
     help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
 )
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
-@click.option(
-    "--fail-on",
-    type=click.Choice(list(_FAIL)),
-    help="Exit with 1 on findings of this severity or worse; error if not given.",
-)
+@fail_on_option(*_FAIL)
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
 @fix_option
 @diff_option
@@ -141,11 +135,7 @@ class CheckOptions:
     "holds a token for it, CQOS_SERVER_CA names the certificates to trust, CQOS_CLIENT_CERT and CQOS_CLIENT_KEY a "
     "certificate of one's own and its key.",
 )
-@click.option(
-    "--watch",
-    is_flag=True,
-    help="Check again when a file changes, until Ctrl-C; the exit code is that of the last check.",
-)
+@watch_option
 @color_option
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files have the rest.")
 @debug_option

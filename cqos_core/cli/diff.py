@@ -10,7 +10,7 @@ import click
 from cqos_core.analysis.differences import compare
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import against_option, color_option, debug_option, form_option
+from cqos_core.cli.parameters import against_option, color_option, debug_option, fail_on_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.refusals import RefusedError, say_error
@@ -27,19 +27,15 @@ if TYPE_CHECKING:
     epilog="Exit codes: 0 no difference that counts; 1 differences; 2 wrong usage, input that cannot be read, or no endpoint "
     "in one of the two; 3 internal error."
 )
-@usual("--against", "--topic", "--ignore", "--fail-on", "--launch", "--option", "--format")
+@usual("--against", "--topic", "--exclude-topic", "--fail-on", "--launch", "--option", "--format")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @against_option
 @click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
-@click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
-@form_option
 @click.option(
-    "--fail-on",
-    type=click.Choice(["any", "values", "endpoints", "never"]),
-    default="any",
-    show_default=True,
-    help="Which differences make the exit code 1: any, those in values only, or endpoints that only one of them has.",
+    "--exclude-topic", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated."
 )
+@form_option
+@fail_on_option("any", "values", "endpoints", "never", default="any")
 @reading_options
 @color_option
 @debug_option
@@ -61,14 +57,14 @@ def diff(
     The paths are one system, and what they are compared with is another: two versions of a design, a snapshot or a recording
     and a design. In the output, A is what --against names, and B the paths. PATH#ref=NAME is a path in a git revision. C-QoS
     compares only what both can know. For an observed system, values that discovery does not report are no differences, nor
-    are topics outside of the snapshot.
+    are topics outside of the snapshot. Kinds of differences are those in values, and endpoints that only one of the two has.
 
     \b
     Examples:
       cqos diff snapshot.txt --against design.yaml
       cqos diff new.yaml --against old.yaml --format json
       cqos diff design.yaml --against .git#ref=main
-      cqos diff bag/ --against design.yaml --ignore '/rosout' --fail-on values
+      cqos diff bag/ --against design.yaml --exclude-topic '/rosout' --fail-on values
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     path_a, path_b = old, " ".join(paths)
     if STDIN in paths and old == STDIN:

@@ -14,7 +14,7 @@ from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, say_error
@@ -42,12 +42,7 @@ _SCREEN = 24  # endpoints that are listed below an error
 )
 @usual("--log", "--chains", "--budgets", "--launch", "--option", "--format")
 @click.argument("arguments", nargs=-1, metavar="PATH... [PUBLISHER SUBSCRIBER]")
-@click.option(
-    "--log",
-    metavar="FILE",
-    help="Explain the lines that running programs print about incompatible endpoints; `-` is standard input. "
-    "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
-)
+@log_option
 @click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
 @click.option("--budgets", is_flag=True, help="Show how much goes over links, and how much histories keep.")
 @reading_options
@@ -72,13 +67,16 @@ def explain(
     place of an id, the name of a participant is enough if only one pair remains. Without ids, C-QoS lists the endpoints
     topic by topic.
 
+    With --log, C-QoS explains the lines of a log, with paths by the pairs of that system. The exit code is 1 if there is any
+    such line.
+
     \b
     Examples:
       cqos explain system.yaml                               which endpoints are there?
       cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
       cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
-      cqos explain --log node.log system.yaml                what do the programs complain of?
-      cqos explain --chains --budgets system.yaml            how old is data, and how much is it?
+      cqos explain system.yaml --log node.log                what do the programs complain of?
+      cqos explain system.yaml --chains --budgets            how old is data, and how much is it?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if log is not None:
         from cqos_core.cli.explain_log import explain_log

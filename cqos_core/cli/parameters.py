@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final, NamedTuple, TypeVar
 
 import click
@@ -12,6 +12,7 @@ from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.source import VARIABLES
 from cqos_core.plugins import load_plugins
 
 F = TypeVar("F", bound="Callable[..., Any]")
@@ -149,6 +150,66 @@ against_option = click.option(
     metavar="PATH",
     help="What to compare with: a path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
 )
+
+
+def show_option(*parts: str, default: Sequence[str] | None = None) -> Callable[[F], F]:
+    """Return the option ``--show`` of a command whose report has these parts."""
+    return click.option(
+        "--show",
+        type=click.Choice(parts),
+        multiple=True,
+        default=default,
+        show_default=default is not None,
+        help="What to show in full: findings down to this severity, or another part of the report. Can be repeated.",
+    )
+
+
+def fail_on_option(*kinds: str, default: str | None = None) -> Callable[[F], F]:
+    """Return the option ``--fail-on`` of a command with these kinds of results; without a ``default``, others decide."""
+    return click.option(
+        "--fail-on",
+        type=click.Choice(kinds),
+        default=default,
+        show_default=default is not None,
+        help="Exit with 1 on results of this kind, or worse.",
+    )
+
+
+protocol_option = click.option(
+    "--protocol",
+    metavar="ID",
+    help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
+)
+assumptions_option = click.option(
+    "--option",
+    "assumptions",
+    type=AssignmentType("PACK.NAME=VALUE", "ros2.rmw=cyclonedds"),
+    multiple=True,
+    help="What to assume about the deployment, for instance ros2.rmw=cyclonedds. Can be repeated; wins over "
+    "what files say. `cqos packs ID` lists a pack's options.",
+)
+variables_option = click.option(
+    "--define",
+    "variables",
+    type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
+    multiple=True,
+    help="A variable that files refer to, such as $(ROBOT) in XML files of DDS, or of the environment of a launch. Can be "
+    "repeated.",
+)
+together_option = click.option(
+    "--together", is_flag=True, help="Take all files as one system, those of directories too."
+)
+watch_option = click.option(
+    "--watch", is_flag=True, help="Go on until Ctrl-C, and report again whenever something changes."
+)
+log_option = click.option(
+    "--log",
+    metavar="FILE",
+    help="Read what running programs print about incompatible endpoints, too; `-` is standard input.",
+)
+no_config_option = click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
+CONFIG: Final = "Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml."
+"""The help of ``--config``."""
 fix_option = click.option(
     "--fix",
     is_flag=True,

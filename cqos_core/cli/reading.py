@@ -12,13 +12,18 @@ import click
 
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.parameters import (
+    CONFIG,
     READS_SYSTEMS,
     Assignment,
     AssignmentType,
     Registered,
+    assumptions_option,
     nearest,
+    no_config_option,
     packs_option,
+    protocol_option,
     refuse_absent,
+    variables_option,
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError, refused, say_error
@@ -72,20 +77,9 @@ _OPTIONS = (
         type=Registered("importers", "FORMAT"),
         help="Read every file as this format; without it, each file's format is detected. `cqos packs` lists the formats.",
     ),
-    click.option(
-        "--protocol",
-        metavar="ID",
-        help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
-    ),
+    protocol_option,
     packs_option,
-    click.option(
-        "--option",
-        "assumptions",
-        type=AssignmentType("PACK.NAME=VALUE", "ros2.rmw=cyclonedds"),
-        multiple=True,
-        help="What to assume about the deployment, for instance ros2.rmw=cyclonedds. Can be repeated; wins over "
-        "what files say. `cqos packs ID` lists a pack's options.",
-    ),
+    assumptions_option,
     click.option(
         "--switch",
         "switches",
@@ -93,13 +87,7 @@ _OPTIONS = (
         multiple=True,
         help="A switch of an importer, for instance bpmn.message_flows=true. Can be repeated.",
     ),
-    click.option(
-        "--define",
-        "variables",
-        type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
-        multiple=True,
-        help="What a variable in files stands for, such as $(ROBOT) in XML files of DDS. Can be repeated.",
-    ),
+    variables_option,
     click.option(
         "--stdin-name",
         metavar="NAME",
@@ -114,14 +102,8 @@ _OPTIONS = (
         help="What a search of folders passes over, as in .gitignore and relative to the working directory. Can be "
         "repeated. Hidden, generated and ignored files are passed over anyway.",
     ),
-    click.option(
-        "--config",
-        "config_file",
-        metavar="FILE",
-        help="Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml, "
-        "in or above the folder of each system.",
-    ),
-    click.option("--no-config", is_flag=True, help="Use no configuration file."),
+    click.option("--config", "config_file", metavar="FILE", help=CONFIG),
+    no_config_option,
 )
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias
 import click
 
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import debug_option, nearest
+from cqos_core.cli.parameters import CONFIG, debug_option, nearest, no_config_option
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
 
@@ -74,14 +74,14 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
     "--workers",
     "--config",
 )
-@click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
+@no_config_option
 @click.option(
     "--config",
     "config_file",
     metavar="FILE",
     is_eager=True,
     callback=_configured,
-    help="Use [serve] of this configuration instead of that of the nearest cqos.toml or pyproject.toml.",
+    help=CONFIG,
 )
 @click.option(
     "--listen",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from cqos_core.cli.parameters import output_option
+from cqos_core.cli.parameters import output_option, watch_option
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
@@ -23,12 +23,16 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 
-def snapshot_options(seconds: float, what: str) -> Callable[[F], F]:
-    """Return the options `--seconds`, whose meaning is ``what``, `--watch` and `--output`."""
-    often = click.FloatRange(0, 3600, min_open=True)
+SECONDS = click.FloatRange(0, 3600, min_open=True)
+"""How long a command looks, or waits."""
+
+
+def snapshot_options(every: float) -> Callable[[F], F]:
+    """Return the options `--watch`, `--every`, whose default is given, and `--output`."""
+    text = "The time between two looks, with --watch."
     options = (
-        click.option("--seconds", type=often, default=seconds, show_default=True, metavar="S", help=what),
-        click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C."),
+        watch_option,
+        click.option("--every", type=SECONDS, default=every, show_default=True, metavar="SECONDS", help=text),
         output_option(),
     )
     return lambda command: functools.reduce(lambda inner, option: option(inner), reversed(options), command)

@@ -123,14 +123,16 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
     if path.is_file() and not path.stat().st_size:
         raise CqosError(f"`{path}` is empty", "write a first line with the names of columns")
     if output is not None and not output.absolute().parent.is_dir():
-        raise CqosError(f"`--output {output}`: there is no folder `{output.parent}`", "make the folder")
+        raise CqosError(f"`--findings {output}`: there is no folder `{output.parent}`", "make the folder")
     if output is not None and output.is_dir():
-        raise CqosError(f"`--output {output}` is a folder", "name a file")
+        raise CqosError(f"`--findings {output}` is a folder", "name a file")
     if output is not None and output.suffix.lower() not in OUTPUTS:
         kind = f"`{output.suffix}`" if output.suffix else "a name without an ending"
-        raise CqosError(f"`--output {output}`: no format of findings has {kind}", f"write one of {', '.join(OUTPUTS)}")
+        raise CqosError(
+            f"`--findings {output}`: no format of findings has {kind}", f"write one of {', '.join(OUTPUTS)}"
+        )
     if output is not None and _is_read(output, wanted.path):
-        raise CqosError(f"`--output {output}` is a part of `{path}` and would be overwritten", "name another file")
+        raise CqosError(f"`--findings {output}` is a part of `{path}` and would be overwritten", "name another file")
     if work is not None and work.exists() and not work.is_dir():
         raise CqosError(f"`--work {work}` is a file", "name a folder")
     for name in wanted.options:
@@ -247,7 +249,9 @@ def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
     every = frame.collect_schema().names()
     names = [each for each in every if setting_name(each) not in wanted.skip]
     if absent := sorted({*wanted.skip} - {*map(setting_name, every)}):
-        raise CqosError(f"`--skip {absent[0]}`: `{wanted.path}` has no such column", f"it has {_listed(names)}")
+        raise CqosError(
+            f"`--exclude-column {absent[0]}`: `{wanted.path}` has no such column", f"it has {_listed(names)}"
+        )
     missing = [each for each in ("role", "topic") if each not in names]
     if missing:
         like = [each for each in names if each.strip().lower() == missing[0]]
@@ -375,7 +379,8 @@ def _protocols(
                 near = nearest(shown, [each.name for each in pack.policies])
                 meant = f"did you mean `{near}`? " if near else ""
                 raise CqosError(
-                    f"column `{shown}` names no policy of {pack.title}", f"{meant}`--skip {shown}` leaves it out"
+                    f"column `{shown}` names no policy of {pack.title}",
+                    f"{meant}`--exclude-column {shown}` leaves it out",
                 )
     if not packs:
         raise CqosError(f"`{wanted.path}` has no rows")

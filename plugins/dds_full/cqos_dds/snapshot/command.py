@@ -15,7 +15,7 @@ from cqos_core.cli import UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.refusals import say_error
-from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
+from cqos_core.cli.snapshots import SECONDS, check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
@@ -42,13 +42,28 @@ _HIGHEST_DOMAIN: Final = 232
 )
 @usual("--domain", "--seconds", "--watch", "--output")
 @click.option(
-    "--domain", type=click.IntRange(0, _HIGHEST_DOMAIN), default=0, show_default=True, metavar="N", help="The domain."
+    "--domain",
+    type=click.IntRange(0, _HIGHEST_DOMAIN),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="The DDS domain.",
 )
-@snapshot_options(5.0, "How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.")
+@click.option(
+    "--seconds",
+    type=SECONDS,
+    default=5.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long to look. Participants announce themselves every few seconds; Ctrl-C ends it early.",
+)
+@snapshot_options(5.0)
 @color_option
 @debug_option
 @click.pass_context
-def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output: str | None, color: str) -> None:
+def dds(
+    ctx: click.Context, *, domain: int, seconds: float, every: float, watch: bool, output: str | None, color: str
+) -> None:
     """Write who is in a DDS domain: participants, topics, types and QoS, as discovery tells them.
 
     Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI. It writes no topic, and reads only
@@ -62,7 +77,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, (), watch=watch)
     if watch:
-        _watch(domain, seconds)
+        _watch(domain, every)
         return
     seen, looked = _look(domain, seconds, color)
     found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
@@ -74,7 +89,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
     write_snapshot(system, f"# What ran in DDS domain {domain}, as discovery tells it.\n", output)
 
 
-def _watch(domain: int, seconds: float) -> None:
+def _watch(domain: int, every: float) -> None:
     """Print what is in a domain, then what changes, until interrupted."""
     discovery, with_ros = _joined(domain), ros.PROTOCOL in load_plugins().packs
 
@@ -84,7 +99,7 @@ def _watch(domain: int, seconds: float) -> None:
         return system
 
     with _interruptible() as interrupted:
-        for text in watched(look, context(), partial(interrupted.wait, seconds)):
+        for text in watched(look, context(), partial(interrupted.wait, every)):
             emit(text)
 
 

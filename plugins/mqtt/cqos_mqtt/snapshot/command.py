@@ -34,7 +34,7 @@ from cqos_mqtt.snapshot.seen import fill
 @click.command(
     epilog="Exit codes: 0 written; 2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
 )
-@usual("--broker", "--security", "--watch", "--seconds", "--output")
+@usual("--broker", "--security", "--watch", "--every", "--output")
 @click.argument("source", metavar="LOG|URL")
 @click.option(
     "--broker",
@@ -46,7 +46,7 @@ from cqos_mqtt.snapshot.seen import fill
     metavar="FILE",
     help="File of Mosquitto's dynamic security plugin, beside LOG: who may publish and subscribe what.",
 )
-@snapshot_options(2.0, "Time between two looks, with --watch.")
+@snapshot_options(2.0)
 @color_option
 @debug_option
 @click.pass_context
@@ -57,7 +57,7 @@ def mqtt(
     broker: str | None,
     security: str | None,
     watch: bool,
-    seconds: float,
+    every: float,
     output: str | None,
     color: str,
 ) -> None:
@@ -81,7 +81,7 @@ def mqtt(
         # In the background of a shell, a program ignores interrupts unless it asks for them.
         signal.signal(signal.SIGINT, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
-            for text in watched(look, context(), partial(time.sleep, seconds)):
+            for text in watched(look, context(), partial(time.sleep, every)):
                 emit(text)
         return
     system = look()

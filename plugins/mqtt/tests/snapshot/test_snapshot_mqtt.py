@@ -187,7 +187,7 @@ def test_a_subscription_that_is_asked_for_and_not_granted_is_refused():
 def test_watching_prints_what_changes(broker: Mosquitto):
     first = Client(broker, "first", five=False)
     first.does("subscribe", "farm/temp", 1)
-    command = [COMMAND, "snapshot", "mqtt", str(broker.log), "--watch", "--seconds", "0.2"]
+    command = [COMMAND, "snapshot", "mqtt", str(broker.log), "--watch", "--every", "0.2"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
         assert watching.stdout is not None
         lines = [watching.stdout.readline() for _ in range(2)]

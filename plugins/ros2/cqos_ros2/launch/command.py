@@ -7,11 +7,10 @@ import json
 import click
 
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import Assignment, AssignmentType, debug_option, form_option, nearest
+from cqos_core.cli.parameters import Assignment, debug_option, form_option, nearest, variables_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError, refused
 from cqos_core.cli.streams import emit
-from cqos_core.model.source import VARIABLES
 
 
 @click.command(
@@ -27,13 +26,7 @@ from cqos_core.model.source import VARIABLES
     multiple=True,
     help="The value of a launch argument. Can be repeated.",
 )
-@click.option(
-    "--define",
-    "variables",
-    type=AssignmentType("NAME=VALUE", "TURTLEBOT3_MODEL=burger", VARIABLES),
-    multiple=True,
-    help="A variable of the environment. Can be repeated.",
-)
+@variables_option
 @form_option
 @debug_option
 @click.pass_context

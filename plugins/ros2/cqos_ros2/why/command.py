@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit
@@ -29,7 +29,7 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 @usual("--launch", "--launch-arg", "--log", "--keystore", "--option", "--format")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.argument("topic")
-@click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
+@log_option
 @click.option("--keystore", metavar="DIR", help="Also read governance.xml and permissions.xml of a keystore of SROS 2.")
 @reading_options
 @form_option
