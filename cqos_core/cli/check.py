@@ -114,7 +114,7 @@ class CheckOptions:
     "--select",
     metavar="CODES",
     multiple=True,
-    help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
+    help="Report findings of these rules only. Codes, beginnings of codes, or names, separated by commas.",
 )
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
 @fail_on_option(*_FAIL)
@@ -157,7 +157,6 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
       cqos check .                                   whatever lies below this folder
       cqos check model.bpmn --option ros2.rmw=zenoh  under an assumption
       cqos check a.yaml --format full --format sarif --output cqos.sarif
-      cat a.yaml | cqos check - --stdin-name a.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     options = CheckOptions(**given)
     if isinstance(ctx.obj, Run):

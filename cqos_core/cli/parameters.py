@@ -148,7 +148,7 @@ against_option = click.option(
     "old",
     required=True,
     metavar="PATH",
-    help="What to compare with: a path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
+    help="What to compare with. A path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
 )
 
 
@@ -160,7 +160,7 @@ def show_option(*parts: str, default: Sequence[str] | None = None) -> Callable[[
         multiple=True,
         default=default,
         show_default=default is not None,
-        help="What to show in full: findings down to this severity, or another part of the report. Can be repeated.",
+        help="Show findings from this severity up, or another part of the report. Can be repeated.",
     )
 
 
@@ -205,7 +205,7 @@ watch_option = click.option(
 log_option = click.option(
     "--log",
     metavar="FILE",
-    help="Read what running programs print about incompatible endpoints, too; `-` is standard input.",
+    help="A log of running programs, which print what is incompatible; `-` is standard input.",
 )
 no_config_option = click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
 CONFIG: Final = "Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml."

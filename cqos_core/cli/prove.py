@@ -85,7 +85,7 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     "--fault",
     type=_FaultType(),
     metavar="FAULT=TIME",
-    help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s. Without it, each "
+    help=f"Inject a fault in the middle of the run, for instance link_outage=2s. Faults are {', '.join(FAULTS)}. Without it, each "
     "fault runs that the needs of the subscriber name under `survives`.",
 )
 @formats_option(click.Choice(["text", "json"]))

@@ -131,3 +131,55 @@ def test_help_of_the_group_names_every_command(cqos):
 
 def options_of(command):
     return [param for param in command.params if isinstance(param, click.Option)]
+
+
+# Options and arguments ------------------------------------------------------------------------------------------
+
+
+OPTIONS = [(name, option) for name in NAMES for option in options_of(command_of(name)[0])]
+
+
+def test_each_option_has_one_meaning():
+    texts = {}
+    for _, option in OPTIONS:
+        for spelling in option.opts:
+            texts.setdefault(spelling, set()).add(option.help)
+    assert {spelling: found for spelling, found in texts.items() if len(found) > 1} == {}
+
+
+def test_each_meaning_has_one_option():
+    names = {}
+    for _, option in OPTIONS:
+        names.setdefault(option.help, set()).add(max(option.opts, key=len))
+    assert {text: found for text, found in names.items() if len(found) > 1 or not text} == {}
+
+
+def test_no_option_is_called_as_a_command_that_does_something_else():
+    commands = {word for name in NAMES for word in name.split()}
+    called = {spelling for _, option in OPTIONS for spelling in option.opts if spelling.lstrip("-") in commands}
+    # What `cqos diff`, `cqos modeler` and `cqos launch` are about, these options bring to another command.
+    assert called == {"--diff", "--modeler", "--launch"}
+
+
+def test_every_command_shows_tracebacks_on_request():
+    assert [
+        name for name in NAMES if "--debug" not in {n for o in options_of(command_of(name)[0]) for n in o.opts}
+    ] == []
+
+
+INPUTS = {"PATH", "FILE", "DIR", "SOURCE", "LOG", "URL", "PACK", "CASES", "FOLDER"}
+IN_THEM = {"TOPIC", "CODE", "ID", "PUBLISHER", "SUBSCRIBER", "bash", "zsh", "fish"}
+"""Names of something in the inputs, or in C-QoS itself."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_inputs_come_first_then_names(name):
+    command, ctx = command_of(name)
+    words = [
+        word
+        for param in command.params
+        if isinstance(param, click.Argument)
+        for word in re.findall(r"\w+", param.make_metavar(ctx))
+    ]
+    assert {*words} <= INPUTS | IN_THEM
+    assert words == sorted(words, key=lambda word: word in IN_THEM)
