@@ -205,7 +205,7 @@ watch_option = click.option(
 log_option = click.option(
     "--log",
     metavar="FILE",
-    help="A log of running programs, which print what is incompatible; `-` is standard input.",
+    help="Read what running programs print about incompatible endpoints. `-` is standard input.",
 )
 no_config_option = click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
 CONFIG: Final = "Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml."

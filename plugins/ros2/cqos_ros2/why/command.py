@@ -12,7 +12,9 @@ from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters.terminal import clean, paint
 
 if TYPE_CHECKING:
@@ -60,6 +62,8 @@ def why(
     from cqos_ros2.why.causes import CAUSES
     from cqos_ros2.why.evidence import evidence
 
+    if log == STDIN and (STDIN in paths or sys.stdin is None):
+        raise RefusedError("standard input is read for a path, or closed", "write the path of the log", ctx)
     reader = prepare(reading, paths)
     system, _ = reader.one(paths, color)
     with Progress("looking for causes"):

@@ -119,6 +119,9 @@ def test_a_snapshot_and_a_log(tmp_path):
     (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
     code, causes = asked(tmp_path, "/image", "system.yaml", "--log", "run.log")
     assert (code, causes["quality of service"]["state"]) == (1, "found")
+    piped = run(["why", "system.yaml", "/image", "--log", "-"], tmp_path, stdin=log.encode())
+    assert piped == run(["why", "system.yaml", "/image", "--log", "run.log"], tmp_path)
+    assert "help: write the path of the log" in run(["why", "-", "/image", "--log", "-"], tmp_path).err
     snapshot = asked(
         ROOT, "/battery_state", "examples/robot_directory/robot.yaml", "examples/robot_directory/drivers.txt"
     )
