@@ -421,7 +421,7 @@ class _Check:
         for message in (*self.empty, *self.refused):
             self._fault(message)
         if self.begun:
-            say(f"  help: write `{SMALLEST_SYSTEM}`", choice=self.options.color, lines=True)
+            say(f"write `{SMALLEST_SYSTEM}`", severity="help", choice=self.options.color)
         loaded = self.loaded
         for applies, text in (
             (self.how, self.how),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from cqos_core.cli.help import short_help
-from cqos_core.cli.streams import say
+from cqos_core.cli.streams import say, say_problems
 from cqos_core.model.problems import CqosError, InputError, describe
 
 
@@ -60,8 +60,6 @@ def say_refused(error: click.ClickException, where: click.Context | None = None)
 def say_cqos_error(error: CqosError, choice: str = "auto") -> None:
     """Write an error that C-QoS raised to standard error; all problems of inputs have their places."""
     if isinstance(error, InputError):
-        from cqos_core.cli.streams import say_problems
-
         say_problems(error.problems, choice)
     else:
         say_error(error.what or describe(error), error.help, choice)

@@ -24,6 +24,8 @@ class CqosError(Exception):
         help: what to write or do instead; empty where nothing else is known.
     """
 
+    what = help = ""
+
     def __init__(self, what: str = "", help: str = "") -> None:  # noqa: A002 - as of a problem
         """Keep both apart, and say them in one sentence."""
         self.what = what

@@ -129,7 +129,7 @@ def test_a_system_without_endpoints_is_never_green(cqos):
     assert done.code == 2
     assert done.err == (
         "error: nothing.yaml: there is no endpoint in it, so nothing was checked\n"
-        "  help: write `participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscribes: {TOPIC: }}}`\n"
+        "help: write `participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscribes: {TOPIC: }}}`\n"
     )
 
 
