@@ -180,7 +180,7 @@ def with_help(text: str) -> str:
 
 
 def options_table() -> str:
-    """The table of all options: what each means, and which commands have it."""
+    """The tables of all options and of exit codes: what each means, and which commands have it."""
     of_options: dict[str, tuple[str, str, list[str]]] = {}
     reading = []
     for name in load_plugins().commands:
@@ -201,7 +201,11 @@ def options_table() -> str:
         shown = "all" if len(names) == everywhere else ", ".join(of)
         lines.append(f"| `{form}` | {text.replace('|', chr(92) + '|')} | {shown} |")
     systems = ", ".join(f"`{name}`" for name in reading)
-    return "\n".join([*lines, "", f"Commands that read systems: {systems}."])
+    codes = ["| command | exit codes |", "| ------- | ---------- |"]
+    for name in load_plugins().commands:
+        epilog = found(name.split())[0].epilog or ""
+        codes.append(f"| `{name}` | {epilog[epilog.index('Exit codes') :].removeprefix('Exit codes: ')} |")
+    return "\n".join([*lines, "", f"Commands that read systems: {systems}.", "", *codes])
 
 
 def help_of(path: list[str]) -> str:
