@@ -54,7 +54,7 @@ def launch(
     from cqos_ros2.launch.shown import as_data, as_text
 
     if len(named) > 2:  # noqa: PLR2004 - DIR and FILE
-        raise RefusedError(f"`{named[0]}`: one folder and one launch file are read", ctx=ctx)
+        raise RefusedError(f"{len(named)} paths are named, and one folder and one launch file are read", ctx=ctx)
     given = dict(map(argument, arguments))
     with Progress("reading"):
         packages, path = entry_point(named[-1], named[0] if named[1:] else None)
