@@ -208,7 +208,7 @@ class _Session:
         again: Callable[[Mapping[str, bytes]], System] | None,
     ) -> None:
         self.where, self.on, self.fault, self.color, self.shown, self.again = where, on, fault, color, shown, again
-        self.paint = paint(color=colored(color, sys.stdout))
+        self.paint = paint(color=colored(color, sys.stdout if shown else None))
         self.runs: list[dict[str, Any]] = []
         self.lines: list[str] = []
         self.wrong = self.failed = 0
@@ -263,7 +263,9 @@ class _Session:
         if wrong:
             self.wrong += 1
             file = case_file(trial, outcome)
-            say_error("\n".join(wrong), f"report this case to the authors of the rule pack: {file}", self.color)
+            for each in wrong:
+                last = each == wrong[-1]
+                say_error(each, f"report this case to the authors of the rule pack: {file}" if last else "", self.color)
         self.runs.append(recorded(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:

@@ -154,3 +154,14 @@ def test_an_outage_is_filled_with_samples(cqos, pair, files):
     assert done.code == 0
     assert "sent 6 to 55" in done.out
     assert "70 sent, 70 arrived" in done.out
+
+
+def test_text_and_json_go_where_they_are_sent(cqos, pair, files):
+    name = pair("reliable")
+    shown = cqos("prove", name, *ENDS, "--color", "always")
+    assert "\x1b" in shown.out
+    to_files = ("--format", "text", "--output", "runs.txt", "--format", "json", "--output", "runs.json")
+    assert cqos("prove", name, *ENDS, *to_files) == (0, "", "")
+    assert (files / "runs.txt").read_text(encoding="utf-8").splitlines()[-1] == "1 run: all as C-QoS says"
+    assert json.loads((files / "runs.json").read_text(encoding="utf-8"))["version"] == 1
+    assert cqos("prove", name, "--format", "text", "--format", "json").code == 2
