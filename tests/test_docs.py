@@ -41,6 +41,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/verdicts.md",
     "docs/silent-topic.md",
     "docs/ci.md",
+    "docs/configuration.md",
     "docs/mixed-versions.md",
     "docs/behaviour.md",
     "docs/ros2-files.md",
