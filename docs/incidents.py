@@ -65,7 +65,7 @@ def _summary(found: list[dict[str, Any]]) -> str:
     lines.append(f"\nThe first run missed {len(later)} of the incidents that C-QoS now finds: {', '.join(later)}.")
     closed = [each["our_fix"] for each in found if each["result"] == "found"]
     counts = ", ".join(f"{closed.count(key)} by {text}" for key, text in list(FIXES.items())[:3])
-    lines.append(f"Of the threads with a found incident, {counts}.")
+    lines.append(f"The threads with a found incident were closed as follows: {counts}.")
     return "\n".join(lines)
 
 

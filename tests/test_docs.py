@@ -38,11 +38,14 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLLOWED: tuple[str, ...] = (
     "README.md",
     "docs/quick-start.md",
+    "docs/verdicts.md",
     "docs/silent-topic.md",
     "docs/ci.md",
+    "docs/configuration.md",
     "docs/mixed-versions.md",
     "docs/behaviour.md",
     "docs/ros2-files.md",
+    "docs/ros2-bridges.md",
     "docs/repair.md",
     "docs/ros2-launch.md",
     "docs/ros2-workspace.md",
@@ -57,6 +60,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/paper.md",
     "docs/conditions.md",
     "docs/packs.md",
+    "docs/packs-python.md",
     "docs/pack-tutorial.md",
     "docs/plugins.md",
     "examples/README.md",
@@ -223,6 +227,15 @@ def headings(file: Path) -> set[str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_pages_name_no_machine(page):
     assert not re.search(r"/(?:work|tmp|home|root|Users)/", page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.name)
+def test_a_page_is_read_in_one_go(page):
+    text = page.read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("|")]
+    assert len(lines) <= 300 or page.name == "command.md", (
+        "tables apart, a page has 300 lines at most: split it by reader"
+    )
 
 
 def test_every_page_is_in_the_index():

@@ -457,3 +457,15 @@ def test_markdown_shows_names_as_they_are(report, style):
         plain = re.sub(r"</?code>|<br>|&#\d+;", "", row)
         assert plain.count("|") == 5
         assert not set(plain) & set("<>&`*_[]~@#!\\")
+
+
+# --- HTML ---
+
+
+@for_any(reports | several, styles)
+def test_each_link_of_the_page_leads_to_one_place(report, style):
+    text = render_html(report, style)
+    anchors = re.findall(r'(?<=[\s"])id="([^"]*)"', text)
+    assert len({*anchors}) == len(anchors)
+    assert all(re.fullmatch(r"[A-Za-z0-9-]+", anchor) for anchor in anchors)
+    assert {*re.findall(r'href="#([^"]*)"', text)} <= {*anchors}
