@@ -167,7 +167,7 @@ def test_every_command_shows_tracebacks_on_request():
     ] == []
 
 
-INPUTS = {"PATH", "FILE", "DIR", "SOURCE", "LOG", "URL", "PACK", "CASES", "FOLDER"}
+INPUTS = {"PATH", "FILE", "DIR", "SOURCE", "LOG", "URL", "PACK", "CASES"}
 IN_THEM = {"TOPIC", "CODE", "ID", "PUBLISHER", "SUBSCRIBER", "bash", "zsh", "fish"}
 """Names of something in the inputs, or in C-QoS itself."""
 

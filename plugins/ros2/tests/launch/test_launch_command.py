@@ -52,9 +52,7 @@ def test_the_text(root, capsys):
 
 
 def test_json_by_package_and_file(root, capsys):
-    code, out, _ = printed(
-        capsys, str(root), "bot:bot.launch.xml", "--launch-arg", "sim:=false", "--format", "json"
-    )
+    code, out, _ = printed(capsys, str(root), "bot:bot.launch.xml", "--launch-arg", "sim:=false", "--format", "json")
     found = json.loads(out)
     assert (code, found["version"], found["undecided"]) == (0, 1, {})
     (node,) = found["instances"]
