@@ -7,10 +7,8 @@ python -m tests.conformance.second_opinion record      first ask SPIN about all 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +20,7 @@ from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version
 from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, SLOW, column_of, table, titles
 from tests.conformance.guarantees import RECORDED as RUNS_RECORDED
+from tests.conformance.origin import build_of, origin
 from tests.conformance.test_guarantees_mosquitto import BROKER_FAULTS, FAULTS, KEPT, RUNS, design
 
 if TYPE_CHECKING:
@@ -115,13 +114,11 @@ def ask(case: Case, spin: Spin) -> dict[str, Any]:
 
 def record(some: Iterable[Case], spin: Spin) -> dict[str, Any]:
     """Ask about designs, and return what is recorded."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         runs = list(pool.map(lambda case: ask(case, spin), some))
     return {
         "by": f"SPIN {version()}",
-        "commit": commit.stdout.strip(),
-        "date": datetime.now(timezone.utc).date().isoformat(),
+        **origin(),
         "messages": spin.messages,
         "runs": runs,
     }
@@ -159,7 +156,7 @@ def document() -> str:
 
 
 def _when(recorded: dict[str, Any], kept: int, given: int) -> str:
-    where = f"{len(recorded['runs'])} models on {recorded['date']}, commit {recorded['commit'][:12]}"
+    where = f"{len(recorded['runs'])} models on {recorded['date']}, {build_of(recorded)}"
     return f"{where}. {kept} of {given} guarantees that C-QoS gives hold in all runs of the model."
 
 
