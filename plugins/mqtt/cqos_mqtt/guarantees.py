@@ -93,7 +93,9 @@ WAITS_LONG_ENOUGH: Final = define(
 # running it.
 PINGS_EVERY: Final = define("pings_every", least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE)))
 PINGS: Final = define(
-    "pings", (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
+    "pings",
+    ((publisher(KEEP_ALIVE) < "infinite") & (in_3_1_1(publisher) | (broker(SERVER_KEEP_ALIVE) > "0s")))
+    | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite") & (broker(SERVER_KEEP_ALIVE) > "0s")),
 )
 # The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
 # session cuts the delay short. The

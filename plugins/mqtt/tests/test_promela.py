@@ -25,16 +25,19 @@ KEPT = {"clean_start": False, "session_expiry_interval": 3600, "stores_session":
 WHERE = context(())
 
 
-def system(publication, subscription, publisher=None, subscriber=None):
+def system(publication, subscription, publisher=None, subscriber=None, heard=None, **broker):
     own = {
         "cqos": 1,
         "protocol": "mqtt",
         "options": {"mqtt": {"protocol_version": "5.0"}},
-        "brokers": {"main": {"profile": "mosquitto", "persistence": True}},
+        "brokers": {"main": {"profile": "mosquitto", "persistence": True, **broker}},
         "topics": {"t": {"period": "1s"}},
         "participants": {
             "p": {"client": publisher or {}, "publishes": {"t": publication}},
-            "s": {"client": subscriber or {}, "subscribes": {"t": {"taken_every": "0ms", **subscription}}},
+            "s": {
+                "client": subscriber or {},
+                "subscribes": {"t": {"taken_every": "0ms", **subscription}, **(heard or {})},
+            },
         },
     }
     return named(read(json.dumps(own).encode(), importer="yaml"), WHERE)
@@ -68,6 +71,16 @@ def test_a_counterexample_is_read_back_in_words():
     assert f"publisher sends message {lost[-1]}" in lines
     assert f"subscriber gets message {lost[-1]}" not in lines
     assert "some run breaks latest, loss_free" in summary(outcome)
+
+
+@asks
+@pytest.mark.parametrize(("server", "holds"), [("infinite", True), ("0", False)])
+def test_the_model_sends_no_will_where_the_broker_turns_keep_alive_off(server, holds):
+    client, needs = {"keep_alive": 10, "will": {"topic": "gone", "qos": 1}}, {"liveness": "30s"}
+    own = system({"qos": 1}, {"qos": 1, "needs": needs}, client, heard={"gone": {"qos": 1}}, server_keep_alive=server)
+    trial, outcome = ask(own)
+    assert outcome.answers["liveness"] is holds
+    assert disagreements(trial, outcome, WHERE) == []
 
 
 @asks

@@ -72,6 +72,7 @@ def test_values_of_a_broker_become_its_configuration():
         ("shared_subscription_available", "false"),
         ("autosave_interval", "each_message"),
         ("maximum_packet_size", "10"),
+        ("server_keep_alive", "0s"),
         ("session_expiry_interval", "90s"),
     ],
 )

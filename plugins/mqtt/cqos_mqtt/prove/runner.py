@@ -38,6 +38,7 @@ _LATER: Final = 0.1
 _ENDED: Final = 3
 """Ends of a connection, with no fault injected, after which the broker does not want what it is sent."""
 _SMALLEST: Final = 20
+_SHORTEST: Final = 10
 _HOUR: Final = 3600 * _SECOND
 _FIXED: Final = (
     (of_broker.WILDCARD_AVAILABLE, 1),
@@ -109,11 +110,16 @@ def configuration(values: Mapping[str, str]) -> list[str]:
                 f"{policy.domain.format(only)}"
             )
     size, kept = _number(of_broker.BROKER_PACKET_SIZE, values), _number(of_broker.BROKER_SESSION_EXPIRY, values)
+    pings = _seconds(of_broker.SERVER_KEEP_ALIVE, values)
     saves, saved = known(of_broker.AUTOSAVE, values) is not None, _seconds(of_broker.AUTOSAVE, values)
     for is_wrong, why in (
         (
             size is not None and size < _SMALLEST,
             f"Mosquitto takes no maximum_packet_size below {_SMALLEST}, got {size}",
+        ),
+        (
+            pings is not None and pings < _SHORTEST,
+            f"Mosquitto takes no server_keep_alive below {_SHORTEST} s, got {pings} s",
         ),
         (saves and saved == 0, "Mosquitto does not save each message before it acknowledges it (autosave_interval)"),
         (
@@ -129,7 +135,7 @@ def configuration(values: Mapping[str, str]) -> list[str]:
         **{name: "true" if known(policy, values) else "false" for name, policy in _FLAGS.items()},
         **{name: _number(policy, values) or 0 for name, policy in limited.items()},
         "max_packet_size": size,
-        "max_keepalive": _seconds(of_broker.SERVER_KEEP_ALIVE, values),
+        "max_keepalive": pings,
         "autosave_interval": saved or 0 if saves else None,
         "persistent_client_expiration": None if kept is None else f"{kept // _HOUR}h",
     }
