@@ -22,7 +22,6 @@ from cqos_core.packs import (
     offered,
     publisher,
     requested,
-    stated,
     subscriber,
     topic,
 )
@@ -355,16 +354,15 @@ ABSENCE_AND_TIME: Final = (
         | (
             (offered(EXPIRY) <= MAX_AGE)
             & (OLDEST <= MAX_AGE)
-            & define(
-                "oldest_taken_in_time",
-                ~stated(requested(TAKEN_EVERY)) | (OLDEST + requested(TAKEN_EVERY) <= MAX_AGE),
-            )
+            # No expiry ends a message that has left the broker: it waits in the client until its program takes it.
+            & define("oldest_taken_in_time", OLDEST + requested(TAKEN_EVERY) <= MAX_AGE)
         ),
         code="MQTT502",
         name="age-too-long",
         because="messages may wait in the broker until they expire and until its clock shows it, and then for the program to take them",
         clause="MQTT 5.0, MQTT-3.3.2-5; C-QoS, Mosquitto by running it",
-        help="state `expiry_delay` of the broker: how much later than their expiry it still delivers messages",
+        help="state `expiry_delay` of the broker, how much later than their expiry it still delivers messages, and `taken_every` of the "
+        "subscription",
         fixes=("message_expiry_interval",),
     ),
     gives(
