@@ -114,6 +114,17 @@ def test_spin_reads_what_convert_writes(tmp_path):
     assert "9 never claims" in done.stdout
 
 
+def test_pairs_that_the_model_cannot_show_are_left_out():
+    one = {"client_id": "one"}
+    exported = write(system({"qos": 1}, {"qos": 1}, one, one), ExportContext(WHERE.find_pack))
+    assert exported.expressed == 0
+    assert "has the id `one` of another client" in exported.notes[0]
+    client = {"will": {"topic": "gone"}}
+    exported = write(system({}, {}, client, heard={"gone": {}}), ExportContext(WHERE.find_pack))
+    assert exported.expressed == 1
+    assert "a Will is published by the broker" in exported.notes[0]
+
+
 def test_what_is_no_mqtt_is_left_out():
     own = {
         "cqos": 1,

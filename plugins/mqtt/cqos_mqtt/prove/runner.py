@@ -70,6 +70,7 @@ class Mosquittos:
         """
         if missing := self.missing():
             raise NotRunnableError(missing)
+        ensure_runnable(plan)
         return asyncio.run(_Run(plan, report).run())
 
 
@@ -83,6 +84,25 @@ def known(policy: Policy, values: Mapping[str, str]) -> Plain | None:
         return None
     meaning = policy.words.get(policy.word(text), text)
     return policy.domain.parse(meaning) if isinstance(meaning, str) else None
+
+
+def ensure_runnable(plan: Plan) -> None:
+    """Refuse a pair of which neither a run nor a model of its two clients shows what happens.
+
+    Raises:
+        NotRunnableError: it is such a pair; the text says why.
+    """
+    if known(of.IS_WILL, plan.publisher.values):
+        raise NotRunnableError(
+            "a Will is published by the broker and not by its client, so no samples can be sent on it"
+        )
+    for end in (plan.publisher, plan.subscriber):
+        if known(of_connection.SAME_ID, end.participant):
+            raise NotRunnableError(
+                f"the client of `{end.id}` has the id `{end.participant[of_connection.CLIENT_ID.name]}` of another client of the "
+                "broker, so each ends the connection of the other (MQTT410). A run starts one client for each end and cannot "
+                "show that; give each client an id of its own"
+            )
 
 
 def _number(policy: Policy, values: Mapping[str, str]) -> int | None:
@@ -212,10 +232,6 @@ class _Run:
     """One run of one plan."""
 
     def __init__(self, plan: Plan, report: Callable[[Event], None]) -> None:
-        if known(of.IS_WILL, plan.publisher.values):
-            raise NotRunnableError(
-                "a Will is published by the broker and not by its client, so no samples can be sent on it"
-            )
         self.plan, self.report = plan, report
         self.began = self.last = time.monotonic()
         self.events: list[Event] = []
