@@ -60,18 +60,22 @@ def changes(function: Function, names: Iterable[str], walk: Walk) -> bool:
 
 def holding(full: str, walk: Walk) -> set[str]:
     """Return the full names at the top of files that are an object of a name, or a container with it."""
+    program = walk.program
+    stated = [(name, written) for values in program.constants.values() for name, written, _ in values]
+    classes = {id(cls): cls for values in program.classes.values() for cls in values}.values()
+    stated += [(f"{cls.name}.{name}", written) for cls in classes for name, written in cls.initial.items()]
     found, known = {full}, -1
     while len(found) != known:
         known = len(found)
-        for stated in walk.program.constants.values():
-            found |= {name for name, written, _ in stated if _Names(_seen_from(name, found), walk).holds(written)}
+        found |= {name for name, written in stated if _Names(seen_from(name, found), walk).holds(written)}
     return found
 
 
-def _seen_from(name: str, found: set[str]) -> set[str]:
-    """Return names as they may be written beside another one: without their module where it is the same."""
-    module = name.rpartition(".")[0]
-    return found | {last_part(each) for each in found if each.rpartition(".")[0] == module}
+def seen_from(name: str, found: Iterable[str]) -> set[str]:
+    """Return full names with how they may be written in what has a name: without what the two have in common."""
+    parts_of_name = name.split(".")
+    around = [f"{'.'.join(parts_of_name[:length])}." for length in range(1, len(parts_of_name))]
+    return {*found, *(each.removeprefix(one) for each in found for one in around if each.startswith(one))}
 
 
 class _Names:
@@ -180,9 +184,9 @@ class _Search:
         """Whether a function may change it; one that is being searched adds nothing."""
         key = id(function), names
         if key not in self.known:
-            self.known[key] = False
             if self.depth >= _DEEPEST:
                 return True
+            self.known[key] = False
             self.depth += 1
             self.known[key] = self._searched(function, names)
             self.depth -= 1
@@ -219,7 +223,8 @@ class _Search:
         if means.receives(call) and last not in _OF_CONTAINERS | table.reads | table.copies:
             # A method of the program is one of an object that has it: what made the object was searched.
             of_program = last in self.walk.program.functions and not last.startswith("__")
-            return not table.is_listed("harmless", name) and not of_program
+            if not of_program and not table.is_listed("harmless", name):
+                return True
         if not means.given(call) or last in _INLINE:
             return False
         if last == "setattr" or last in table.lists["changing"]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.aliasing import changes, holding
+from cqos_ros2.learn.aliasing import changes, holding, seen_from
 from cqos_ros2.learn.frames import Walk, lineage
 from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.profiles import forget, is_profile
@@ -115,9 +115,8 @@ def changed_in(full: str, file: str, walk: Walk) -> Function | None:
 def _changes_any(function: Function, names: Iterable[str], walk: Walk) -> bool:
     """Whether a function of Python may change an object that stands at the top of files under some names."""
     made = [each for each in inside(function.body) if isinstance(each, Assign)]
-    own = _own_names(function, made)
-    here = {last_part(each) for each in names if function.name.startswith(f"{each.rpartition('.')[0]}.")}
-    return changes(function, {*names, *(here - own)}, walk)
+    members = {f".{last_part(each)}" for each in names if function.owner and each.rpartition(".")[0] == function.owner}
+    return changes(function, members | (seen_from(function.name, names) - _own_names(function, made)), walk)
 
 
 def _own_names(function: Function, made: Iterable[Assign]) -> set[str]:

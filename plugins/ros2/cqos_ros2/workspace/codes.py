@@ -103,7 +103,7 @@ CODES: Final = (
         "note",
         "A launch configures the middleware of nodes by a variable of the environment.",
         "What the variable or its file says may keep nodes apart, drop samples or replace their quality of service. No verdict counts it.",
-        help="read the file and compare; Fast DDS profiles, `cyclonedds.xml` and profiles of Connext can be named beside the launch",
+        help="compare the file by hand; C-QoS reads profiles of Fast DDS and Connext and `cyclonedds.xml` as files of their own",
     ),
 )
 _BY_CODE: Final = {each.code: each for each in CODES}

@@ -40,6 +40,9 @@ class Keeper:
     def show(self):
         print(self.qos)
 
+    def take(self, q):
+        tune(q)
+
 class Lower(Keeper):
     def tune(self):
         self.qos.depth = 7
@@ -97,6 +100,7 @@ def learned_of(python, body, head="never(node)"):
         "h = Holder(SHARED)\nh.qos.depth = 7",
         "h = Holder(SHARED)\nh.change()",
         "Lower(node, SHARED)",
+        "k = Keeper(node, SHARED)\nk.take(SHARED)",
         "lib.Helper(node, SHARED)",
         "tune(*[SHARED])",
         "tune(**{'q': SHARED})",
@@ -198,6 +202,38 @@ class Other:
 )
 def test_methods_of_an_unreached_class_share_their_members(python, made, run, expected):
     found = python("self.create_publisher(String, 'x', SHARED)", "", OTHER.format(made, run))
+    assert policies(found) == expected
+
+
+OF_CLASS = """
+SHARED = QoSProfile(depth=5)
+
+class Other:
+    qos = SHARED
+    all = {{'a': SHARED}}
+
+    def run(self):
+        {}
+
+def never(h, q):
+    {}
+"""
+
+
+@pytest.mark.parametrize(
+    ("run", "never", "expected"),
+    [
+        ("pass", "Other.qos.depth = 7", UNKNOWN),
+        ("pass", "q = Other.all['a']; q.depth = 7", UNKNOWN),
+        ("self.qos.depth = 7", "pass", UNKNOWN),
+        ("Other.qos.depth = 7", "pass", UNKNOWN),
+        ("print(self.qos)", "print(Other.qos.depth)", FIVE),
+        ("qos = QoSProfile(depth=3); qos.depth = 7", "q.depth = 7", FIVE),
+        ("self.other.depth = 7", "h.qos.depth = 7", FIVE),
+    ],
+)
+def test_what_a_class_keeps_is_the_same_object(python, run, never, expected):
+    found = python("self.create_publisher(String, 'x', SHARED)", "", OF_CLASS.format(run, never))
     assert policies(found) == expected
 
 
