@@ -68,6 +68,7 @@ class CheckOptions:
     fail_on: str | None
     require_pairs: bool
     fix: bool
+    weaken: bool
     show_diff: bool
     proofs: str | None
     baseline: str | None
@@ -130,6 +131,7 @@ class CheckOptions:
     help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
     "again, and report what is left. Comments and layout stay; what was observed is never changed.",
 )
+@click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
 @click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
@@ -197,6 +199,8 @@ def _once(
     select = counted(options.select, options.ignore, reader.context)
     if options.server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
+    if options.weaken and not (options.fix or options.show_diff):
+        raise click.UsageError("--weaken says which fixes --fix and --diff take, and neither is given.", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
     work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
@@ -305,7 +309,7 @@ class _Check:
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff)
+            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
             for note in done.notes:

@@ -32,16 +32,28 @@ class FixOutcome(NamedTuple):
 
 
 def fixed(
-    unit: Unit, system: System, reader: InputReader, counted: Callable[[Report], Report], *, write: bool
+    unit: Unit,
+    system: System,
+    reader: InputReader,
+    counted: Callable[[Report], Report],
+    *,
+    write: bool,
+    weaken: bool,
 ) -> FixOutcome:
-    """Apply fixes to the files of a system, in memory or, with ``write``, in place: to none where one of them changed meanwhile."""
+    """Apply fixes to the files of a system, in memory or, with ``write``, in place: to none where one of them changed meanwhile.
+
+    ``weaken``: also fixes that ask for less than the design does.
+    """
     from cqos_core.files.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
         return reader.again(unit.files, texts)
 
     done = fix_all(
-        system.sources, lambda texts: counted(check_system(read(texts), reader.context)), reader.options.importer
+        system.sources,
+        lambda texts: counted(check_system(read(texts), reader.context)),
+        reader.options.importer,
+        weaken=weaken,
     )
     if write:
         try:
