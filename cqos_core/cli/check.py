@@ -15,7 +15,7 @@ from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.selection import counted
+from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.files.opening import STDIN, read_path
@@ -49,7 +49,8 @@ if TYPE_CHECKING:
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
-_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
+_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
+_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES)
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
@@ -93,7 +94,7 @@ class CheckOptions:
     "formats",
     type=Registered("formatters"),
     multiple=True,
-    help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
+    help="How to write the report; `text` if not given. Several are possible, each with an --output after it.",
 )
 @click.option(
     "--output",
@@ -104,10 +105,11 @@ class CheckOptions:
 )
 @click.option(
     "--show",
-    type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
+    metavar=f"[{'|'.join(_SHOWN)}|CODES]",
     multiple=True,
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. "
-    "`subscribers` says of each one whether it gets nothing or loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
+    help="What text formats print, the rest is only counted: findings up to a severity, or of these rules only; warnings "
+    "(and errors) if not given, and a summary of more than ten. `subscribers` says of each one whether it gets nothing or "
+    "loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
 )
 @click.option(
     "--select",
@@ -197,13 +199,16 @@ def _once(
     if options.each and options.together:
         raise click.UsageError("--each and --together exclude each other.", ctx)
     select = counted(options.select, options.ignore, reader.context)
+    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+    if codes and any(each in _SHOW for each in options.show):
+        raise click.UsageError("--show takes severities or rules, not both.", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
     if options.weaken and not (options.fix or options.show_diff):
         raise click.UsageError("--weaken says which fixes --fix and --diff take, and neither is given.", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
+    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -262,6 +267,7 @@ class _Check:
 
     Attributes:
         counted: leaves the findings that count.
+        shown: the rules that --show names.
         loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
@@ -273,6 +279,7 @@ class _Check:
     options: CheckOptions
     counted: Counted
     known: Baseline | None
+    shown: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
@@ -396,8 +403,10 @@ class _Check:
             width=width(),
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
-            not_checked=_NOT_CHECKED in shown,
+            not_checked=_NOT_CHECKED in shown or "all" in shown,
             losses=_LOSSES in shown,
+            codes=self.shown,
+            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,

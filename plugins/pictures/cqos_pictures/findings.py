@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.causes import causes
 from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
@@ -15,6 +17,7 @@ from cqos_pictures.words import some, spoken
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.formatters.causes import Cause
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Finding, Remedy, Report, Severity
     from cqos_core.model.style import Style
@@ -59,7 +62,7 @@ class Findings:
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
         helps = wording.helps(replace(finding, remedies=tuple(plain)))
-        notes = [spoken(each) for each in (*_notes(finding), *finding.notes)]
+        notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
         return {
             "anchor": self.anchors[id(finding)],
@@ -121,6 +124,19 @@ class Findings:
             return []
         pieces = [{"marked": False, "text": text[line - 1].rstrip("\r").replace("\t", "    ")[:_LONGEST]}]
         return [{"number": line, "hit": False, "pieces": pieces, "labels": []}]
+
+    @cached_property
+    def _causes(self) -> dict[int, Cause]:
+        return {id(each): cause for cause in causes(self.shown, self._style) for each in cause.findings}
+
+    def _same_cause(self, finding: Finding) -> Iterator[str]:
+        """Yield which other findings have the same cause; all but the first name only the first."""
+        cause = self._causes[id(finding)]
+        if finding is not cause.first:
+            where = wording.places_of([cause.first], self._places)
+            yield f"the same cause as {cause.first.code} {where}".rstrip()
+        elif cause.more:
+            yield wording.same_cause(cause, self._places)
 
     def _text(self, source: str) -> list[str]:
         if source not in self._texts:
