@@ -14,7 +14,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, options_given, prepare, reading_options
 from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
+    from cqos_core.cli.fixing import FixOutcome
     from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
@@ -288,6 +289,7 @@ class _Check:
     begun: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    fixes: list[FixOutcome] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
@@ -319,8 +321,7 @@ class _Check:
             done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
-            for note in done.notes:
-                self._note(note)
+            self.fixes.append(done)
             if done.refused:
                 self.refused.append(done.refused)
         if not report.endpoints and not report.partial:
@@ -461,6 +462,11 @@ class _Check:
         if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+        if self.fixes:
+            from cqos_core.cli.fixing import ended
+
+            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+                self._note(text)
 
     def _note(self, text: str) -> None:
         if not self.options.quiet:

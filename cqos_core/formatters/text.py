@@ -322,7 +322,8 @@ def _around(text: str, changed: int, room: int) -> str:
     """Return a line, or of one that is too long the part around its change."""
     if terminal.cells(terminal.clean(text)) <= room or changed < _BEFORE:
         return _short(text, room)
-    return f"…{_short(text[changed - _BEFORE :], room - 1)}"
+    start = max(1, min(changed - _BEFORE, len(text) - room + 1))
+    return f"…{_short(text[start:], room - 1)}"
 
 
 def _short(text: str, room: int) -> str:

@@ -46,7 +46,7 @@ def test_what_weakens_or_needs_code_is_left_with_its_reason(cqos, files):
     (files / "a.yaml").write_text(text, encoding="utf-8")
     done = cqos("check", "--fix", "a.yaml")
     assert done.code == 1
-    assert "not fixed, ROS103 on `/scan`: offer deadline `1s`" in done.err
+    assert "needs a decision, ROS103 on `/scan`: offer deadline `1s`" in done.err
     assert "is a promise that the program must keep" in done.err
 
 
@@ -77,6 +77,30 @@ def test_a_fix_that_asks_for_less_is_taken_with_weaken_only(cqos, files, option,
     (files / "a.yaml").write_text(MANY, encoding="utf-8")
     assert cqos("check", "--fix", *option, "a.yaml").code == 0
     assert re.findall(r"/tf: {[^}]*}", (files / "a.yaml").read_text(encoding="utf-8")) == changed
+
+
+def test_fixing_ends_with_what_needs_a_decision_and_the_command_that_proposes_it(cqos, files):
+    (files / "a.yaml").write_text(MANY + SYSTEM.partition("participants:\n")[2], encoding="utf-8")
+    (files / "a.yaml").write_text(
+        (files / "a.yaml").read_text().replace("{/tf: {durability: transient_local}}", "{/tf: {deadline: 1s}}"),
+        encoding="utf-8",
+    )
+    done = cqos("check", "--fix", "a.yaml", "--option", "ros2.rmw=fastdds")
+    lines = [line.removeprefix("note: ") for line in " ".join(done.err.split()).split("note: ")]
+    assert [line.split(":")[0] for line in lines if line.startswith(("fixed ROS", "needs"))] == [
+        "fixed ROS101",
+        "fixed ROS102",
+        "needs a decision, ROS103 on `/tf`",
+    ]
+    assert lines[-1] == (
+        "fixed 2, 1 needs a decision; `cqos repair a.yaml --option ros2.rmw=fastdds --diff` proposes changes; "
+        "--weaken lets --fix ask for less"
+    )
+
+
+def test_nothing_is_left_to_decide(cqos, files):
+    (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
+    assert "decision" not in cqos("check", "--fix", "a.yaml").err
 
 
 def test_weaken_without_fix_is_refused(cqos, files):
