@@ -86,6 +86,7 @@ def _one_fix(findings: Sequence[Finding]) -> Iterator[list[int]]:
         ((finding.accepted, fix.role, fix.members, fix.policy, fix.value), number)
         for number, finding, fixes in first
         for fix in fixes
+        if not fix.weakens  # a requirement that is given up says nothing about what keeps it from being met
     ).values()
 
 

@@ -139,18 +139,20 @@ class Page:
         parts: list[tuple[int, list[str]]] = [(0, self._headline(first)), (0, self._others(cause))]
         where, other = self._where(first)
         parts += [(0, where), (3, other)]
-        written = self._written(cause)
-        parts.append((2, [] if written else self._excerpt(first)))
+        fix = next((each for each in first.remedies if each.edits), None)
+        written = [] if fix is None else self._written(fix, first)
+        valued = any(side.facts for side in first.sides)  # the lines with the places say what stands there
+        parts.append((5 if valued else 2, [] if written else self._excerpt(first)))
         for number, sentence in enumerate(cause.helps):
-            lines = self._paragraph("help:", "help", sentence, _HELP)
-            if written and number == 1 and first.help is not None:  # the fix, after what else helps
-                parts.append((1, [*self._paragraph("help:", "help", sentence, 1), *written]))
+            own = written if fix is not None and fix.text in sentence else []
+            written = [] if own else written
+            if number == 0:
+                parts += [(0, self._paragraph("help:", "help", sentence, _HELP)), (1, own)]
             else:
-                parts.append((4 if number else 0, lines))
-            if written and number == 0 and first.help is None:
-                parts.append((1, written))
+                lines = self._paragraph("help:", "help", sentence, 1 if own else _HELP)
+                parts.append((1 if own else 4, [*lines, *own]))
         if first.worlds:
-            parts.append((5, self._paragraph("note:", "title", wording.worlds(first.worlds), 1)))
+            parts.append((6, self._paragraph("note:", "title", wording.worlds(first.worlds), 1)))
         if first.accepted is not None:
             parts.append((0, self._paragraph("accepted:", "title", first.accepted, 1)))
         return _Block(_fitting(parts))
@@ -161,7 +163,8 @@ class Page:
         named = first.code in compared
         headline = [self._head(first, first.name)] if named else _cut(self._headline(first), 2)
         helps = [each for sentence in cause.helps[:1] for each in self._paragraph("help:", "help", sentence, 1)]
-        return [*headline, *helps, *(self._written(cause) if first.help is None else ())]
+        fixes = [each for each in first.remedies[:1] if each.edits and first.help is None]
+        return [*headline, *helps, *(line for fix in fixes for line in self._written(fix, first))]
 
     def _head(self, finding: Finding, text: str) -> str:
         head = terminal.clean(f"{finding.severity}[{finding.code}]")
@@ -200,10 +203,9 @@ class Page:
         marks = [(side, place) for side in finding.sides for _, place in pointed_at(side) if place is not None]
         return render_excerpt(marks[0][1], self._style).splitlines() if marks else []
 
-    def _written(self, cause: Cause) -> list[str]:
-        """Return the new text of the line that the first fix changes; nothing where it changes no file."""
-        fix = next((each for each in cause.first.remedies), None)
-        if fix is None or not fix.edits or self._rewritten >= _REWRITTEN:
+    def _written(self, fix: Remedy, finding: Finding) -> list[str]:
+        """Return the new text of the line that a fix changes, where it can be written into its file."""
+        if self._rewritten >= _REWRITTEN:
             return []
         self._rewritten += 1
         lines = [*rewritten(fix, self._style)]
@@ -212,7 +214,7 @@ class Page:
         first = lines[0]
         more = f" (and {plural(len(lines) - 1, 'more line')})" if len(lines) > 1 else ""
         place = terminal.clean(
-            f"line {first.number}" if {first.source} == _files(cause.first) else f"{first.source}:{first.number}"
+            f"line {first.number}" if {first.source} == _files(finding) else f"{first.source}:{first.number}"
         )
         label = f"write: {place}: "
         text = _around(first.text, first.changed, self._style.width - terminal.cells(f"  {label}{more}"))

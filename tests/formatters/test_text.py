@@ -146,6 +146,18 @@ participants:
 """
 
 
+NEEDING = """cqos: 1
+protocol: mqtt
+options: {mqtt: {outage: 1min, protocol_version: '5.0'}}
+topics: {t: {period: 1s}}
+participants:
+  sensor: {client: {clean_start: false, session_expiry_interval: 3600}, publishes: {t: {qos: 1}}}
+  viewer:
+    client: {clean_start: false, session_expiry_interval: 3600}
+    subscribes: {t: {qos: 1, taken_every: 0ms, needs: {loss_free: true, survives: [broker_stop]}}}
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "code", "sizes"),
     [
@@ -153,8 +165,15 @@ participants:
         (UNSET, "ROS102", [1]),  # the check itself puts them together
         (PROFILE, "ROS303", [2]),
         (MISSPELT, "CQ203", [1, 1]),
+        (NEEDING, "MQTT416", [1]),
     ],
-    ids=["ignored by one middleware", "one option not set", "one line of a profile", "two mistakes"],
+    ids=[
+        "ignored by one middleware",
+        "one option not set",
+        "one line of a profile",
+        "two mistakes",
+        "two missing facts",
+    ],
 )
 def test_findings_share_a_cause_or_not(text, code, sizes, tmp_path):
     file = tmp_path / "a.yaml"
