@@ -110,7 +110,7 @@ def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], s
         own = page.answer(cause, codes)
         if said and len(lines) + len(own) > _ANSWER:
             break
-        said += len(cause.findings)
+        said += 1
         lines += own
     lines += [""] if said else []
     rest = len(report.findings) - said

@@ -36,6 +36,7 @@ _REWRITTEN: Final = 60
 """In so many findings the new text of a line is shown: for each, its file is read again."""
 _HEADLINE, _HELP = 3, 2  # lines
 _FILES: Final = 3
+_WIDE: Final = 10_000
 _BEFORE: Final = 12
 """So many characters before a change are shown of a line that is too long."""
 _LEAST: Final = 20
@@ -236,9 +237,13 @@ class Page:
         alone = places[0] if len({place.source for place in places}) == 1 else None
         by_rule = grouped(((each.severity, each.code, each.name), each) for each in findings)
         ordered = sorted(by_rule.items(), key=lambda rule: rule[0][0].rank)
+        rules = [(f"  {severity}", code, str(len(own)), name) for (severity, code, name), own in ordered[:_RULES]]
+        used = sum(
+            max(terminal.cells(terminal.clean(cell)) + 2 for cell in column) for column in zip(*rules, strict=True)
+        )
         rows = [
-            (f"  {severity}", code, str(len(own)), name, wording.places_of(own, self._places, alone))
-            for (severity, code, name), own in ordered[:_RULES]
+            (*rule, _short(wording.places_of(own, self._places, alone), self._style.width - used))
+            for rule, (_, own) in zip(rules, ordered, strict=False)
         ]
 
         def color(piece: str, column: int) -> str:
@@ -254,7 +259,7 @@ class Page:
             named = [f"{source} {count}" for source, count in files.most_common(_FILES)]
             more = [f"{plural(len(files) - _FILES, 'more file')}"] if len(files) > _FILES else []
             lines.append(_short(f"  in {', '.join([*named, *more])}", self._style.width))
-        lines += [_short(line, self._style.width) for line in table(("",) * 5, rows, 10_000, color)[1:]]
+        lines += table(("",) * 5, rows, _WIDE, color)[1:]  # no cell is broken
         if len(ordered) > _RULES:
             rest = sum(len(own) for _, own in ordered[_RULES:])
             lines.append(f"  {plural(rest, 'finding')} of {plural(len(ordered) - _RULES, 'other rule')}")

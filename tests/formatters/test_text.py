@@ -1,5 +1,6 @@
 """The default form: short, nothing lost, one finding for one cause, many findings behind a summary."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -90,6 +91,23 @@ def test_the_first_screen_of_many_findings_is_a_summary():
     assert ": 8 errors, 15 warnings\n" in text
     assert "`--show all`" in text
     assert len(findings_in(text)) >= 1
+
+
+@pytest.mark.parametrize("listed", [False, True])
+def test_colours_change_no_character(listed):
+    report, sources = checked("examples/mobile_robot.yaml")
+    plain = render_text(report, style_of(sources, listed=listed))
+    colored = render_text(report, style_of(sources, listed=listed, color=True))
+    assert "\x1b[1;31merror" in colored
+    assert re.sub(r"\x1b\[[0-9;]*m", "", colored) == plain
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 200])
+def test_a_finding_is_short_in_any_terminal(width):
+    report, sources = checked("examples/mobile_robot.yaml")
+    blocks = findings_in(render_text(report, style_of(sources, listed=True, width=width)))
+    assert len(blocks) == 22
+    assert all(len(block) <= 8 for block in blocks)
 
 
 def test_ten_findings_are_no_summary():
