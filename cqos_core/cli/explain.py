@@ -1,4 +1,4 @@
-"""``cqos explain``: one pair, policy by policy."""
+"""``cqos explain``: whether one pair fits, why, and what to write."""
 
 from __future__ import annotations
 
@@ -85,6 +85,8 @@ def explain(
       cqos explain --log node.log system.yaml                what do the programs complain of?
       cqos explain --chains --budgets system.yaml            how old is data, and how much is it?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if show and (log is not None or chains or budgets):
+        raise click.UsageError("--show is about a pair, and goes with neither --log, --chains nor --budgets.", ctx)
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
 

@@ -83,6 +83,11 @@ def test_the_answer_names_what_does_not_fit_and_what_to_write(cqos):
     assert "\n  help: offer reliability `reliable` on lidar/publisher/scan\n  write: line 6: " in out
 
 
+@pytest.mark.parametrize("other", [("--chains",), ("--budgets",), ("--log", "-")])
+def test_sections_of_a_pair_go_with_nothing_else(cqos, other):
+    assert cqos("explain", "clashes.yaml", "--show", "all", *other, stdin="").code == 2
+
+
 def test_each_section_is_shown_on_request(cqos):
     whole = cqos("explain", "clashes.yaml", *ENDS, "--show", "all").out
     for section, begins in (("policies", "policy "), ("guarantees", "guarantee "), ("findings", "error[ROS101] ")):
