@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.terminal import clean
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.report import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Sequence
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
 
+    from cqos_core.formatters.places import Places
     from cqos_core.model.report import Finding, Side
     from cqos_core.model.style import Style
     from cqos_core.model.system import Place
 
+_NAMED: Final = 3
+"""More places than this are counted."""
 _ENDS: Final = frozenset({"publisher", "subscriber"})
 _STATED: Final = ("explicit", "overlay", "profile ")
 _CAUSE: Final = {"CQ205": ", which ", "CQ217": " is not known: "}
@@ -69,6 +73,32 @@ def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:
             parents[second] = first
     found = grouped((root(number), finding) for number, finding in enumerate(findings))
     return [Cause(tuple(found[number])) for number in sorted(found)]
+
+
+def same_cause(cause: Cause, places: Places) -> str:
+    """Name the findings of a cause beside the first: ``3 more by this cause: BP101 :117; BP102 :105, :35``."""
+    place = cause.first.place
+    by_code = grouped((finding.code, finding) for finding in cause.more)
+    texts = [f"{code} {places_of(own, places, '' if place is None else place.source)}" for code, own in by_code.items()]
+    return clean(f"{len(cause.more)} more by this cause: {'; '.join(text.rstrip() for text in texts)}")
+
+
+def places_of(findings: Iterable[Finding], places: Places, source: str = "", below: str = "") -> str:
+    """Return where findings stand, a few of them; a line alone is in the file named before, or in ``source``.
+
+    Files are named without the folder ``below`` which they stand.
+    """
+    found: dict[str, None] = {}
+    for finding in findings:
+        place = None if finding.place is None else places.exact(finding.place)
+        if place is None or place.line is None:
+            found |= {side.name: None for side in finding.sides[:1] if side.name}
+        else:
+            name = "" if place.source == source else place.source.removeprefix(below)
+            found[f"{name}:{place.line}"] = None
+            source = place.source
+    more = [f"and {len(found) - _NAMED} more"] if len(found) > _NAMED else []
+    return clean(", ".join([*[*found][:_NAMED], *more]))
 
 
 def _one_fix(findings: Sequence[Finding]) -> Iterator[list[int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
-from cqos_core.formatters.causes import causes
+from cqos_core.formatters.causes import causes, same_cause
 from cqos_core.formatters.places import Places
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]
         where = wording.heading(report) if place is None else wording.position(places.exact(place))
         head = paint(terminal.clean(f"{finding.severity}[{finding.code}]"), finding.severity)
         meant = f"; {finding.help}" if finding.help is not None and _MEANT in finding.help else ""
-        more = f" ({wording.same_cause(cause, places)})" if cause.more else ""
+        more = f" ({same_cause(cause, places)})" if cause.more else ""
         accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
         lead = f"{terminal.clean(where)}: " if where else ""
         yield f"{lead}{head} {terminal.clean(finding.message + meant + more + accepted)}"

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.formatters import terminal, wording
-from cqos_core.formatters.causes import causes
+from cqos_core.formatters.causes import causes, same_cause
 from cqos_core.formatters.places import Places, relative
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def _rows(found: Sequence[Cause], style: Style) -> Iterator[str]:
         url = style.rule_url(finding.code)
         code = f"[{as_markdown(finding.code)}]({url})" if url else as_markdown(finding.code)
         advice = "<br>".join(as_markdown(each) for each in cause.helps)
-        more = [wording.same_cause(cause, places)] if cause.more else []
+        more = [same_cause(cause, places)] if cause.more else []
         what = "<br>".join(map(as_markdown, [finding.message, *more]))
         yield f"| {finding.severity} {code} | {as_markdown(where)} | {what} | {advice} |"
 

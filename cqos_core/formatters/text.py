@@ -7,7 +7,7 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.formatters import terminal, wording
-from cqos_core.formatters.causes import causes
+from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.full import pointed_at, render_excerpt
 from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
@@ -83,7 +83,7 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
     if style.codes and not found:
         texts.append("there is no finding of the rules that --show names")
     if found:
-        code = found[0].first.code
+        code = min(found, key=lambda each: each.first.severity.rank).first.code
         fixes = (fix for cause in found[:_FEW] for fix in cause.first.remedies)
         shown = [f"`--show all` lists all findings, `--show {code}` one rule"] if summary else []
         shown += ["`--fix` applies fixes"] if any(map(_is_safe, fixes)) else []
@@ -183,7 +183,7 @@ class Page:
 
     def _others(self, cause: Cause) -> list[str]:
         """Return the line that names the other findings of a cause."""
-        return self._paragraph("", "", wording.same_cause(cause, self._places), 1) if cause.more else []
+        return self._paragraph("", "", same_cause(cause, self._places), 1) if cause.more else []
 
     def _where(self, finding: Finding) -> tuple[list[str], list[str]]:
         """Return the lines with the first place of a finding, and with that of the other side."""
@@ -233,16 +233,16 @@ class Page:
     def summary(self, found: Sequence[Cause]) -> _Block:
         """Return how many findings each rule has, and where."""
         findings = [finding for cause in found for finding in cause.findings]
-        places = [each.place for each in findings if each.place is not None]
-        alone = places[0] if len({place.source for place in places}) == 1 else None
+        files = Counter(each.place.source for each in findings if each.place is not None)
+        below, alone = _common_folder(files), next(iter(files)) if len(files) == 1 else ""
         by_rule = grouped(((each.severity, each.code, each.name), each) for each in findings)
-        ordered = sorted(by_rule.items(), key=lambda rule: rule[0][0].rank)
+        ordered = sorted(by_rule.items(), key=lambda rule: (rule[0][0].rank, -len(rule[1]), rule[0][1]))
         rules = [(f"  {severity}", code, str(len(own)), name) for (severity, code, name), own in ordered[:_RULES]]
         used = sum(
             max(terminal.cells(terminal.clean(cell)) + 2 for cell in column) for column in zip(*rules, strict=True)
         )
         rows = [
-            (*rule, _short(wording.places_of(own, self._places, alone), self._style.width - used))
+            (*rule, _short(places_of(own, self._places, alone, below), self._style.width - used))
             for rule, (_, own) in zip(rules, ordered, strict=False)
         ]
 
@@ -252,11 +252,10 @@ class Page:
         counts = [plural(sum(f.severity is each for f in findings), each) for each in Severity]
         counted = ", ".join(text for text in counts if not text.startswith("0 "))
         causes_of = f" of {plural(len(found), 'cause')}" if len(found) < len(findings) else ""
-        files = Counter(place.source for place in places)
-        inside = f" in {next(iter(files))}" if len(files) == 1 else ""
+        inside = f" in {alone}" if alone else f" below {below}" if below else ""
         lines = [terminal.clean(f"{plural(len(findings), 'finding')}{causes_of}{inside}: {counted}")]
         if len(files) > 1:
-            named = [f"{source} {count}" for source, count in files.most_common(_FILES)]
+            named = [f"{source.removeprefix(below)} {count}" for source, count in files.most_common(_FILES)]
             more = [f"{plural(len(files) - _FILES, 'more file')}"] if len(files) > _FILES else []
             lines.append(_short(f"  in {', '.join([*named, *more])}", self._style.width))
         lines += table(("",) * 5, rows, _WIDE, color)[1:]  # no cell is broken
@@ -266,13 +265,21 @@ class Page:
         return _Block(lines)
 
     def worst(self, found: Sequence[Cause], room: int) -> Iterator[_Block]:
-        """Yield the first findings, at least one, as many as fit into so many lines."""
-        for number, cause in enumerate(found):
+        """Yield the gravest findings, at least one, as many as fit into so many lines."""
+        for number, cause in enumerate(sorted(found, key=lambda each: each.first.severity.rank)):
             block = self.finding(cause, alone=False)
             room -= len(block.lines) + 1
             if room < 0 and number:
                 return
             yield block
+
+
+def _common_folder(files: Collection[str]) -> str:
+    """Return the folder, with a slash, below which several files stand."""
+    if len(files) < 2:  # noqa: PLR2004 - several
+        return ""
+    levels = zip(*(file.split("/")[:-1] for file in files), strict=False)
+    return "".join(f"{names[0]}/" for names in takewhile(lambda names: len(set(names)) == 1, levels))
 
 
 class Written(NamedTuple):

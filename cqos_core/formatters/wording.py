@@ -6,7 +6,6 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
-from cqos_core.model.grouping import grouped
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.remarks import asks_less, plural
 from cqos_core.model.report import Severity, Verdict
@@ -14,8 +13,6 @@ from cqos_core.model.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.formatters.causes import Cause
-    from cqos_core.formatters.places import Places
     from cqos_core.formatters.terminal import Paint
     from cqos_core.model.report import Fact, Finding, Remedy, Report
     from cqos_core.model.style import Style
@@ -36,29 +33,6 @@ def listed(names: Sequence[str]) -> str:
     if len(names) <= _LISTED:
         return ", ".join(names)
     return f"{', '.join(names[: _LISTED - 1])} and {len(names) - _LISTED + 1} more"
-
-
-def same_cause(cause: Cause, places: Places) -> str:
-    """Name the findings of a cause beside the first: ``3 more by this cause: BP101 :117; BP102 :105, :35``."""
-    place = cause.first.place
-    by_code = grouped((finding.code, finding) for finding in cause.more)
-    texts = [f"{code} {places_of(own, places, place)}".rstrip() for code, own in by_code.items()]
-    return clean(f"{len(cause.more)} more by this cause: {'; '.join(texts)}")
-
-
-def places_of(findings: Iterable[Finding], places: Places, beside: Place | None = None) -> str:
-    """Return where findings stand, a few of them; a line alone is in the file named before, or in that of ``beside``."""
-    source = "" if beside is None else beside.source
-    found: dict[str, None] = {}
-    for finding in findings:
-        place = None if finding.place is None else places.exact(finding.place)
-        if place is None or place.line is None:
-            found |= {side.name: None for side in finding.sides[:1] if side.name}
-        else:
-            found[f":{place.line}" if place.source == source else f"{place.source}:{place.line}"] = None
-            source = place.source
-    more = [f"and {len(found) - _LISTED} more"] if len(found) > _LISTED else []
-    return clean(", ".join([*[*found][:_LISTED], *more]))
 
 
 def position(place: Place) -> str:

@@ -10,6 +10,7 @@ import pytest
 from cqos_core import check
 from cqos_core.files.applying import replacements_of
 from cqos_core.formatters.causes import causes
+from cqos_core.formatters.several import together
 from cqos_core.formatters.text import render_text
 from cqos_core.formatters.wording import shown
 from cqos_core.model.problems import InputError
@@ -108,6 +109,25 @@ def test_a_finding_is_short_in_any_terminal(width):
     blocks = findings_in(render_text(report, style_of(sources, listed=True, width=width)))
     assert len(blocks) == 22
     assert all(len(block) <= 8 for block in blocks)
+
+
+def test_the_summary_of_several_systems_names_their_files_and_the_gravest_finding():
+    def part(name, severity):
+        place = Place(f"fleet/{name}.yaml", 3)
+        found = [
+            Finding(f"{severity.upper()[0]}{n}", "bad", severity, "bad", sides=(Side("system", (), place=place),))
+            for n in range(6)
+        ]
+        return Report(Verdict.UNKNOWN, findings=tuple(found), system=name)
+
+    text = render_text(together([part("a", Severity.WARNING), part("b", Severity.ERROR)]), Style())
+    first, second, third, *_ = text.splitlines()
+    assert first == "12 findings below fleet/: 6 errors, 6 warnings"
+    assert second == "  in a.yaml 6, b.yaml 6"
+    assert third.split() == ["error", "E0", "1", "bad", "b.yaml:3"]
+    assert findings_in(text)[0][0] == "error[E0] bad: bad"
+    assert "`--show E0`" in text
+    assert text.splitlines()[-1].startswith("total: 2 systems: ")
 
 
 def test_ten_findings_are_no_summary():

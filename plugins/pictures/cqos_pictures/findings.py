@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
-from cqos_core.formatters.causes import causes
+from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
@@ -133,10 +133,10 @@ class Findings:
         """Yield which other findings have the same cause; all but the first name only the first."""
         cause = self._causes[id(finding)]
         if finding is not cause.first:
-            where = wording.places_of([cause.first], self._places)
+            where = places_of([cause.first], self._places)
             yield f"the same cause as {cause.first.code} {where}".rstrip()
         elif cause.more:
-            yield wording.same_cause(cause, self._places)
+            yield same_cause(cause, self._places)
 
     def _text(self, source: str) -> list[str]:
         if source not in self._texts:
