@@ -31,7 +31,7 @@ thread says; where it does not name a value, the default stands. Where people ex
 samples, the rebuilt system states it as a requirement.
 
 **The fix** compares what closed the thread with what C-QoS offers. Where reliability differs, C-QoS first offers the stronger publisher,
-since the other fix weakens the design. Most threads were closed the other way, by a best effort subscription, because the driver belonged
+since the other fix asks for less. Most threads were closed the other way, by a best effort subscription, because the driver belonged
 to others.
 
 The threads were found by searches for incompatible QoS, lost messages and silent topics, so this is no random sample. The authors of C-QoS

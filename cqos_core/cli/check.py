@@ -14,8 +14,8 @@ from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.selection import counted
+from cqos_core.cli.reading import ReadingOptions, options_given, prepare, reading_options
+from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.files.opening import STDIN, read_path
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
+    from cqos_core.cli.fixing import FixOutcome
     from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
@@ -49,7 +50,8 @@ if TYPE_CHECKING:
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
-_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
+_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
+_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES)
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
@@ -68,6 +70,7 @@ class CheckOptions:
     fail_on: str | None
     require_pairs: bool
     fix: bool
+    weaken: bool
     show_diff: bool
     proofs: str | None
     baseline: str | None
@@ -92,7 +95,7 @@ class CheckOptions:
     "formats",
     type=Registered("formatters"),
     multiple=True,
-    help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
+    help="How to write the report; `text` if not given. Several are possible, each with an --output after it.",
 )
 @click.option(
     "--output",
@@ -103,10 +106,11 @@ class CheckOptions:
 )
 @click.option(
     "--show",
-    type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
+    metavar=f"[{'|'.join(_SHOWN)}|CODES]",
     multiple=True,
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. "
-    "`subscribers` says of each one whether it gets nothing or loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
+    help="What text formats print, the rest is only counted: findings up to a severity, or of these rules only; warnings "
+    "(and errors) if not given, and a summary of more than ten. `subscribers` says of each one whether it gets nothing or "
+    "loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
 )
 @click.option(
     "--select",
@@ -130,6 +134,7 @@ class CheckOptions:
     help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
     "again, and report what is left. Comments and layout stay; what was observed is never changed.",
 )
+@click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
 @click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
@@ -195,11 +200,16 @@ def _once(
     if options.each and options.together:
         raise click.UsageError("--each and --together exclude each other.", ctx)
     select = counted(options.select, options.ignore, reader.context)
+    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+    if codes and any(each in _SHOW for each in options.show):
+        raise click.UsageError("--show takes severities or rules, not both.", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
+    if options.weaken and not (options.fix or options.show_diff):
+        raise click.UsageError("--weaken says which fixes --fix and --diff take, and neither is given.", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
+    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -258,6 +268,7 @@ class _Check:
 
     Attributes:
         counted: leaves the findings that count.
+        shown: the rules that --show names.
         loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
@@ -269,6 +280,7 @@ class _Check:
     options: CheckOptions
     counted: Counted
     known: Baseline | None
+    shown: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
@@ -277,6 +289,7 @@ class _Check:
     begun: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    fixes: list[FixOutcome] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
@@ -305,11 +318,10 @@ class _Check:
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff)
+            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
-            for note in done.notes:
-                self._note(note)
+            self.fixes.append(done)
             if done.refused:
                 self.refused.append(done.refused)
         if not report.endpoints and not report.partial:
@@ -392,8 +404,10 @@ class _Check:
             width=width(),
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
-            not_checked=_NOT_CHECKED in shown,
+            not_checked=_NOT_CHECKED in shown or "all" in shown,
             losses=_LOSSES in shown,
+            codes=self.shown,
+            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -448,6 +462,11 @@ class _Check:
         if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+        if self.fixes:
+            from cqos_core.cli.fixing import ended
+
+            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+                self._note(text)
 
     def _note(self, text: str) -> None:
         if not self.options.quiet:
