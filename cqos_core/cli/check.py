@@ -30,9 +30,9 @@ from cqos_core.cli.parameters import (
     watch_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, options_given, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.selection import counted
+from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.files.opening import STDIN, read_path
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
+    from cqos_core.cli.fixing import FixOutcome
     from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
@@ -67,7 +68,8 @@ _PACKS_STAY = "a service has rule packs of its own: --server does not go with --
 _PACKS_THERE = "write one of them; `cqos serve --pack FILE` gives a service the pack"
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
-_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
+_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
+_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES)
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
@@ -85,6 +87,7 @@ class CheckOptions:
     fail_on: str | None
     require_pairs: bool
     fix: bool
+    weaken: bool
     show_diff: bool
     proofs: str | None
     baseline: str | None
@@ -109,7 +112,7 @@ class CheckOptions:
 @reading_options
 @formats_option(Registered("formatters"))
 @output_option(several=True)
-@show_option(*_SHOW, _NOT_CHECKED, _LOSSES)
+@show_option(*_SHOWN, codes=True)
 @click.option(
     "--select",
     metavar="CODES",
@@ -120,6 +123,7 @@ class CheckOptions:
 @fail_on_option(*_FAIL)
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
 @fix_option
+@click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
 @diff_option
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --format json` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
@@ -183,11 +187,17 @@ def _once(
     if options.each and options.together:
         raise RefusedError("--each and --together exclude each other", "write one of them", ctx)
     select = counted(options.select, options.ignore, reader.context)
+    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+    if codes and any(each in _SHOW for each in options.show):
+        raise RefusedError("--show takes severities or rules, not both", "write one of them", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
         raise RefusedError(_PACKS_STAY, _PACKS_THERE, ctx)
+    if options.weaken and not (options.fix or options.show_diff):
+        what = "--weaken says which fixes --fix and --diff take, and neither is given"
+        raise RefusedError(what, "write --fix or --diff too", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
+    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -246,6 +256,7 @@ class _Check:
 
     Attributes:
         counted: leaves the findings that count.
+        shown: the rules that --show names.
         loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
@@ -257,6 +268,7 @@ class _Check:
     options: CheckOptions
     counted: Counted
     known: Baseline | None
+    shown: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
@@ -265,6 +277,7 @@ class _Check:
     begun: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    fixes: list[FixOutcome] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
@@ -293,11 +306,10 @@ class _Check:
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff)
+            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
-            for note in done.notes:
-                self._note(note)
+            self.fixes.append(done)
             if done.refused:
                 self.refused.append(done.refused)
         if not report.endpoints and not report.partial:
@@ -380,8 +392,10 @@ class _Check:
             width=width(),
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
-            not_checked=_NOT_CHECKED in shown,
+            not_checked=_NOT_CHECKED in shown or "all" in shown,
             losses=_LOSSES in shown,
+            codes=self.shown,
+            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -436,6 +450,11 @@ class _Check:
         if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+        if self.fixes:
+            from cqos_core.cli.fixing import ended
+
+            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+                self._note(text)
 
     def _note(self, text: str) -> None:
         if not self.options.quiet:

@@ -79,6 +79,9 @@ def _type_of(param: click.Parameter) -> Any:
         return _KnownWords(_options) if kind.form.startswith("PACK.") else kind
     if kind is not click.STRING:
         return kind
+    if param.name == "show":
+        words = (param.metavar or "").strip("[]").split("|")[:-1]
+        return _KnownWords(lambda: [*((word, "") for word in words), *_rules()])
     if metavar in (["CODE"], ["CODES"]):
         return _KnownWords(_rules, listed=metavar == ["CODES"])
     if metavar == ["ID"]:

@@ -152,15 +152,16 @@ against_option = click.option(
 )
 
 
-def show_option(*parts: str, default: Sequence[str] | None = None) -> Callable[[F], F]:
-    """Return the option ``--show`` of a command whose report has these parts."""
+def show_option(*parts: str, default: Sequence[str] | None = None, codes: bool = False) -> Callable[[F], F]:
+    """Return the option ``--show`` of a command whose report has these parts; with ``codes``, it takes rules, too."""
     return click.option(
         "--show",
-        type=click.Choice(parts),
+        type=None if codes else click.Choice(parts),
+        metavar=f"[{'|'.join((*parts, 'CODES'))}]" if codes else None,
         multiple=True,
         default=default,
         show_default=default is not None,
-        help="Show findings from this severity up, or another part of the report. Can be repeated.",
+        help="Show these findings, or these parts of the result, in full. Can be repeated.",
     )
 
 

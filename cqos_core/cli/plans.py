@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option
+from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, say_error
@@ -41,6 +41,7 @@ class PlanRun:
     color: str
     fix: bool
     show_diff: bool
+    reasons: bool
 
 
 def plan_command(words: PlanWords) -> Callable[[Callable[..., Make]], Callable[..., None]]:
@@ -59,16 +60,22 @@ def plan_command(words: PlanWords) -> Callable[[Callable[..., Make]], Callable[.
             paths: tuple[str, ...],
             fix: bool,
             show_diff: bool,
+            show: tuple[str, ...],
             form: str,
             reading: ReadingOptions,
             color: str,
             **own: Any,
         ) -> None:
-            ctx.exit(_carry_out(ctx, PlanRun(paths, reading, form, color, fix, show_diff), command(**own), words))
+            ctx.exit(
+                _carry_out(
+                    ctx, PlanRun(paths, reading, form, color, fix, show_diff, "reasons" in show), command(**own), words
+                )
+            )
 
         options = (
             click.argument("paths", nargs=-1, required=True, metavar="PATH..."),
-            *(fix_option, diff_option, form_option, reading_options, color_option, debug_option),
+            *(fix_option, diff_option, show_option("reasons")),
+            *(form_option, reading_options, color_option, debug_option),
         )
         return functools.reduce(lambda inner, option: option(inner), reversed(options), run)
 
@@ -96,7 +103,8 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
     elif run.form == "json":
         emit(plan_as_json(plan, written=write and plan.confirmed))
     else:
-        emit(plan_as_text(plan, words, width(), color=colored(run.color, sys.stdout), written=write))
+        color = colored(run.color, sys.stdout)
+        emit(plan_as_text(plan, words, width(), color=color, written=write, reasons=run.reasons))
     for finding in plan.left if plan.confirmed else ():
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)

@@ -9,6 +9,7 @@ from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.parameters import (
@@ -137,6 +138,22 @@ def with_importer_options(command: click.Command) -> click.Command:
             if _parameter(each) not in known
         ]
     return command
+
+
+def options_given(ctx: click.Context) -> list[str]:
+    """Return the options about reading that the command line of a run has, as another command takes them."""
+    names = {each.name for each in fields(ReadingOptions)} | {_parameter(option) for _, option in _declared()}
+    words: list[str] = []
+    for param in ctx.command.params:
+        if param.name in names and ctx.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
+            value = ctx.params[param.name]
+            for each in value if isinstance(value, list | tuple) and not isinstance(value, Assignment) else [value]:
+                words += [param.opts[0]] if each is True else [param.opts[0], _as_given(each)]
+    return words
+
+
+def _as_given(value: str | Assignment) -> str:
+    return f"{value.name}={value.value}" if isinstance(value, Assignment) and value.owner == VARIABLES else str(value)
 
 
 _LAST = "no_config"

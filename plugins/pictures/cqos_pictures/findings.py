@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
@@ -18,6 +20,7 @@ from cqos_pictures.words import some, spoken, state
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.formatters.causes import Cause
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Finding, Remedy, Report, Severity
     from cqos_core.model.style import Style
@@ -75,7 +78,7 @@ class Findings:
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
         helps = wording.helps(replace(finding, remedies=tuple(plain)))
-        notes = [spoken(each) for each in (*_notes(finding), *finding.notes)]
+        notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
         because = [] if finding.because in finding.message else spoken(finding.because)
         excerpts = list(self._excerpts(finding))
@@ -150,6 +153,23 @@ class Findings:
             return []
         pieces = [{"marked": False, "text": text[line - 1].rstrip("\r").replace("\t", "    ")[:_LONGEST]}]
         return [{"number": line, "hit": False, "pieces": pieces, "labels": []}]
+
+    @cached_property
+    def _causes(self) -> dict[int, Cause]:
+        return {
+            id(each): cause
+            for cause in causes([each for each, _ in self._shown], self._style)
+            for each in cause.findings
+        }
+
+    def _same_cause(self, finding: Finding) -> Iterator[str]:
+        """Yield which other findings have the same cause; all but the first name only the first."""
+        cause = self._causes[id(finding)]
+        if finding is not cause.first:
+            where = places_of([cause.first], self._places)
+            yield f"the same cause as {cause.first.code} {where}".rstrip()
+        elif cause.more:
+            yield same_cause(cause, self._places)
 
     def _text(self, source: str) -> list[str]:
         if source not in self._texts:
