@@ -104,7 +104,17 @@ class CheckOptions:
     "nothing to check; 3 internal error.",
 )
 @usual(
-    "--fix", "--diff", "--launch", "--option", "--format", "--output", "--show", "--select", "--fail-on", "--baseline"
+    "--fix",
+    "--weaken",
+    "--diff",
+    "--launch",
+    "--option",
+    "--format",
+    "--output",
+    "--show",
+    "--select",
+    "--fail-on",
+    "--baseline",
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")

@@ -16,7 +16,7 @@ F = TypeVar("F", bound="Callable[..., Any]")
 SCREEN: Final = 24
 """Lines of a usual terminal."""
 _USUAL: Final = "usual_options"
-_WIDEST: Final = 30  # of the first column
+_WIDEST: Final = 28  # of the first column
 _LISTED: Final = 14  # commands with their summaries
 
 
