@@ -83,8 +83,11 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
             if excerpt := render_excerpt(place, style):
                 say(excerpt, choice=choice, lines=True)
         if problem.help is not None:
-            for line, text in enumerate(wrap(clean(problem.help), width() - len("  help: ") - 1)):
-                say(f"{'        ' if line else '  help: '}{text}", choice=choice, lines=True)
+            # What follows the first line is for a shell, or a list: a break in it would be in the way.
+            first, *others = problem.help.split("\n")
+            lines = [*wrap(clean(first), width() - len("  help: ") - 1), *map(clean, others)]
+            for line, text in enumerate(lines):
+                say(f"{'        ' if line else '  help: '}{text}".rstrip(), choice=choice, lines=True)
 
 
 def _content(path: str) -> bytes | None:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.files.entrances import Ways, find_ways
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
@@ -20,7 +21,9 @@ from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.files.entrances import Way
     from cqos_core.files.ignoring import Patterns
+    from cqos_core.model.entrance import Entrance
     from cqos_core.model.source import Claim
 
 
@@ -148,12 +151,14 @@ class GivenSource:
         opener: opens the files that it includes.
         importer: reads it; None: the one that claims it.
         protocol: what it means if it states none.
+        switches: of importers, over those of the run.
     """
 
     source: Source
     opener: Opener = no_files
     importer: str | None = None
     protocol: str | None = None
+    switches: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def read_together(
@@ -196,7 +201,7 @@ def _read_all(
             return read_source(
                 each.source,
                 each.importer,
-                switches,
+                _with_own(switches, each.switches),
                 opener=each.opener,
                 protocol=each.protocol,
                 beside=beside,
@@ -212,6 +217,14 @@ def _read_all(
     beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
     found |= {n: read_one(n, beside) for n in later}
     return [found[n] for n in range(len(given))]
+
+
+def _with_own(
+    switches: Mapping[str, Mapping[str, str]] | None, own: Mapping[str, Mapping[str, str]]
+) -> Mapping[str, Mapping[str, str]] | None:
+    if not own:
+        return switches
+    return {**(switches or {}), **{name: {**(switches or {}).get(name, {}), **each} for name, each in own.items()}}
 
 
 def _parts(read: Mapping[str, System]) -> dict[str, str]:
@@ -323,6 +336,8 @@ class Loaded:
         not_searched: folders that were passed over: generated, or excluded.
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
+        ways: how named paths are read that no importer reads as they are named.
+        left: parts of systems that are not read because of such a way, each with its importer.
     """
 
     outcomes: list[FileOutcome] = field(default_factory=list)
@@ -330,6 +345,8 @@ class Loaded:
     not_searched: tuple[str, ...] = ()
     parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
+    ways: Ways = field(default_factory=Ways)
+    left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
 
     @property
     def systems(self) -> list[tuple[str, System]]:
@@ -370,6 +387,7 @@ def load_paths(
     excluded: Sequence[Patterns] = (),
     step: Callable[[int, int], None] = lambda _done, _all: None,
     texts: Mapping[str, bytes] | None = None,
+    entering: bool = False,
 ) -> Loaded:
     """Read every path; directories are searched. Nothing is raised: problems are collected.
 
@@ -382,11 +400,17 @@ def load_paths(
         excluded: what a search of folders passes over.
         step: called after each file with the number of read files and the number of all.
         texts: bytes that count instead of those of files, by real path.
+        entering: read what `find_ways` finds, unless the caller states an importer or the switch for folders. Where a
+            person has to choose, only whole systems of folders are read.
     """
-    plugins = load_plugins()
+    plugins, named = load_plugins(), [*paths]
     reader = folder_reader(plugins, switches or {})
-    found, whole = _files([*paths], plugins, importer, excluded, folders_too=bool(reader))
-    loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
+    found, whole = _files(named, plugins, importer, excluded, folders_too=bool(reader))
+    not_searched, unsearched = tuple(found.not_searched), tuple(found.problems)
+    loaded = Loaded(skipped=len(found.skipped), not_searched=not_searched, unsearched=unsearched)
+    if entering and not reader and importer is None:
+        _enter(named, found, loaded, plugins)
+    ways = loaded.ways
     opener = with_texts(texts) if texts else open_file
     done = count(1)
     given: dict[int, GivenSource] = {}
@@ -395,6 +419,12 @@ def load_paths(
         try:
             if file.path in whole:
                 given[position] = GivenSource(Source(file.path, b""), opener, reader)
+                continue
+            if same := ways.taken.get(file):
+                given[position] = _through(same, file.path, opener)
+                continue
+            if file.path in ways.refused and file.named:
+                results[position] = _refused(file.path, ways.refused[file.path])
                 continue
             source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
             if source is not None:
@@ -410,6 +440,41 @@ def load_paths(
     results |= zip(given, read, strict=True)
     _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
     return loaded
+
+
+def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
+    """Find entrances, and put what is read through them in the place of what is named."""
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    ways = loaded.ways = find_ways(
+        found, folders, plugins, lambda path: recognise(read_path(path, HEAD), plugins) is None
+    )
+    entered = {way.path for same in ways.taken.values() for way in same}
+    kept = []
+    for file in found.files:
+        part = _part(file, plugins) if file.folder in ways.narrowed else None
+        if part is not None and not ways.covers(file.path):
+            loaded.left.append((file, part))
+        elif part is None and not (file.named and file.path in entered):
+            kept.append(file)
+    ways.leave_open({file.folder for file, _ in loaded.left})
+    # Without the entrance, what is named beside it would be a system that nobody has.
+    found.files = [] if ways.open and any(each.named for each in kept) else [*ways.taken, *kept]
+
+
+def _refused(path: str, entrance: Entrance) -> InputError:
+    return InputError([Problem("CQ003", entrance.message, Place(path), "\n".join(("write", *entrance.commands)))])
+
+
+def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
+    info = ways[0].importer
+    value = "\n".join(dict.fromkeys(way.entrance.value for way in ways))
+    return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {info.folders_with: value}})
+
+
+def _part(file: File, plugins: Plugins) -> ImporterInfo | None:
+    """Return the importer of a file, if it is a part of a system."""
+    info = recognise(read_path(file.path, HEAD), plugins)
+    return None if info is None or info.whole else info
 
 
 def _outcome(file: File, result: System | InputError) -> FileOutcome:

@@ -127,6 +127,8 @@ class RevisionLoader(NamedTuple):
             renamed(loaded.not_searched),
             {renamed(part): renamed(whole) for part, whole in loaded.parts.items()},
             renamed(loaded.unsearched),
+            loaded.ways,
+            loaded.left,
         )
 
     def _real(self, path: str, stack: ExitStack, names: dict[str, str]) -> str:
