@@ -99,13 +99,10 @@ def _named(file: File, info: ImporterInfo) -> str:
 
 
 def _command(way: Way, paths: Sequence[str]) -> str:
-    """Return the command as it was written, with the first choice, and of the paths only the one that it is about."""
+    """Return the command as it was written, with the folder of the entrance and its first choice."""
     option = next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
     words = _words(paths)
     if way.entrance.folder != way.path and way.path in words:
-        for path in paths:
-            if path in words and path != way.path:
-                words.remove(path)
         words[words.index(way.path)] = way.entrance.folder
     return shlex.join(["cqos", *words, option, way.entrance.value or way.entrance.choices[0]])
 

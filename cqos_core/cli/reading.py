@@ -214,7 +214,7 @@ class InputReader:
         loaded = load_paths(
             paths,
             self.options.importer,
-            self.switches,
+            self._switches_with_options(),
             stdin,
             protocol=lambda path: self.nearest(path).protocol,
             excluded=(
@@ -226,6 +226,15 @@ class InputReader:
         )
         self._refuse_without_effect(loaded)
         return loaded
+
+    def _switches_with_options(self) -> Mapping[str, Mapping[str, str]]:
+        """Return the switches, with options of the configuration below those of the command line."""
+        stated = {
+            f"{pack}.{name}": setting.text
+            for pack, settings in self.config.options.items()
+            for name, setting in settings.items()
+        }
+        return {**self.switches, OPTIONS: {**stated, **self.switches.get(OPTIONS, {})}} if stated else self.switches
 
     def _refuse_without_folder(self, paths: Sequence[str]) -> None:
         """Refuse the option of an importer that reads folders, where none is named."""
