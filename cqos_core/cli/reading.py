@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.config import Config
-    from cqos_core.files.loading import Loaded
+    from cqos_core.files.loading import GivenSource, Loaded
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.source import Source
     from cqos_core.model.system import System
@@ -182,6 +182,7 @@ class InputReader:
     Attributes:
         config: of the project, or empty.
         context: the packs, those of --pack among them.
+        folders: what was read as one folder, by path.
     """
 
     options: ReadingOptions
@@ -190,6 +191,7 @@ class InputReader:
     switches: Mapping[str, Mapping[str, str]]
     _nearest: dict[str, InputReader] = field(default_factory=dict)
     _origins: dict[str, str] = field(default_factory=dict)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -225,6 +227,7 @@ class InputReader:
             entering=True,
         )
         self._refuse_without_effect(loaded)
+        self.folders.update(loaded.folders)
         return loaded
 
     def _switches_with_options(self) -> Mapping[str, Mapping[str, str]]:
@@ -277,7 +280,8 @@ class InputReader:
         """
         from cqos_core.files.applying import read_texts
 
-        return self.tried(read_texts(files, texts, self.options.importer, self.switches, self.protocol))
+        switches = self._switches_with_options()
+        return self.tried(read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders))
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -295,7 +299,8 @@ class InputReader:
 
             config = config_for(folder)
             same = config.path == self.config.path
-            self._nearest[folder] = self if same else _reader(self.options, config, self.switches)
+            other = self if same else _reader(self.options, config, self.switches)
+            self._nearest[folder] = other if same else replace(other, folders=self.folders)
         return self._nearest[folder]
 
     def _stdin(self) -> Source:

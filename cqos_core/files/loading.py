@@ -173,7 +173,7 @@ def read_together(
 
     Of a source that another of them includes, the system is empty: it is read as part of that.
     """
-    asked = [replace(each, importer=importer, protocol=protocol) for each in given]
+    asked = [replace(each, importer=each.importer or importer, protocol=protocol) for each in given]
     found = _read_all(asked, switches, others)
     pairs = zip(given, found, strict=True)
     parts = _parts({each.source.name: result for each, result in pairs if isinstance(result, System)})
@@ -201,7 +201,7 @@ def _read_all(
             return read_source(
                 each.source,
                 each.importer,
-                _with_own(switches, each.switches),
+                with_own(switches or {}, each.switches),
                 opener=each.opener,
                 protocol=each.protocol,
                 beside=beside,
@@ -219,12 +219,11 @@ def _read_all(
     return [found[n] for n in range(len(given))]
 
 
-def _with_own(
-    switches: Mapping[str, Mapping[str, str]] | None, own: Mapping[str, Mapping[str, str]]
-) -> Mapping[str, Mapping[str, str]] | None:
-    if not own:
-        return switches
-    return {**(switches or {}), **{name: {**(switches or {}).get(name, {}), **each} for name, each in own.items()}}
+def with_own(
+    switches: Mapping[str, Mapping[str, str]], own: Mapping[str, Mapping[str, str]]
+) -> dict[str, Mapping[str, str]]:
+    """Return switches of importers, with those of ``own`` over them."""
+    return {**switches, **{name: {**switches.get(name, {}), **each} for name, each in own.items()}}
 
 
 def _parts(read: Mapping[str, System]) -> dict[str, str]:
@@ -337,6 +336,7 @@ class Loaded:
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
         ways: how named paths are read that no importer reads as they are named.
+        folders: what was read as one folder, by path, so that it can be read again.
         left: parts of systems that are not read because of such a way, each with its importer.
     """
 
@@ -346,6 +346,7 @@ class Loaded:
     parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
     ways: Ways = field(default_factory=Ways)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
     left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
 
     @property
@@ -411,6 +412,7 @@ def load_paths(
     if entering and not reader and importer is None:
         _enter(named, found, loaded, plugins)
     ways = loaded.ways
+    read_whole = whole | {file.path for file in ways.taken}
     opener = with_texts(texts) if texts else open_file
     done = count(1)
     given: dict[int, GivenSource] = {}
@@ -436,6 +438,7 @@ def load_paths(
         except InputError as error:
             results[position] = error
         step(next(done), len(found.files))
+    loaded.folders = {each.source.name: each for each in given.values() if each.source.name in read_whole}
     read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
     results |= zip(given, read, strict=True)
     _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)

@@ -128,6 +128,7 @@ class RevisionLoader(NamedTuple):
             {renamed(part): renamed(whole) for part, whole in loaded.parts.items()},
             renamed(loaded.unsearched),
             loaded.ways,
+            loaded.folders,
             loaded.left,
         )
 

@@ -65,6 +65,7 @@ class Filled:
         overridable_unknown: why it is not known which; empty where it is.
         decided_at: where the parameter is given that chooses the policies; None where none does.
         doubtful: another version of the package has it, and the sources in the workspace do not name it.
+        dialect: of the settings.
     """
 
     direction: str
@@ -81,6 +82,7 @@ class Filled:
     own_node: bool = False
     decided_at: Place | None = None
     doubtful: bool = False
+    dialect: str = "yaml"
 
 
 class Inside(NamedTuple):

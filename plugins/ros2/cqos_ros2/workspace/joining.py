@@ -243,6 +243,7 @@ def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, num
         type=each.type or None,
         kind=kind,
         external=each.optional,
+        dialect=each.dialect,
     )
     if not each.own_node:
         for override in joined.overrides:
