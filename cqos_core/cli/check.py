@@ -381,7 +381,7 @@ class _Check:
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
-        reports, problems = [each.report for each in self.reports], self.loaded.problems
+        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.options.quiet and sink.path == STDOUT:
                 continue

@@ -61,7 +61,7 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
     first = ways[0]
     if not left and not beside and len(ways) == 1:
         lines = [f"write, for the most likely one,\n  {_command(first, paths)}", *first.entrance.details]
-        return Problem("CQ047", first.entrance.message, Place(path), "\n".join(lines))
+        return Problem("CQ062", first.entrance.message, Place(path), "\n".join(lines))
     count = len(ways) + len(beside) + sum(map(len, left.values()))
     message = f"{count} inputs lie here that need a command each, so none of them is checked"
     lines = ["write one of these commands; the most likely is the first"]
@@ -72,7 +72,7 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
         lines += [f"{_shown(way)}{way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
     for parts in left.values():
         lines += _listed(parts)
-    return Problem("CQ047", message, Place(path), "\n".join(lines))
+    return Problem("CQ062", message, Place(path), "\n".join(lines))
 
 
 def _shown(way: Way) -> str:
@@ -104,6 +104,8 @@ def _command(way: Way, paths: Sequence[str]) -> str:
     words = _words(paths)
     if way.entrance.folder != way.path and way.path in words:
         words[words.index(way.path)] = way.entrance.folder
+        if way.entrance.folder in paths:
+            words.remove(way.entrance.folder)
     return shlex.join(["cqos", *words, option, way.entrance.value or way.entrance.choices[0]])
 
 
@@ -112,7 +114,9 @@ def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
     found = info.load_entrances()(value, None) if info.entrances and os.path.isfile(value) else ()  # noqa: PTH113
     read = {each: info.load_entrances()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113
     folder = next((each.folder for each in found if each.value), ".")
-    words = [word for word in _words(paths) if not any(each.value for each in read.get(word, ()))]
+    words = _words(paths)
+    for path in (path for path, entrances in read.items() if path in words and any(each.value for each in entrances)):
+        words.remove(path)
     return shlex.join(["cqos", *words, folder])
 
 

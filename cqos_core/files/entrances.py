@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.files.opening import STDIN, File
@@ -84,14 +84,31 @@ def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed:
     return ways
 
 
+def read_whole(folders: Sequence[str], found: Found, info: ImporterInfo, plugins: Plugins) -> list[str]:
+    """Return those of some folders that have entrances of an importer; all, if none has."""
+    if len(folders) < 2 or not info.entrances:  # noqa: PLR2004 - there is nothing to tell apart
+        return [*folders]
+    below = {
+        folder: [each.path for each in (*found.files, *found.skipped) if each.folder == folder] for folder in folders
+    }
+    own = [
+        folder
+        for folder in folders
+        if any(way.importer is info and way.entrance.choices for way in _at(folder, below[folder], plugins))
+    ]
+    return own or [*folders]
+
+
 def _add_file(way: Way, folders: Sequence[str], ways: Ways) -> None:
     if not way.entrance.value:
         ways.refused[way.path] = way.entrance
         return
     around = next((each for each in folders if _holds(each, way.path)), None)
-    ways.taken.setdefault(File(around or way.entrance.folder, around), []).append(way)
     if around is not None:
+        way = way._replace(entrance=replace(way.entrance, folder=around))
         ways.narrowed.add(around)
+        ways.inside.add(around)
+    ways.taken.setdefault(File(way.entrance.folder, around), []).append(way)
 
 
 def _add_folder(way: Way, ways: Ways) -> None:

@@ -8,7 +8,7 @@ from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.entrances import Ways, find_ways
+from cqos_core.files.entrances import Ways, find_ways, read_whole
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
@@ -406,13 +406,13 @@ def load_paths(
     """
     plugins, named = load_plugins(), [*paths]
     reader = folder_reader(plugins, switches or {})
-    found, whole = _files(named, plugins, importer, excluded, folders_too=bool(reader))
+    found, whole = _files(named, plugins, importer, excluded, reader)
     not_searched, unsearched = tuple(found.not_searched), tuple(found.problems)
     loaded = Loaded(skipped=len(found.skipped), not_searched=not_searched, unsearched=unsearched)
     if entering and not reader and importer is None:
         _enter(named, found, loaded, plugins)
     ways = loaded.ways
-    read_whole = whole | {file.path for file in ways.taken}
+    folders = whole | {file.path for file in ways.taken}
     opener = with_texts(texts) if texts else open_file
     done = count(1)
     given: dict[int, GivenSource] = {}
@@ -438,7 +438,7 @@ def load_paths(
         except InputError as error:
             results[position] = error
         step(next(done), len(found.files))
-    loaded.folders = {each.source.name: each for each in given.values() if each.source.name in read_whole}
+    loaded.folders = {each.source.name: each for each in given.values() if each.source.name in folders}
     read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
     results |= zip(given, read, strict=True)
     _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
@@ -485,10 +485,14 @@ def _outcome(file: File, result: System | InputError) -> FileOutcome:
 
 
 def _files(
-    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], *, folders_too: bool
+    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], reader: str
 ) -> tuple[Found, set[str]]:
-    """Return what paths stand for, and the folders among them that are read whole."""
-    whole = {path for path in paths if os.path.isdir(path)} if folders_too else set()  # noqa: PTH112 - as in `find_files`
+    """Return what paths stand for, and the folders among them that the importer ``reader`` reads whole."""
+    if not reader:
+        return find_files(paths, plugins, importer, excluded), set()
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    every = find_files(folders if len(folders) > 1 else (), plugins, importer, excluded)
+    whole = {*read_whole(folders, every, plugins.importers[reader], plugins)}
     found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
     found.files[:0] = [File(path) for path in paths if path in whole]
     return found, whole

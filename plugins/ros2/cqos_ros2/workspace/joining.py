@@ -244,6 +244,7 @@ def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, num
         kind=kind,
         external=each.optional,
         dialect=each.dialect,
+        room=each.room,
     )
     if not each.own_node:
         for override in joined.overrides:

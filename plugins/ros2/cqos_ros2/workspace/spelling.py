@@ -48,6 +48,8 @@ def spell(system: System, root: str, folder: str) -> None:
         _settings(participant.settings, spelled)
     for endpoint in system.endpoints:
         endpoint.place = spelled(endpoint.place)
+        if endpoint.room is not None:
+            endpoint.room = replace(endpoint.room, place=spelled(endpoint.room.place) or endpoint.room.place)
         endpoint.profiles = tuple(replace(each, place=spelled(each.place)) for each in endpoint.profiles)
         _settings(endpoint.settings, spelled)
         _settings(endpoint.overlay, spelled)
