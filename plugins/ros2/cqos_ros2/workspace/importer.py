@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.opening import open_file
 from cqos_core.importers.reading import did_you_mean, listed
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.source import OPTIONS, VARIABLES
+from cqos_core.model.source import OPTIONS, VARIABLES, no_files
 from cqos_core.model.system import Place
 from cqos_core.packs import normalise
 from cqos_ros2.launch.entry_point import argument, entry_point
@@ -40,7 +40,8 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: a launch file or an argument is not there, or a launch file or a node file of the workspace cannot be read.
     """
-    found = joined(source.name, context.options, context.open)
+    # A workspace is a folder on disk, also for callers that open no files.
+    found = joined(source.name, context.options, open_file if context.open is no_files else context.open)
     system = found.system
     system.notes += notes(found)
     spell(system, found.workspace.root, source.name)
