@@ -68,14 +68,13 @@ def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed:
         found: what the paths stand for.
         folders: the named folders.
         plugins: whose importers are asked.
-        unclaimed: whether no importer reads the file at a path.
+        unclaimed: whether there is a file at a path that no importer reads.
     """
     ways = Ways()
     for file in found.files:
-        if file.named and file.path != STDIN:
+        if file.named and file.path != STDIN and unclaimed(file.path):
             for way in _at(file.path, None, plugins):
-                if unclaimed(file.path):
-                    _add_file(way, folders, ways)
+                _add_file(way, folders, ways)
     for folder in folders:
         if folder not in ways.narrowed:
             below = [each.path for each in (*found.files, *found.skipped) if each.folder == folder]

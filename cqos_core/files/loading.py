@@ -448,9 +448,7 @@ def load_paths(
 def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
     """Find entrances, and put what is read through them in the place of what is named."""
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
-    ways = loaded.ways = find_ways(
-        found, folders, plugins, lambda path: recognise(read_path(path, HEAD), plugins) is None
-    )
+    ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
     entered = {way.path for same in ways.taken.values() for way in same}
     kept = []
     for file in found.files:
@@ -462,6 +460,14 @@ def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins)
     ways.leave_open({file.folder for file, _ in loaded.left})
     # Without the entrance, what is named beside it would be a system that nobody has.
     found.files = [] if ways.open and any(each.named for each in kept) else [*ways.taken, *kept]
+
+
+def _is_unclaimed(path: str, plugins: Plugins) -> bool:
+    """Whether there is a file that no importer reads; what else is wrong with it is found where it is read."""
+    try:
+        return recognise(read_path(path, HEAD), plugins) is None
+    except InputError:
+        return False
 
 
 def _refused(path: str, entrance: Entrance) -> InputError:

@@ -35,6 +35,10 @@ _NODES: Final = re.compile(rb"^[\"']?cqos_nodes[\"']?[ \t]*:", re.MULTILINE)
 _TEST: Final = re.compile(rb"^[ \t]*(?:import|from)[ \t]+launch_testing\b", re.MULTILINE)
 _TESTS: Final = frozenset(("test", "tests", "testing"))
 _SOURCES: Final = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".h", ".py")
+_ROBOTS: Final = (".urdf", ".xacro", ".sdf")
+_OF_PACKAGES: Final = (_MANIFEST, "CMakeLists.txt", "setup.py", "setup.cfg")
+_PARAMETERS: Final = re.compile(rb"^[ \t]*[\"']?ros__parameters[\"']?[ \t]*:", re.MULTILINE)
+_ENDINGS: Final = (*_SOURCES, *_ROBOTS, ".xml", ".yaml", ".yml", ".launch", ".txt", ".cfg")
 _STORAGE: Final = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _ROS: Final = re.compile(rb"\b(?:rclcpp|rclpy|rclcpp_lifecycle|rclcpp_components)\b")
 _CLIENTS: Final = re.compile(
@@ -71,7 +75,7 @@ def _of_file(path: str) -> Entrance | None:
     lower = path.lower()
     if lower.endswith(_STORAGE):
         return _of_storage(posixpath.dirname(path) or ".", path)
-    if not lower.endswith((*_SOURCES, ".xml", ".yaml", ".yml", ".launch")) or not os.path.isfile(path):  # noqa: PTH113
+    if not lower.endswith(_ENDINGS) or not os.path.isfile(path):  # noqa: PTH113
         return None
     data = _content(path)
     if _is_launch(path, data):
@@ -82,6 +86,8 @@ def _of_file(path: str) -> Entrance | None:
         return _of_sources(path, _package_around(path))
     if lower.endswith(_SOURCES) and _CLIENTS.search(data):
         return _of_clients(posixpath.dirname(path) or ".", "this is the source of a client of a broker")
+    if posixpath.basename(path) in _OF_PACKAGES or lower.endswith(_ROBOTS) or _PARAMETERS.search(data):
+        return _of_package_file(path)
     return None
 
 
@@ -129,6 +135,22 @@ def _of_node_file(path: str) -> Entrance:
     return Entrance("", message, commands=commands)
 
 
+def _of_package_file(path: str) -> Entrance | None:
+    """Return the command that checks the workspace of a file that no importer reads alone."""
+    folder = _workspace_around(path)
+    if folder is None or _package_around(path) is None:
+        return None
+    ways = find(folder, _all_below(folder))
+    if not ways:
+        return None
+    likely = ways[0]
+    message = (
+        "this file has no quality of service of its own, and a check reads it where a launch file starts its nodes"
+    )
+    commands = (_check(likely.folder, likely.choices[0]),) if likely.choices else likely.commands
+    return Entrance("", message, commands=commands)
+
+
 def _of_storage(folder: str, path: str = "") -> Entrance:
     what = f"{'this' if path else posixpath.basename(path) or 'this folder'} is the storage of a rosbag2 recording"
     shown = shlex.quote(folder)
@@ -156,16 +178,16 @@ def _of_workspaces(path: str, launches: Sequence[str], manifests: Sequence[str])
             for each in each_kind:
                 groups[next(folder for folder in folders if _below(folder, each))][number].append(each)
     with_launch = [folder for folder, (own, _) in groups.items() if own]
-    found = []
+    found: list[tuple[Entrance, int]] = []
     for folder, (own, packages) in groups.items():
         if own:
             inside = [posixpath.dirname(each) for each in packages]
             found.append(_of_launches(folder, own, inside, alone=len(with_launch) == 1))
         else:
             sources = _of_sources(folder, folder)
-            found += [sources] if sources is not None else []
+            found += [(sources, -1)] if sources is not None else []
     # What starts most is the most likely.
-    return sorted(found, key=lambda each: (not each.value, not each.choices, -len(each.details)))
+    return [entrance for entrance, _ in sorted(found, key=lambda each: -each[1])]
 
 
 def _workspaces(path: str, packages: Iterable[str], launches: Iterable[str]) -> list[str]:
@@ -193,8 +215,11 @@ def _workspaces(path: str, packages: Iterable[str], launches: Iterable[str]) -> 
     return sorted(kept, key=lambda each: (-each.count("/"), each))
 
 
-def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], *, alone: bool) -> Entrance:
-    """Return the entrance to a workspace: its launch file, or the choice among those that no other includes."""
+def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], *, alone: bool) -> tuple[Entrance, int]:
+    """Return the entrance to a workspace, and how much its first choice starts.
+
+    The entrance is its launch file, or the choice among those that no other includes.
+    """
     from cqos_ros2.launch.includes import includes_of, started_by
     from cqos_ros2.launch.workspace import find_packages
 
@@ -224,7 +249,8 @@ def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], 
     what = f"{plural(len(counted), 'launch file')}, and --launch names none, so nothing that {'they start' if others else 'it starts'} is checked"
     value = names[first] if reason else ""
     choices = tuple(names[each] for each in roots)
-    return Entrance(folder, what, value, reason, choices, (*details,), inside=(*packages,))
+    entrance = Entrance(folder, what, value, reason, choices, (*details,), inside=(*packages,))
+    return entrance, sum(weights[roots[0]])
 
 
 def _described(name: str, includes: Includes, nodes: int, names: dict[str, str], path: str) -> str:

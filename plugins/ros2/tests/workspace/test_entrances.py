@@ -29,7 +29,9 @@ def main():
     rclpy.init()
     rclpy.spin(Talker())
 """
-SETUP = "from setuptools import setup\nsetup(name='bot', entry_points={'console_scripts': ['talker = bot.talker:main']})\n"
+SETUP = (
+    "from setuptools import setup\nsetup(name='bot', entry_points={'console_scripts': ['talker = bot.talker:main']})\n"
+)
 
 
 def launch(*body):
@@ -59,7 +61,9 @@ def follow(lines, folder):
     done = None
     for line in lines:
         if line.startswith("cqos "):
-            words = subprocess.run(["sh", "-c", f"printf '%s\\n' {line[5:]}"], capture_output=True, text=True, check=True)
+            words = subprocess.run(
+                ["sh", "-c", f"printf '%s\\n' {line[5:]}"], capture_output=True, text=True, check=True
+            )
             done = run(words.stdout.splitlines(), folder)
             assert done.code in {0, 1}, f"{line}\n{done.out}{done.err}"
         else:
@@ -86,7 +90,9 @@ def test_the_only_launch_file_is_checked(tmp_path, path):
 def test_a_launch_file_that_includes_all_others_is_checked(tmp_path):
     parts = {
         "src/bot/launch/talker.launch.xml": launch(TALKER),
-        "src/bot/launch/listener.launch.xml": launch(INCLUDE.format("bot", "talker.launch.xml", ' if="false"'), LISTENER),
+        "src/bot/launch/listener.launch.xml": launch(
+            INCLUDE.format("bot", "talker.launch.xml", ' if="false"'), LISTENER
+        ),
         "src/bot/launch/robot.launch.xml": launch(INCLUDE.format("bot", "listener.launch.xml", "")),
         "src/bot/test/test_bot.launch.xml": launch(INCLUDE.format("bot", "robot.launch.xml", "")),
     }
@@ -107,7 +113,9 @@ def test_several_launch_files_are_named_with_the_command_for_the_most_likely(tmp
     write(tmp_path, {**BOT, **OTHER, **files})
     done = run(["check", ".", "--option", "ros2.distro=jazzy"], tmp_path)
     assert (done.code, done.out) == (1, "")
-    assert done.err.startswith("error[CQ062] .: 3 launch files, and --launch names none, so nothing that they start is checked")
+    assert done.err.startswith(
+        "error[CQ062] .: 3 launch files, and --launch names none, so nothing that they start is checked"
+    )
     first = "cqos check . --option ros2.distro=jazzy --launch arm_bringup:arm.launch.py"
     assert commands(done.err) == [first]
     assert "bot:all.launch.xml: starts 4 nodes, includes part.launch.xml" in done.err
@@ -251,6 +259,13 @@ def test_names_in_printed_commands_are_quoted(tmp_path):
     assert not [*tmp_path.rglob("hacked")], done.err
 
 
+@pytest.mark.parametrize("name", ["package.xml", "config/nav.yaml"])
+def test_a_file_of_a_package_comes_with_the_command_that_reads_it(tmp_path, name):
+    shutil.copytree(EXAMPLES / "robot_workspace", tmp_path, dirs_exist_ok=True)
+    done = run(["check", f"src/bot/{name}"], tmp_path)
+    assert (done.code, commands(done.err)) == (2, ["cqos check src --launch bot:sim.launch.xml"])
+
+
 # Sources and recordings
 
 
@@ -276,7 +291,9 @@ def test_sources_beside_what_is_read_are_told(tmp_path):
 
 
 def test_sources_of_clients_come_with_the_commands(tmp_path):
-    client = "import paho.mqtt.client as mqtt\nc = mqtt.Client(client_id='a')\nc.connect('h')\nc.publish('a/b', 1, qos=1)\n"
+    client = (
+        "import paho.mqtt.client as mqtt\nc = mqtt.Client(client_id='a')\nc.connect('h')\nc.publish('a/b', 1, qos=1)\n"
+    )
     write(tmp_path, {"app/pub.py": client})
     for path in ("app", "app/pub.py"):
         done = run(["check", path], tmp_path)
