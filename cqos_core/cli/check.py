@@ -424,7 +424,7 @@ class _Check:
         target = self.options.write_baseline
         if target is None:
             return True
-        if self.loaded.problems:
+        if self.loaded.problems or self.obstacles:
             self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.parameters import Run
+from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
-from cqos_core.model.problems import Problem
 from cqos_core.model.remarks import plural
 from cqos_core.model.system import Place
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.files.entrances import Way
     from cqos_core.files.loading import Loaded
     from cqos_core.files.opening import File
+    from cqos_core.model.problems import Problem
     from cqos_core.plugins import ImporterInfo
 
 _OF_A_KIND: Final = 3
@@ -50,7 +51,7 @@ def open_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
 def command_problems(loaded: Loaded) -> list[Problem]:
     """Return which commands lead to a check where nothing at a path can be read."""
     return [
-        Problem("CQ003", way.entrance.message, Place(way.path), "\n".join(("write", *way.entrance.commands)))
+        ProblemWithLines("CQ003", way.entrance.message, Place(way.path), "write", way.entrance.commands)
         for way in loaded.ways.beside
     ]
 
@@ -60,11 +61,11 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
     beside = [way for way in loaded.ways.beside if way.path == path]
     first = ways[0]
     if not left and not beside and len(ways) == 1:
-        lines = [f"write, for the most likely one,\n  {_command(first, paths)}", *first.entrance.details]
-        return Problem("CQ062", first.entrance.message, Place(path), "\n".join(lines))
+        own = (f"  {_command(first, paths)}", *first.entrance.details)
+        return ProblemWithLines("CQ062", first.entrance.message, Place(path), "write, for the most likely one,", own)
     count = len(ways) + len(beside) + sum(map(len, left.values()))
     message = f"{count} inputs lie here that need a command each, so none of them is checked"
-    lines = ["write one of these commands; the most likely is the first"]
+    lines: list[str] = []
     for way in ways:
         lines += [f"{_shown(way)}{way.entrance.message}", f"  {_command(way, paths)}"]
         lines += way.entrance.details[: _DETAILS if len(ways) > 1 else None]
@@ -72,7 +73,8 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
         lines += [f"{_shown(way)}{way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
     for parts in left.values():
         lines += _listed(parts)
-    return Problem("CQ062", message, Place(path), "\n".join(lines))
+    advice = "write one of these commands; the most likely is the first"
+    return ProblemWithLines("CQ062", message, Place(path), advice, (*lines,))
 
 
 def _shown(way: Way) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.entrances import Ways, find_ways, read_whole
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.model.rows import kinds_of
@@ -471,7 +472,7 @@ def _is_unclaimed(path: str, plugins: Plugins) -> bool:
 
 
 def _refused(path: str, entrance: Entrance) -> InputError:
-    return InputError([Problem("CQ003", entrance.message, Place(path), "\n".join(("write", *entrance.commands)))])
+    return InputError([ProblemWithLines("CQ003", entrance.message, Place(path), "write", entrance.commands)])
 
 
 def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:

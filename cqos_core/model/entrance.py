@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.problems import Problem
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,13 @@ class Entrance:
     details: tuple[str, ...] = ()
     commands: tuple[str, ...] = ()
     inside: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemWithLines(Problem):
+    """A problem whose help goes on in lines that are shown as they are, since a person pastes them."""
+
+    lines: tuple[str, ...] = ()
 
 
 class EntranceFinder(Protocol):

@@ -46,6 +46,7 @@ _CLIENTS: Final = re.compile(
 )
 _LARGEST: Final = 2 * 1024 * 1024
 _MOST_SOURCES: Final = 200
+_MOST_DESCRIBED: Final = 5
 _MOST_SHOWN: Final = 8
 _MOST_NODES: Final = 30
 _MOST_LEARNED: Final = 10
@@ -81,7 +82,7 @@ def _of_file(path: str) -> Entrance | None:
     if _is_launch(path, data):
         return _of_launch_file(path)
     if _NODES.search(data) and lower.endswith((".yaml", ".yml")):
-        return _of_node_file(path)
+        return _of_node_file(path, "this")
     if lower.endswith(_SOURCES) and _ROS.search(data):
         return _of_sources(path, _package_around(path))
     if lower.endswith(_SOURCES) and _CLIENTS.search(data):
@@ -103,7 +104,7 @@ def _of_launch_file(path: str) -> Entrance:
     return Entrance(folder, "", path, f"{path} is a launch file")
 
 
-def _of_node_file(path: str) -> Entrance:
+def _of_node_file(path: str, shown: str) -> Entrance:
     from cqos_core.model.source import Source
     from cqos_ros2.nodes.reading import read_node_file
 
@@ -112,10 +113,10 @@ def _of_node_file(path: str) -> Entrance:
     except InputError as error:
         first = error.problems[0]
         line = "" if first.place is None or first.place.line is None else f", line {first.place.line}"
-        message = f"{path} is a node file that cannot be used{line}: {first.message}"
+        message = f"{shown} is a node file that cannot be used{line}: {first.message}"
         return Entrance("", message, commands=(f"cqos learn {shlex.quote(_package_around(path) or '.')}",))
     message = (
-        f"{path} is a node file: it states the endpoints of nodes of the package `{known.package}`, and a check reads it where "
+        f"{shown} is a node file: it states the endpoints of nodes of the package `{known.package}`, and a check reads it where "
         "a launch file starts these nodes"
     )
     nodes = [(known.package, each) for each in known.nodes]
@@ -229,7 +230,7 @@ def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], 
     counted = [each for each in real if each not in tests] or [*real]
     includes = includes_of(counted, workspace)
     names = {each: _value(each, real[each], workspace) for each in real}
-    roots = [each for each in counted if each in set(includes.roots())]
+    roots = includes.roots()
     first = roots[0]
     others = len(counted) - 1
     reason = ""
@@ -242,8 +243,8 @@ def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], 
             reason += f" (without {plural(len(real) - len(counted), 'launch file')} of tests)"
     weights = {each: (len(includes.reached(each)), started_by(each, workspace)) for each in roots}
     roots.sort(key=lambda each: (not _brings_up(names[each]), -sum(weights[each]), names[each]))
-    details = [_described(names[each], includes, weights[each][1], names, each) for each in roots[:_MOST_SHOWN]]
-    details += _others([names[each] for each in roots[_MOST_SHOWN:]], "further ones that no other includes")
+    details = [_described(names[each], includes, weights[each][1], names, each) for each in roots[:_MOST_DESCRIBED]]
+    details += _others([names[each] for each in roots[_MOST_DESCRIBED:]], "further ones that no other includes")
     details += _others([names[each] for each in counted if each not in roots], "included by others")
     details += _others([names[each] for each in tests if each not in counted], "of tests")
     what = f"{plural(len(counted), 'launch file')}, and --launch names none, so nothing that {'they start' if others else 'it starts'} is checked"
@@ -307,8 +308,8 @@ def _of_sources(path: str, folder: str | None) -> Entrance | None:
     if not packages:
         return None
     single = os.path.isfile(path)  # noqa: PTH113
-    what = "this is a source of ROS 2 nodes" if single else f"sources of {plural(len(packages), 'package')}"
-    message = f"{what}, and no launch file says which nodes run, so nothing was checked"
+    what = "these are sources of ROS 2 nodes" if single else f"sources of {plural(len(packages), 'package')}"
+    message = f"{what}, and no launch file says which nodes run, so they are not checked"
     if not nodes:
         nodes = _learned(packages, workspace)
     learn = f"cqos learn {shlex.quote(folder)}"
@@ -362,7 +363,7 @@ def _without_package(path: str, files: Sequence[str]) -> Entrance | None:
         return _of_storage(bare[0])
     node_files = [each for each in files if each.endswith(".node.yaml") and _NODES.search(_content(each))]
     if node_files:
-        return _of_node_file(node_files[0])
+        return _of_node_file(node_files[0], node_files[0])
     sources = [each for each in files if each.lower().endswith(_SOURCES)][:_MOST_SOURCES]
     texts = [_content(each) for each in sources]
     if any(map(_ROS.search, texts)):
