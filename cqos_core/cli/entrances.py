@@ -24,16 +24,19 @@ if TYPE_CHECKING:
     from cqos_core.plugins import ImporterInfo
 
 _OF_A_KIND: Final = 3
-"""How many files of one format are listed, each with its command."""
-_DETAILS: Final = 3
-"""How many lines about choices are listed, if several folders have some."""
+"""How many files of one format are listed, each with its command; one, if there are more formats than this."""
+_FOLDERS: Final = 5
+"""How many folders are listed that need a choice each."""
 
 
 def entered_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
     """Return what was taken without being named, and what is not read because of it."""
     ways = loaded.ways
-    every = [way for same in ways.taken.values() for way in same]
-    notes = [f"{way.entrance.reason}, so it is checked, as `{_command(way, paths)}` does" for way in every]
+    notes = [
+        f"{' and '.join(way.entrance.reason for way in same)}, so {'they are' if same[1:] else 'it is'} checked, "
+        f"as `{_command(same, paths)}` does"
+        for same in ways.taken.values()
+    ]
     notes += [_at_hand(way) for way in ways.beside if way.entrance.inside and loaded.systems and not ways.open]
     left = [] if ways.open else [each for each, _ in loaded.left]
     if left:
@@ -61,37 +64,36 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
     beside = [way for way in loaded.ways.beside if way.path == path]
     first = ways[0]
     if not left and not beside and len(ways) == 1:
-        own = (f"  {_command(first, paths)}", *first.entrance.details)
-        return ProblemWithLines("CQ062", first.entrance.message, Place(path), "write, for the most likely one,", own)
+        message = f"{first.entrance.message}, and {_option(first)} names none, so nothing that they start is checked"
+        own = (f"  {_command([first], paths)}", *first.entrance.details)
+        return ProblemWithLines("CQ062", message, Place(path), "write, for the most likely one,", own)
     count = len(ways) + len(beside) + sum(map(len, left.values()))
     message = f"{count} inputs lie here that need a command each, so none of them is checked"
     lines: list[str] = []
-    for way in ways:
-        lines += [f"{_shown(way)}{way.entrance.message}", f"  {_command(way, paths)}"]
-        lines += way.entrance.details[: _DETAILS if len(ways) > 1 else None]
-    for way in beside:
-        lines += [f"{_shown(way)}{way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
+    for way in ways[:_FOLDERS]:
+        lines += [f"{way.entrance.folder}: {way.entrance.message}", f"  {_command([way], paths)}"]
+        lines += way.entrance.details if way is first else ()
+    for way in beside[:_FOLDERS]:
+        lines += [f"{way.entrance.folder}: {way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
+    more = sum(max(len(each) - _FOLDERS, 0) for each in (ways, beside))
+    lines += [f"and {more} more folders"] if more else []
     for parts in left.values():
-        lines += _listed(parts)
+        lines += _listed(parts, _OF_A_KIND if len(left) <= _OF_A_KIND else 1)
     advice = "write one of these commands; the most likely is the first"
     return ProblemWithLines("CQ062", message, Place(path), advice, (*lines,))
-
-
-def _shown(way: Way) -> str:
-    return "" if way.entrance.folder == way.path else f"{way.entrance.folder}: "
 
 
 def _at_hand(way: Way) -> str:
     return f"{way.entrance.folder}: {way.entrance.message}; write `{way.entrance.commands[0]}`"
 
 
-def _listed(parts: Sequence[tuple[File, ImporterInfo]]) -> Iterator[str]:
-    for file, info in parts[:_OF_A_KIND]:
+def _listed(parts: Sequence[tuple[File, ImporterInfo]], most: int) -> Iterator[str]:
+    for file, info in parts[:most]:
         named = _named(file, info)
         yield f"{named}: {info.summary}"
         yield f"  cqos check {shlex.quote(named)}"
-    if len(parts) > _OF_A_KIND:
-        yield f"and {len(parts) - _OF_A_KIND} more of this format"
+    if len(parts) > most:
+        yield f"and {len(parts) - most} more of this format"
 
 
 def _named(file: File, info: ImporterInfo) -> str:
@@ -100,15 +102,19 @@ def _named(file: File, info: ImporterInfo) -> str:
     return folder if name in info.suffixes else file.path
 
 
-def _command(way: Way, paths: Sequence[str]) -> str:
-    """Return the command as it was written, with the folder of the entrance and its first choice."""
-    option = next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
-    words = _words(paths)
-    if way.entrance.folder != way.path and way.path in words:
-        words[words.index(way.path)] = way.entrance.folder
-        if way.entrance.folder in paths:
-            words.remove(way.entrance.folder)
-    return shlex.join(["cqos", *words, option, way.entrance.value or way.entrance.choices[0]])
+def _option(way: Way) -> str:
+    return next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
+
+
+def _command(ways: Sequence[Way], paths: Sequence[str]) -> str:
+    """Return the command as it was written, with the folder that is read and the value of its switch, or the first choice."""
+    words, folder = _words(paths), ways[0].entrance.folder
+    for way in ways:
+        if folder != way.path and way.path in words:
+            at = words.index(way.path)
+            words[at : at + 1] = [] if folder in words else [folder]
+        words += [_option(way), way.entrance.value or way.entrance.choices[0]]
+    return shlex.join(["cqos", *words])
 
 
 def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from dataclasses import field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import field, fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.files.opening import STDIN, File
 from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import FAULTS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from cqos_core.files.opening import Found
     from cqos_core.model.entrance import Entrance
@@ -55,6 +55,31 @@ class Ways:
                 and all(each.entrance.choices for each in same)
             ):
                 self.open += self.taken.pop(file)
+
+    def renamed(self, names: Mapping[str, str]) -> Ways:
+        """Return the entrances with other beginnings of paths, also within texts."""
+
+        def text(value: str) -> str:
+            for start, new in names.items():
+                value = value.replace(start, new).replace(start.rstrip(os.sep), f"{new}.")
+            return value
+
+        def own(way: Way) -> Way:
+            stated = {each.name: getattr(way.entrance, each.name) for each in fields(way.entrance)}
+            new: dict[str, Any] = {
+                name: text(each) if isinstance(each, str) else tuple(map(text, each)) for name, each in stated.items()
+            }
+            return Way(text(way.path), way.importer, replace(way.entrance, **new))
+
+        return Ways(
+            {
+                replace(file, path=text(file.path), folder=file.folder and text(file.folder)): [*map(own, same)]
+                for file, same in self.taken.items()
+            },
+            [*map(own, self.open)],
+            self.refused,
+            [*map(own, self.beside)],
+        )
 
     def covers(self, path: str) -> bool:
         """Whether an importer reads the file at ``path`` by itself."""

@@ -247,7 +247,7 @@ def _of_launches(folder: str, launches: Sequence[str], packages: Sequence[str], 
     details += _others([names[each] for each in roots[_MOST_DESCRIBED:]], "further ones that no other includes")
     details += _others([names[each] for each in counted if each not in roots], "included by others")
     details += _others([names[each] for each in tests if each not in counted], "of tests")
-    what = f"{plural(len(counted), 'launch file')}, and --launch names none, so nothing that {'they start' if others else 'it starts'} is checked"
+    what = plural(len(counted), "launch file")
     value = names[first] if reason else ""
     choices = tuple(names[each] for each in roots)
     entrance = Entrance(folder, what, value, reason, choices, (*details,), inside=(*packages,))

@@ -207,6 +207,25 @@ def test_fixes_are_written_into_files_of_the_workspace(tmp_path):
     assert "ROS202" not in run(["check", "src", "--launch", "bot:sim.launch.xml"], tmp_path).out
 
 
+def test_revisions_are_read_alike(tmp_path):
+    write(tmp_path, {**BOT, "src/bot/launch/a.launch.xml": PAIR})
+    git = ["git", "-c", "user.email=a@b", "-c", "user.name=a"]
+    for words in (["init", "-q"], ["add", "-A"], ["commit", "-qm", "x"]):
+        subprocess.run([*git, *words], cwd=tmp_path, check=True)
+    done = run(["diff", ".#ref=HEAD", "."], tmp_path)
+    assert "no difference; 2 endpoints in both" in done.out, done.out + done.err
+    assert "a.launch.xml is the only launch file of HEAD:., so it is checked" in done.err
+
+
+def test_launch_files_that_are_named_start_together(tmp_path):
+    both = {"src/bot/launch/a.launch.xml": launch(TALKER), "src/bot/launch/b.launch.xml": launch(LISTENER)}
+    write(tmp_path, {**BOT, **both})
+    done = run(["check", *both], tmp_path)
+    assert "1 pair judged" in done.out
+    again = follow([done.err.partition("`")[2].partition("`")[0]], tmp_path)
+    assert again.out == done.out
+
+
 # Single files
 
 
