@@ -41,6 +41,8 @@ _PARAMETERS: Final = re.compile(rb"^[ \t]*[\"']?ros__parameters[\"']?[ \t]*:", r
 _ENDINGS: Final = (*_SOURCES, *_ROBOTS, ".xml", ".yaml", ".yml", ".launch", ".txt", ".cfg")
 _STORAGE: Final = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _ROS: Final = re.compile(rb"\b(?:rclcpp|rclpy|rclcpp_lifecycle|rclcpp_components)\b")
+_MAIN_PYTHON: Final = re.compile(rb"^def[ \t]+main[ \t]*\(", re.MULTILINE)
+_MAIN_CPP: Final = re.compile(rb"\bint[ \t]+main[ \t]*\(")
 _CLIENTS: Final = re.compile(
     rb"\b(?:paho|aiomqtt|asyncio_mqtt|gmqtt|PubSubClient|AsyncMqttClient|esp_mqtt_client|mqtt_async|MQTTClient\w*|mosquittopp|mosquitto_\w+)\b"
 )
@@ -297,7 +299,8 @@ def _of_sources(path: str, folder: str | None) -> Entrance | None:
     from cqos_ros2.learn.packages import executables_of
 
     if folder is None:
-        return _loose(posixpath.dirname(path) or "." if os.path.isfile(path) else path)  # noqa: PTH113
+        single = os.path.isfile(path)  # noqa: PTH113
+        return _loose(posixpath.dirname(path) or ".", [path]) if single else _loose(path, _all_below(path))
     workspace = find_packages(folder)
     nodes = []
     packages = [name for name in workspace.packages if _has_sources(workspace, name)]
@@ -373,13 +376,30 @@ def _without_package(path: str, files: Sequence[str]) -> Entrance | None:
     return None
 
 
-def _loose(folder: str) -> Entrance:
-    name = _plain(posixpath.basename(os.path.realpath(folder))).lower()
-    shown = shlex.quote(folder)
-    message = "sources of ROS 2 nodes outside of any package: C-QoS reads sources of packages, and a package.xml makes the folder one"
-    return Entrance(
-        folder, message, commands=(_new_manifest(name, folder), f"cqos learn {shown}", f"cqos check {shown}")
-    )
+def _loose(folder: str, sources: Sequence[str]) -> Entrance:
+    """Return the commands that make a folder of sources a package, and check what its programs do."""
+    package, shown = _plain(posixpath.basename(os.path.realpath(folder))).lower(), shlex.quote(folder)
+    message = "sources of ROS 2 nodes outside of any package, and C-QoS reads the sources of packages"
+    scripts, programs = {}, {}
+    for path in [each for each in sources if each.endswith(_SOURCES)][:_MOST_SOURCES]:
+        inner, data = posixpath.relpath(path, folder), _content(path)
+        name, ending = posixpath.splitext(inner)
+        if not _NAME.fullmatch(inner.replace("/", ".")) or not _ROS.search(data):
+            continue
+        if ending == ".py" and _MAIN_PYTHON.search(data):
+            scripts[posixpath.basename(name)] = name.replace("/", ".")
+        elif ending != ".py" and _MAIN_CPP.search(data):
+            programs[posixpath.basename(name)] = inner
+    commands = [_new_manifest(package, folder)]
+    if scripts:
+        entries = "".join(f"  {name} = {module}:main\\n" for name, module in scripts.items())
+        target = shlex.quote(posixpath.join(folder, "setup.cfg"))
+        commands.append(f"printf '[options.entry_points]\\nconsole_scripts =\\n{entries}' > {target}")
+    if programs:
+        added = " ".join(f"add_executable({name} {path})" for name, path in programs.items())
+        commands.append(f"echo '{added}' > {shlex.quote(posixpath.join(folder, 'CMakeLists.txt'))}")
+    nodes = [(package, name) for name in (*scripts, *programs)]
+    return Entrance(folder, message, commands=(*commands, f"cqos learn {shown}", *_new_launch(folder, nodes)))
 
 
 def _plain(name: str) -> str:

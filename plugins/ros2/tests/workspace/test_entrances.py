@@ -53,7 +53,7 @@ OTHER = {"src/arm_bringup/package.xml": MANIFEST.format("arm_bringup")}
 
 def commands(text):
     """The lines that a message asks to write."""
-    return [line.strip() for line in text.splitlines() if re.match(r" +(?:cqos|echo|mkdir|ros2) ", line)]
+    return [line.strip() for line in text.splitlines() if re.match(r" +(?:cqos|echo|mkdir|printf|ros2) ", line)]
 
 
 def follow(lines, folder):
@@ -299,6 +299,20 @@ def test_sources_without_a_launch_file_come_with_the_commands(tmp_path, path):
     assert lines[0].startswith("cqos learn ")
     assert "1 endpoint read" in follow(lines, tmp_path).out
     assert run(["check", path], tmp_path).code in {0, 2}
+
+
+@pytest.mark.parametrize("path", ["app", "app/talker.py"])
+def test_sources_outside_of_a_package_come_with_the_commands(tmp_path, path):
+    cpp = (
+        '#include "rclcpp/rclcpp.hpp"\nclass T : public rclcpp::Node { public: T() : Node("t") {'
+        ' p_ = create_subscription<std_msgs::msg::String>("chatter", 10, nullptr); } };\n'
+        "int main(int c, char** v) { rclcpp::init(c, v); rclcpp::spin(std::make_shared<T>()); }\n"
+    )
+    write(tmp_path, {"app/talker.py": SOURCE, "app/lib/ear.cpp": cpp})
+    done = run(["check", path], tmp_path)
+    assert done.code == 2
+    judged = follow(commands(done.err), tmp_path).out
+    assert ("1 pair judged" if path == "app" else "1 endpoint read") in judged, judged + done.err
 
 
 def test_sources_beside_what_is_read_are_told(tmp_path):
