@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.entrances import entered_notes
@@ -342,7 +343,9 @@ class _Check:
         from cqos_core.remote.client import Client
 
         with Client(self.options.server) as client:
-            return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+            report = client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+        # The contract does not carry what importers assume.
+        return replace(report, assumed=with_imported(report.assumed, system)) if system.assumed else report
 
     def files(self) -> list[str]:
         """Return the files on which the result depends."""
