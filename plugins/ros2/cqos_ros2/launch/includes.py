@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,13 +24,11 @@ class Includes:
     """The launch files of a workspace, by real path.
 
     Attributes:
-        direct: the files that each includes.
-        unsure: files whose includes are not all known.
+        direct: the files that each includes, as far as they are known.
     """
 
     files: list[str]
     direct: dict[str, dict[str, None]] = field(default_factory=dict)
-    unsure: set[str] = field(default_factory=set)
 
     def reached(self, path: str) -> set[str]:
         """Return the files that one includes, directly or through others."""
@@ -68,12 +67,6 @@ class _Everything(Launch):
             self.includes.direct.setdefault(self.chain[-2], {})[path] = None
         super().run_file(path)
 
-    def remark(self, about: str, what: str, cause: str, place: Any, package: str = "") -> None:
-        """Note includes whose file is not known."""
-        if about in {"include", "action"} and not package:
-            self.includes.unsure.add(self.file)
-        super().remark(about, what, cause, place, package)
-
 
 def includes_of(files: Sequence[str], workspace: Workspace) -> Includes:
     """Follow launch files, given by their real paths."""
@@ -89,10 +82,8 @@ def includes_of(files: Sequence[str], workspace: Workspace) -> Includes:
         if each in found.direct:
             continue
         run = _Everything(workspace, each, found)
-        try:
+        with suppress(TooMuchError, RecursionError):  # what was followed until then counts
             run.run_file(each)
-        except (TooMuchError, RecursionError):
-            found.unsure.add(each)
     return found
 
 
