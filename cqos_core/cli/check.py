@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.entrances import entered_notes
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import (
     Registered,
@@ -30,7 +32,7 @@ from cqos_core.cli.parameters import (
     watch_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, options_given, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
@@ -60,6 +62,7 @@ if TYPE_CHECKING:
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.problems import Problem
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
@@ -270,6 +273,8 @@ class _Check:
         loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
+        entered: what was taken without being named.
+        obstacles: why paths are not read although no file is wrong.
         empty: what to say of paths in which something was expected, and nothing could be checked.
         refused: why fixes were not written.
     """
@@ -283,6 +288,8 @@ class _Check:
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
+    entered: list[str] = field(default_factory=list)
+    obstacles: list[Problem] = field(default_factory=list)
     empty: list[str] = field(default_factory=list)
     begun: bool = False
     passed_over: int = 0
@@ -306,7 +313,9 @@ class _Check:
                 self._check(unit, progress.step if alone else lambda _done, _all: None, alone=alone)
             reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        if not self.loaded.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
+        self.entered, self.obstacles = entered_notes(self.loaded, paths), obstacles(self.loaded, paths)
+        unsaid = not self.loaded.problems and not self.obstacles and not self.empty
+        if unsaid and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
     def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
@@ -344,7 +353,9 @@ class _Check:
         from cqos_core.remote.client import Client
 
         with Client(self.options.server) as client:
-            return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+            report = client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+        # The contract does not carry what importers assume.
+        return replace(report, assumed=with_imported(report.assumed, system)) if system.assumed else report
 
     def files(self) -> list[str]:
         """Return the files on which the result depends."""
@@ -358,11 +369,14 @@ class _Check:
         found = self.reports
         if self.known is not None:
             self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems(self.loaded.problems, self.options.color)
+        say_problems([*self.loaded.problems, *self.obstacles], self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        if self.loaded.problems or self.empty or self.refused or not written:
+        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.ways.open)
+        if unreadable or self.empty or self.refused or not written:
             return UNUSABLE
+        if self.loaded.ways.open:
+            return FINDINGS
         if self.options.write_baseline is not None:
             return CLEAN
         fail_on = self.options.fail_on
@@ -380,7 +394,7 @@ class _Check:
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
-        reports, problems = [each.report for each in self.reports], self.loaded.problems
+        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.options.quiet and sink.path == STDOUT:
                 continue
@@ -425,7 +439,7 @@ class _Check:
         target = self.options.write_baseline
         if target is None:
             return True
-        if self.loaded.problems:
+        if self.loaded.problems or self.obstacles:
             self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.
@@ -447,6 +461,8 @@ class _Check:
         if self.begun:
             say(f"write `{SMALLEST_SYSTEM}`", severity="help", choice=self.options.color)
         loaded = self.loaded
+        for note in self.entered:
+            self._note(note)
         for applies, text in (
             (self.how, self.how),
             (loaded.not_searched, f"not searched: {listed(loaded.not_searched)}; name such a folder to search it"),

@@ -72,7 +72,9 @@ def diff(
     reader = prepare(reading, (old, *paths))
     with Progress("reading"):
         loaded = [reader.load(each) for each in (at_same_paths(old, paths), paths)]
-        if not all([usable(each, color, path) for each, path in zip(loaded, (path_a, path_b), strict=True)]):  # noqa: C419 - say all
+        named = (old, *paths)
+        pairs = zip(loaded, (path_a, path_b), strict=True)
+        if not all([usable(each, color, path, named=named) for each, path in pairs]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)

@@ -12,6 +12,7 @@ import click
 from click.core import ParameterSource
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
 from cqos_core.cli.parameters import (
     CONFIG,
     READS_SYSTEMS,
@@ -28,7 +29,7 @@ from cqos_core.cli.parameters import (
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.streams import say_problems
+from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
 from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.config import Config
-    from cqos_core.files.loading import Loaded
+    from cqos_core.files.loading import GivenSource, Loaded
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.source import Source
     from cqos_core.model.system import System
@@ -174,6 +175,7 @@ class InputReader:
     Attributes:
         config: of the project, or empty.
         context: the packs, those of --pack among them.
+        folders: what was read as one folder, by path.
     """
 
     options: ReadingOptions
@@ -182,6 +184,7 @@ class InputReader:
     switches: Mapping[str, Mapping[str, str]]
     _nearest: dict[str, InputReader] = field(default_factory=dict)
     _origins: dict[str, str] = field(default_factory=dict)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -202,11 +205,11 @@ class InputReader:
 
     def _load(self, paths: Sequence[str], step: Callable[[int, int], None]) -> Loaded:
         stdin = self._stdin() if STDIN in paths else None
-        self._refuse_options(paths)
-        return load_paths(
+        self._refuse_without_folder(paths)
+        loaded = load_paths(
             paths,
             self.options.importer,
-            self.switches,
+            self._switches_with_options(),
             stdin,
             protocol=lambda path: self.nearest(path).protocol,
             excluded=(
@@ -214,24 +217,43 @@ class InputReader:
                 *([patterns(excluded, ".")] if (excluded := self.options.excluded) else ()),
             ),
             step=step,
+            entering=True,
         )
+        self._refuse_without_effect(loaded)
+        self.folders.update(loaded.folders)
+        return loaded
 
-    def _refuse_options(self, paths: Sequence[str]) -> None:
-        """Refuse options of importers that would have no effect."""
+    def _switches_with_options(self) -> Mapping[str, Mapping[str, str]]:
+        """Return the switches, with options of the configuration below those of the command line."""
+        stated = {
+            f"{pack}.{name}": setting.text
+            for pack, settings in self.config.options.items()
+            for name, setting in settings.items()
+        }
+        return {**self.switches, OPTIONS: {**stated, **self.switches.get(OPTIONS, {})}} if stated else self.switches
+
+    def _refuse_without_folder(self, paths: Sequence[str]) -> None:
+        """Refuse the option of an importer that reads folders, where none is named."""
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
-            if first is None:
-                continue
-            if first.switch not in own:
+            if first is not None and first.switch in own and not any(map(os.path.isdir, paths)):
+                from cqos_core.cli.entrances import with_folder
+
+                command = with_folder(info, own[first.switch].split("\n")[0], paths)
+                message = f"{first.option} needs a folder among the paths, whose files are looked up"
+                raise RefusedError(message, f"write `{command}`")
+
+    def _refuse_without_effect(self, loaded: Loaded) -> None:
+        """Refuse further options of such an importer, where it reads nothing."""
+        ways = [*loaded.ways.open, *(way for same in loaded.ways.taken.values() for way in same)]
+        for name, own in self.options.of_importers.items():
+            info = load_plugins().importers[name]
+            first = next((each for each in info.options if each.switch == info.folders_with), None)
+            if first is not None and first.switch not in own and info not in [way.importer for way in ways]:
                 other = next(each.option for each in info.options if each.switch in own)
                 raise RefusedError(
                     f"{other} has no effect without {first.option}", f"write {first.option} {first.metavar} too"
-                )
-            if not any(map(os.path.isdir, paths)):
-                raise RefusedError(
-                    f"{first.option} needs a folder among the paths, whose files are looked up",
-                    f"write the folder of the workspace, as in `cqos check src {first.option} {first.metavar}`",
                 )
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
@@ -241,7 +263,7 @@ class InputReader:
         """
         with Progress("reading") as progress:
             loaded = self.load(paths, progress.step)
-        if not usable(loaded, color, partly=partly):
+        if not usable(loaded, color, named=paths, partly=partly):
             click.get_current_context().exit(UNUSABLE)
         return self.whole([system for _, system in loaded.systems]), loaded
 
@@ -253,7 +275,8 @@ class InputReader:
         """
         from cqos_core.files.applying import read_texts
 
-        return self.tried(read_texts(files, texts, self.options.importer, self.switches, self.protocol))
+        switches = self._switches_with_options()
+        return self.tried(read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders))
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -271,7 +294,8 @@ class InputReader:
 
             config = config_for(folder)
             same = config.path == self.config.path
-            self._nearest[folder] = self if same else _reader(self.options, config, self.switches)
+            other = self if same else _reader(self.options, config, self.switches)
+            self._nearest[folder] = other if same else replace(other, folders=self.folders)
         return self._nearest[folder]
 
     def _stdin(self) -> Source:
@@ -304,14 +328,26 @@ class InputReader:
         return system
 
 
-def usable(loaded: Loaded, color: str, path: str = "", *, partly: bool = False) -> bool:
-    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it."""
-    say_problems(loaded.problems, color)
-    if not loaded.systems and not loaded.problems:
+def usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] = (), partly: bool = False) -> bool:
+    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it.
+
+    ``named`` are all paths of the command.
+    """
+    problems = [*loaded.problems, *obstacles(loaded, named)]
+    say_problems(problems, color)
+    if not loaded.systems and not problems:
         where = f"{path}: " if path else ""
         advice = "name a file that C-QoS reads; `cqos packs` lists the formats"
         say_error(f"{where}no file there is a design that C-QoS reads", advice, color)
-    return bool(loaded.systems) and (partly or not loaded.problems)
+    for note in entered_notes(loaded, named):
+        say(note, severity="note", choice=color)
+    return bool(loaded.systems) and not loaded.ways.open and (partly or not problems)
+
+
+def obstacles(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
+    """Return why paths are not read although no file is wrong: a person has to choose, or run another command before."""
+    problems = open_problems(loaded, paths)
+    return problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
 
 
 def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:

@@ -115,8 +115,11 @@ def read_texts(
     importer: str | None = None,
     switches: Mapping[str, Mapping[str, str]] | None = None,
     protocol: str | None = None,
+    folders: Mapping[str, GivenSource] | None = None,
 ) -> list[System]:
     """Read sources by name with the bytes that ``texts`` has of them; other files that they include are opened.
+
+    ``folders`` are those of the names that are folders, as they were read before.
 
     Raises:
         InputError: with what is wrong with all of them.
@@ -126,9 +129,14 @@ def read_texts(
         if name in texts and name.startswith("<bytes"):
             return Source(name, texts[name])
         source = open_file(name, relative_to)
-        return replace(source, data=texts.get(source.name, source.data))
+        known = source.name if relative_to or name not in texts else name
+        return replace(source, data=texts.get(known, source.data))
 
-    given = [GivenSource(opener(name, ""), opener) for name in names]
+    whole = folders or {}
+    given = [
+        replace(whole[name], opener=opener) if name in whole else GivenSource(opener(name, ""), opener)
+        for name in names
+    ]
     found = read_together(given, importer, switches, protocol=protocol)
     problems = [problem for each in found if isinstance(each, InputError) for problem in each.problems]
     if problems:
