@@ -395,3 +395,11 @@ def test_distributions_that_node_files_are_for_are_named(tmp_path, option):
     configured = run(["check", "."], tmp_path)
     assert "assumed: ros2.distro" not in configured.out
     assert "4 pairs judged" in configured.out
+
+
+def test_the_folder_that_is_missing_stands_before_the_names(tmp_path):
+    write(tmp_path, {**BOT, "src/bot/launch/a.launch.xml": PAIR})
+    write(tmp_path, {"ear.yaml": "cqos: 1\nprotocol: ros2\nparticipants: {ear: {subscribes: {/chatter: }}}\n"})
+    done = run(["why", "ear.yaml", "/chatter", "--launch", "bot:a.launch.xml"], tmp_path)
+    assert done.code == 2
+    assert "help: write `cqos why . ear.yaml /chatter --launch bot:a.launch.xml`" in done.err
