@@ -82,7 +82,7 @@ def load_cases(path: Path | str, pack: str) -> list[Case]:
     folder = Path(path)
     files = sorted(folder.glob("*.yml")) if folder.is_dir() else [folder]
     if not files:
-        raise CqosError(f"there are no case files (*.yml) in {folder}")
+        raise CqosError(f"there are no case files (*.yml) in {folder}", "name a folder with case files")
     return [case for file in files for case in _read(file, pack)]
 
 
@@ -96,12 +96,12 @@ def _read(file: Path, pack: str) -> Iterator[Case]:
         raise CqosError(f"{file} cannot be read: {error}") from error
     cases = document.get("cases") if isinstance(document, dict) and set(document) == {"rule", "cases"} else None
     if not isinstance(cases, list) or not cases or not all(isinstance(each, dict) for each in cases):
-        raise CqosError(f"{file} is no case file: expected `rule:` and `cases:`, a list of maps")
+        raise CqosError(f"{file} is no case file", "write `rule:` and `cases:`, a list of maps")
     for content in cases:
         unknown = set(content) - _KEYS
         if unknown or "name" not in content or "expect" not in content:
             wrong = f"unknown keys {sorted(unknown)}" if unknown else "`name` and `expect` are needed"
-            raise CqosError(f"{file}, case {content.get('name', '?')!r}: {wrong}; known: {', '.join(sorted(_KEYS))}")
+            raise CqosError(f"{file}, case {content.get('name', '?')!r}: {wrong}", f"known: {', '.join(sorted(_KEYS))}")
         yield Case(document["rule"], pack, content["name"], content, str(file))
 
 

@@ -1,4 +1,4 @@
-"""Writes what in these docs is derived: pages of rules and codes under rules/ (not in git), help texts in command.md, figures in img/.
+"""Writes what in these docs is derived: pages of rules and codes under rules/ (not in git), help texts and the table of options in command.md, figures in img/.
 
 python docs/generate.py            write
 python docs/generate.py --rules    write pages of rules and codes only, which leaves files in git as they are
@@ -21,6 +21,8 @@ from known_nodes import known_nodes_page
 
 from cqos_core.api import check
 from cqos_core.cli.app import cli
+from cqos_core.cli.help import short_help
+from cqos_core.cli.parameters import READS_SYSTEMS
 from cqos_core.model.codes import CODES
 from cqos_core.packs.rule_docs import Example, as_markdown, code_page, rule_page
 from cqos_core.plugins import load_plugins
@@ -42,6 +44,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 RULES = DOCS / "rules"
 COMMAND = DOCS / "command.md"
+OPTIONS = re.compile(r"(?P<before><!-- options -->\n\n).*?\n(?=\n## )", re.DOTALL)
 HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w-]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
 
 
@@ -176,20 +179,54 @@ def with_help(text: str) -> str:
     def filled(match: re.Match[str]) -> str:
         return f"{match['before']}{help_of(match['path'].split())}\n{match['after']}"
 
-    return HELP.sub(filled, text)
+    return OPTIONS.sub(lambda match: f"{match['before']}{options_table()}\n", HELP.sub(filled, text))
+
+
+def options_table() -> str:
+    """The tables of all options and of exit codes: what each means, and which commands have it."""
+    of_options: dict[str, tuple[str, str, list[str]]] = {}
+    reading = []
+    for name in load_plugins().commands:
+        command, context = found(name.split())
+        if getattr(command.callback, READS_SYSTEMS, False):
+            reading.append(name)
+        for param in command.params:
+            if isinstance(param, click.Option):
+                names, _ = param.get_help_record(context) or ("", "")
+                form = re.sub(r" \[.*\]$", "", names).replace("|", "\\|")
+                row = of_options.setdefault(max(param.opts, key=len), (form, param.help or "", []))
+                row[2].append(name)
+    everywhere = len(load_plugins().commands)
+    lines = ["| option | meaning | commands |", "| ------ | ------- | -------- |"]
+    for _, (form, text, names) in sorted(of_options.items()):
+        left = [name for name in names if name not in reading] if {*reading} <= {*names} else names
+        of = ["all that read systems"] * (left is not names) + [f"`{name}`" for name in left]
+        shown = "all" if len(names) == everywhere else ", ".join(of)
+        lines.append(f"| `{form}` | {text.replace('|', chr(92) + '|')} | {shown} |")
+    systems = ", ".join(f"`{name}`" for name in reading)
+    codes = ["| command | exit codes |", "| ------- | ---------- |"]
+    for name in load_plugins().commands:
+        epilog = found(name.split())[0].epilog or ""
+        codes.append(f"| `{name}` | {epilog[epilog.index('Exit codes') :].removeprefix('Exit codes: ')} |")
+    return "\n".join([*lines, "", f"Commands that read systems: {systems}.", "", *codes])
 
 
 def help_of(path: list[str]) -> str:
     """The help text of ``cqos`` or one of its commands, as a terminal of 100 columns shows it."""
+    return short_help(found(path)[1])
+
+
+def found(path: list[str]) -> tuple[click.Command, click.Context]:
+    """Return a command, and the context in which its help is written."""
     settings = {"terminal_width": 100}
     context = click.Context(cli, info_name="cqos", **settings)  # type: ignore[arg-type]
     command: click.Command = cli
     for name in path:
-        found = command.get_command(context, name) if isinstance(command, click.Group) else None
-        if found is None:
+        inner = command.get_command(context, name) if isinstance(command, click.Group) else None
+        if inner is None:
             raise SystemExit(f"docs/command.md shows the help of `cqos {name}`, which there is not")
-        command, context = found, click.Context(found, info_name=name, parent=context, **settings)  # type: ignore[arg-type]
-    return command.get_help(context)
+        command, context = inner, click.Context(inner, info_name=name, parent=context, **settings)  # type: ignore[arg-type]
+    return command, context
 
 
 if __name__ == "__main__":

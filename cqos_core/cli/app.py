@@ -9,9 +9,11 @@ from collections.abc import Sequence
 import click
 
 from cqos_core.cli import INTERRUPTED
+from cqos_core.cli.help import SummarisedGroup, help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
-from cqos_core.cli.streams import say, say_problems, width
-from cqos_core.model.problems import CqosError, InputError, MissingError, describe, keep_traceback
+from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
+from cqos_core.cli.streams import width
+from cqos_core.model.problems import CqosError, MissingError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
 
 _COMPLETING = "_CQOS_COMPLETE"
@@ -21,7 +23,7 @@ _WIDEST_HELP = 120  # wider lines are hard to read
 _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
-class Commands(click.Group):
+class Commands(SummarisedGroup):
     """The commands that plugins register, ours among them; help lists them without importing any."""
 
     under = ""
@@ -32,13 +34,22 @@ class Commands(click.Group):
         names = (name.removeprefix(self.under) for name in load_plugins().commands if name.startswith(self.under))
         return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
+    def summaries(self) -> dict[str, str]:
+        """Return what plugins say about each command; that of a group is the first of its commands'."""
+        found: dict[str, str] = {}
+        for info in load_plugins().commands.values():
+            if info.name.startswith(self.under):
+                found.setdefault(info.name.removeprefix(self.under).partition(" ")[0], info.summary)
+        return found
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
         plugins = load_plugins()
         cmd_name = self.under + cmd_name
         info = plugins.commands.get(cmd_name)
         if info is None:
-            return _group_of(cmd_name)
+            group = _group_of(cmd_name)
+            return group and with_help(group)
         try:
             command = info.load()
             if not isinstance(command, click.Command):
@@ -46,13 +57,15 @@ class Commands(click.Group):
         except FAULTS as error:
             if plugins.shipped("commands", cmd_name):
                 raise
-            what = f"The command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
+            what = f"the command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
             keep_traceback(what, error)
-            raise click.UsageError(f"{what} cannot be loaded: {describe(error)}", ctx) from error
+            advice = "`cqos packs` lists the commands that can be loaded"
+            raise RefusedError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
         if getattr(command.callback, READS_SYSTEMS, False):
             from cqos_core.cli.reading import with_importer_options
 
             command = with_importer_options(command)
+        command = with_help(command)
         if _COMPLETING in os.environ:
             from cqos_core.cli.completion import knowing
 
@@ -69,8 +82,8 @@ class Commands(click.Group):
 
             _refuse_absent(self.under, args)
             near = nearest(args[0], known)
-            meant = f" Did you mean `{near}`?" if near else f" There are {', '.join(known)}."
-            raise click.UsageError(f"There is no command `{args[0][:60]}`.{meant}", ctx)
+            advice = f"did you mean `{near}`?" if near else f"known: {', '.join(known)}"
+            raise RefusedError(f"there is no command `{args[0][:60]}`", advice, ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
@@ -140,6 +153,9 @@ def cli() -> None:
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
 
+cli.params += help_options()
+
+
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; every error becomes words on standard error."""
     if _COMPLETING in os.environ:  # a shell asks what could come next
@@ -151,7 +167,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     code = _run(given, this)
     if not this.silent:
         for broken in load_plugins().broken:
-            _say_lines(str(broken), "warning")
+            say_lines(str(broken), "warning")
     return code
 
 
@@ -165,15 +181,11 @@ def _run(arguments: list[str], this: Run) -> int:
         return INTERRUPTED
     except click.ClickException as error:
         if not (isinstance(error, click.NoSuchOption) and _said_absent(error)):
-            error.show()
+            knows = isinstance(error, click.UsageError) and error.ctx is not None
+            say_refused(error, None if knows else _context_of(arguments))
         return USAGE
     except CqosError as error:
-        if isinstance(error, InputError):
-            say_problems(error.problems)
-        elif isinstance(error, MissingError):
-            _say_missing(error)
-        else:
-            _say_lines(describe(error), "error")
+        say_cqos_error(error)
         return USAGE
     except BrokenPipeError:
         _silence()
@@ -181,6 +193,18 @@ def _run(arguments: list[str], this: Run) -> int:
     except Exception as error:  # noqa: BLE001 - a traceback is shown on request only
         return _internal(error, this)
     return 0
+
+
+def _context_of(arguments: Sequence[str]) -> click.Context:
+    """Return the context of the command that arguments begin with; click does not give it with each error."""
+    command: click.Command = cli
+    ctx = click.Context(command, info_name="cqos")
+    for word in arguments:
+        found = command.get_command(ctx, word) if isinstance(command, Commands) else None
+        if found is None:
+            break
+        ctx, command = click.Context(found, parent=ctx, info_name=word), found
+    return ctx
 
 
 def _said_absent(error: click.NoSuchOption) -> bool:
@@ -191,18 +215,8 @@ def _said_absent(error: click.NoSuchOption) -> bool:
 
     row = absent("options").get(error.option_name)
     if row is not None:
-        _say_missing(missing(row.name, f"the option `{error.option_name}` is not installed"))
+        say_cqos_error(missing(row.name, f"the option `{error.option_name}` is not installed"))
     return row is not None
-
-
-def _say_missing(error: MissingError) -> None:
-    _say_lines(error.what, "error")
-    _say_lines(error.help, "help")
-
-
-def _say_lines(text: str, severity: str) -> None:
-    for number, line in enumerate(text.splitlines()):
-        say(line, severity="" if number else severity)
 
 
 def _silence() -> None:
@@ -218,11 +232,11 @@ def _internal(error: Exception, this: Run) -> int:
     where = "".join(f" while {note}" for note in getattr(error, "__notes__", ()))
     culprit = load_plugins().culprit(error)
     whose = "C-QoS" if culprit is None else f"the plugin `{culprit.plugin}` of {culprit.distribution}"
-    say(f"internal error{where}{f' in {whose}' if culprit else ''}: {describe(error)}", severity="error")
-    if not this.debug:
-        say(
-            f"This is a fault of {whose}, not of your input. Run the command again with `cqos --debug …` and report "
-            f"what it prints{' to its authors' if culprit else ''}, with the input if you may share it.",
-            severity="help",
-        )
+    advice = (
+        f"this is a fault of {whose}, not of your input; run the command again with `cqos --debug …` and report "
+        f"what it prints{' to its authors' if culprit else ''}, with the input if you may share it"
+    )
+    say_error(
+        f"internal error{where}{f' in {whose}' if culprit else ''}: {describe(error)}", "" if this.debug else advice
+    )
     return INTERNAL

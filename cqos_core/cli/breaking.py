@@ -11,9 +11,18 @@ import click
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.entrances import entered_notes
-from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import (
+    against_option,
+    color_option,
+    debug_option,
+    fail_on_option,
+    one_format_option,
+    together_option,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, obstacles, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import NotThereError, at_same_paths
@@ -32,30 +41,12 @@ if TYPE_CHECKING:
 @click.command(
     epilog="Exit codes: 0 nothing breaks; 1 a pair breaks; 2 wrong usage, or input that cannot be read; 3 internal error."
 )
-@click.argument("paths", nargs=-1, required=True, metavar="NEW...")
-@click.option(
-    "--against",
-    "old",
-    required=True,
-    metavar="OLD",
-    help="The old version: a path, or .git#ref=NAME for NEW in a git revision: a branch, a tag or a commit.",
-)
-@click.option("--together", is_flag=True, help="Compare all files as one system, those of directories too.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json", "markdown"]),
-    default="text",
-    show_default=True,
-    help="For people, for programs, or for a comment in a pull request.",
-)
-@click.option(
-    "--fail-on",
-    type=click.Choice(["error", "warning"]),
-    default="error",
-    show_default=True,
-    help="Exit with 1 where a pair certainly breaks; with `warning`, also where that is not known.",
-)
+@usual("--against", "--fail-on", "--launch", "--option", "--format")
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@against_option
+@together_option
+@one_format_option("text", "json", "markdown")
+@fail_on_option("error", "warning", default="error")
 @reading_options
 @color_option
 @debug_option
@@ -75,7 +66,8 @@ def breaking(
 
     Robots are updated one after the other, so old publishers meet new subscribers, and new publishers old ones. C-QoS
     checks each pair in every mix, and reports those that are worse than in the old version. It names the participants that
-    have to be updated at once, and an order in which nothing breaks.
+    have to be updated at once, and an order in which nothing breaks. A pair that certainly breaks is an error, one of which
+    that is not known a warning.
 
     \b
     Examples:
@@ -83,7 +75,7 @@ def breaking(
       cqos breaking new.yaml --against old.yaml --format markdown
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if STDIN in (*paths, old):
-        raise click.UsageError("breaking compares paths, and `-` is none.", ctx)
+        raise RefusedError("`-` has no older version to compare with", "write the paths of files or folders", ctx)
     reader = prepare(reading, paths)
     with Progress("reading") as progress:
         loaded = reader.load(paths, progress.step)

@@ -14,9 +14,26 @@ from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.entrances import entered_notes
-from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import (
+    Registered,
+    Run,
+    color_option,
+    debug_option,
+    diff_option,
+    fail_on_option,
+    fix_option,
+    formats_option,
+    nearest,
+    output_option,
+    refuse_absent,
+    show_option,
+    together_option,
+    watch_option,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
@@ -50,7 +67,8 @@ if TYPE_CHECKING:
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
 
-_PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
+_PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack"
+_PACKS_THERE = "write one of them; `cqos serve --pack FILE` gives a service the pack"
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
 _SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
@@ -69,7 +87,6 @@ class CheckOptions:
     show: tuple[str, ...]
     select: tuple[str, ...]
     ignore: tuple[str, ...]
-    statistics: bool
     fail_on: str | None
     require_pairs: bool
     fix: bool
@@ -89,57 +106,39 @@ class CheckOptions:
     epilog="Exit codes: 0 clean; 1 findings at or above the fail level; 2 wrong usage, input that cannot be read, or "
     "nothing to check; 3 internal error.",
 )
+@usual(
+    "--fix",
+    "--weaken",
+    "--diff",
+    "--launch",
+    "--option",
+    "--format",
+    "--output",
+    "--show",
+    "--select",
+    "--fail-on",
+    "--baseline",
+)
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")
-@click.option("--together", is_flag=True, help="Check all files as one system, those of directories too.")
+@together_option
 @reading_options
-@click.option(
-    "--format",
-    "formats",
-    type=Registered("formatters"),
-    multiple=True,
-    help="How to write the report; `text` if not given. Several are possible, each with an --output after it.",
-)
-@click.option(
-    "--output",
-    "outputs",
-    metavar="FILE",
-    multiple=True,
-    help="Write the report there rather than to standard output; belongs to the --format before it.",
-)
-@click.option(
-    "--show",
-    metavar=f"[{'|'.join(_SHOWN)}|CODES]",
-    multiple=True,
-    help="What text formats print, the rest is only counted: findings up to a severity, or of these rules only; warnings "
-    "(and errors) if not given, and a summary of more than ten. `subscribers` says of each one whether it gets nothing or "
-    "loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
-)
+@formats_option(Registered("formatters"))
+@output_option(several=True)
+@show_option(*_SHOWN, codes=True)
 @click.option(
     "--select",
     metavar="CODES",
     multiple=True,
-    help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
+    help="Report findings of these rules only. Codes, beginnings of codes, or names, separated by commas.",
 )
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
-@click.option(
-    "--statistics", is_flag=True, help="Print how many findings each rule has; the same as --format statistics."
-)
-@click.option(
-    "--fail-on",
-    type=click.Choice(list(_FAIL)),
-    help="Exit with 1 on findings of this severity or worse; error if not given.",
-)
+@fail_on_option(*_FAIL)
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
-@click.option(
-    "--fix",
-    is_flag=True,
-    help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
-    "again, and report what is left. Comments and layout stay; what was observed is never changed.",
-)
+@fix_option
 @click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
-@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
-@click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
+@diff_option
+@click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --format json` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
     "--write-baseline",
@@ -153,11 +152,7 @@ class CheckOptions:
     "holds a token for it, CQOS_SERVER_CA names the certificates to trust, CQOS_CLIENT_CERT and CQOS_CLIENT_KEY a "
     "certificate of one's own and its key.",
 )
-@click.option(
-    "--watch",
-    is_flag=True,
-    help="Check again when a file changes, until Ctrl-C; the exit code is that of the last check.",
-)
+@watch_option
 @color_option
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files have the rest.")
 @debug_option
@@ -169,6 +164,9 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     is checked by itself, and parts of systems (snapshots, recordings, parameters) are put together; all other files are
     passed over. The path `-` is standard input.
 
+    With --fix, C-QoS applies the first fix of each error and warning that weakens nothing and breaks nothing, checks again, and
+    reports what is left.
+
     \b
     Examples:
       cqos check system.yaml                         one file
@@ -176,7 +174,6 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
       cqos check .                                   whatever lies below this folder
       cqos check model.bpmn --option ros2.rmw=zenoh  under an assumption
       cqos check a.yaml --format full --format sarif --output cqos.sarif
-      cat a.yaml | cqos check - --stdin-name a.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     options = CheckOptions(**given)
     if isinstance(ctx.obj, Run):
@@ -184,7 +181,8 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if not options.watch:
         ctx.exit(_once(ctx, paths, reading, options)[0])
     if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
-        raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
+        what = "--watch goes with neither `-`, --fix, --diff nor --write-baseline"
+        raise RefusedError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
     from cqos_core.cli.watching import watch  # which few runs need
 
     ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
@@ -196,20 +194,20 @@ def _once(
     """Check everything once; return the exit code, and the files on which it depends."""
     reader = prepare(reading, paths)
     config = reader.config
-    default = "statistics" if options.statistics else _default_format(config)
-    sinks = pair_sinks(ctx, options.formats, options.outputs, default, also=options.statistics)
+    sinks = pair_sinks(ctx, options.formats, options.outputs, _default_format(config))
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
     if options.each and options.together:
-        raise click.UsageError("--each and --together exclude each other.", ctx)
+        raise RefusedError("--each and --together exclude each other", "write one of them", ctx)
     select = counted(options.select, options.ignore, reader.context)
     codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
     if codes and any(each in _SHOW for each in options.show):
-        raise click.UsageError("--show takes severities or rules, not both.", ctx)
+        raise RefusedError("--show takes severities or rules, not both", "write one of them", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
-        raise click.UsageError(_PACKS_STAY, ctx)
+        raise RefusedError(_PACKS_STAY, _PACKS_THERE, ctx)
     if options.weaken and not (options.fix or options.show_diff):
-        raise click.UsageError("--weaken says which fixes --fix and --diff take, and neither is given.", ctx)
+        what = "--weaken says which fixes --fix and --diff take, and neither is given"
+        raise RefusedError(what, "write --fix or --diff too", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
     work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
@@ -231,9 +229,10 @@ def _once(
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
     """Refuse what does not go with changing files."""
     if other is not None:
-        raise click.UsageError("--fix and --diff go with neither --server nor --write-baseline.", ctx)
+        what = "--fix and --diff go with neither --server nor --write-baseline"
+        raise RefusedError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
     if STDIN in paths:
-        raise click.UsageError("--fix and --diff change files, and `-` is none.", ctx)
+        raise RefusedError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
 
 
 def _default_format(config: Config) -> str:
@@ -241,8 +240,7 @@ def _default_format(config: Config) -> str:
     known = load_plugins().formatters
     if name not in known:
         refuse_absent("formatters", name, f"the format `{name}` of {config.path}")
-        hint = f"format of {config.path}"
-        raise click.BadParameter(f"there is no format `{name}`{nearest(name, known)}", param_hint=hint)
+        raise refused(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
     return name
 
 
@@ -350,7 +348,7 @@ class _Check:
         if self.options.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
-            raise click.UsageError(_PACKS_STAY)
+            raise RefusedError(_PACKS_STAY, _PACKS_THERE)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
@@ -461,7 +459,7 @@ class _Check:
         for message in (*self.empty, *self.refused):
             self._fault(message)
         if self.begun:
-            say(f"  help: write `{SMALLEST_SYSTEM}`", choice=self.options.color, lines=True)
+            say(f"write `{SMALLEST_SYSTEM}`", severity="help", choice=self.options.color)
         loaded = self.loaded
         for note in self.entered:
             self._note(note)
@@ -489,7 +487,7 @@ class _Check:
             say(text, severity="note", choice=self.options.color)
 
     def _fault(self, text: str) -> None:
-        say(text, severity="error", choice=self.options.color)
+        say_error(text, choice=self.options.color)
 
 
 def _documentation() -> str:

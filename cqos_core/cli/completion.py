@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ from cqos_core.plugins import load_plugins
 
 VARIABLE: Final = "_CQOS_COMPLETE"
 """The variable by which a script asks for completions."""
-_FILES: Final = frozenset({"A", "B", "FILE", "NEW", "OLD", "PACK", "PATH"})
+_FILES: Final = frozenset({"DIR", "FILE", "LOG", "PACK", "PATH", "SOURCE"})
 
 _Word = tuple[str, str]
 """What may come next, and what it means."""
@@ -69,7 +70,8 @@ def knowing(command: click.Command) -> click.Command:
 
 
 def _type_of(param: click.Parameter) -> Any:
-    metavar = (param.metavar or "").strip("[].")
+    named = param.name if isinstance(param, click.Argument) else ""
+    metavar = re.findall("[A-Z]+", param.metavar or (named or "").upper() or "-")[:1]
     kind = param.type
     if isinstance(kind, Registered):
         return _KnownWords(lambda: _registered(kind.kind))
@@ -77,13 +79,14 @@ def _type_of(param: click.Parameter) -> Any:
         return _KnownWords(_options) if kind.form.startswith("PACK.") else kind
     if kind is not click.STRING:
         return kind
-    if metavar.startswith("CODE") or param.name == "code":
-        return _KnownWords(_rules, listed=metavar == "CODES")
     if param.name == "show":
-        return _KnownWords(lambda: [*((word, "") for word in metavar.split("|")[:-1]), *_rules()])
-    if metavar == "ID":
+        words = (param.metavar or "").strip("[]").split("|")[:-1]
+        return _KnownWords(lambda: [*((word, "") for word in words), *_rules()])
+    if metavar in (["CODE"], ["CODES"]):
+        return _KnownWords(_rules, listed=metavar == ["CODES"])
+    if metavar == ["ID"]:
         return _KnownWords(lambda: _registered("packs"))
-    return click.Path() if metavar.partition(".")[0] in _FILES else kind
+    return click.Path() if _FILES.issuperset(metavar) and metavar else kind
 
 
 def _registered(kind: str) -> Iterator[_Word]:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli import UNUSABLE
-from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest, refused
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import Registered, color_option, debug_option, fix_option, nearest, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
@@ -19,7 +21,6 @@ from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from typing import Literal
 
     from cqos_core.analysis.system_fixes import FixedSystem
     from cqos_core.cli.reading import InputReader
@@ -33,9 +34,10 @@ _MOST_NOTES: Final = 50
     epilog="Exit codes: 0 written, or nothing to fix; 2 wrong usage, input that cannot be read, or nothing of it can be "
     "expressed; 3 internal error."
 )
+@usual("--to", "--output", "--set", "--fix", "--launch", "--option")
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.option("--to", "exporter", type=Registered("exporters"), required=True, help="The form to write.")
-@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@output_option()
 @click.option(
     "--set",
     "settings",
@@ -43,12 +45,8 @@ _MOST_NOTES: Final = 50
     multiple=True,
     help="A setting of the form; `cqos packs` lists them. Can be repeated.",
 )
-@click.option(
-    "--remedies",
-    type=click.Choice(["first", "configuration"]),
-    help="Fix the system before it is written: for each error by its first fix, or by the first that needs no change of "
-    "the program. Forms that hold nothing but settings get only what was changed.",
-)
+@fix_option
+@click.option("--change-program", is_flag=True, help="With --fix, take also fixes that need a change of the program.")
 @reading_options
 @color_option
 @debug_option
@@ -60,20 +58,24 @@ def convert(
     exporter: str,
     output: str | None,
     settings: tuple[str, ...],
-    remedies: Literal["first", "configuration"] | None,
+    fix: bool,
+    change_program: bool,
     reading: ReadingOptions,
     color: str,
 ) -> None:
     """Write a system in another form: as a design in YAML, as parameters, as code.
 
-    All paths are one system. C-QoS reports on standard error what the form cannot express.
+    All paths are one system. C-QoS reports on standard error what the form cannot express. With --fix, it first fixes each error by
+    the first fix that needs no change of the program; forms that hold nothing but settings then get only what was changed.
 
     \b
     Examples:
       cqos convert model.bpmn --to yaml --output system.yaml
       cqos convert bag/metadata.yaml --to yaml
-      cqos convert system.yaml --to qos_overrides --remedies configuration
+      cqos convert system.yaml --to qos_overrides --fix
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if change_program and not fix:
+        raise RefusedError("--change-program has no effect without --fix", "write --fix too")
     info = load_plugins().exporters[exporter]
     chosen = _settings(info, settings)
     reader = prepare(reading, paths)
@@ -82,11 +84,11 @@ def convert(
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
     check_targets("--output", [] if output is None else [output], read)
     fixed = None
-    if remedies is not None:
+    if fix:
         from cqos_core.analysis.system_fixes import fix_system
 
         with Progress("fixing"):
-            fixed = fix_system(system, reader.context, remedies)
+            fixed = fix_system(system, reader.context, "first" if change_program else "configuration")
     for note in system.notes:  # the report that would hold them is not made here
         if note.severity != "note":
             where = "" if note.place is None else f"{note.place}: "
@@ -99,12 +101,8 @@ def convert(
     for text in (*exported.notes[:_MOST_NOTES], *more):
         say(text, severity="note", choice=color)
     if not exported.expressed:
-        alone = "" if system.endpoints else ": no endpoint is in it, so name the files of the participants beside it"
-        say(
-            f"nothing of it can be expressed as {info.name}, so nothing is written{alone}",
-            severity="error",
-            choice=color,
-        )
+        alone = "" if system.endpoints else "no endpoint is in it, so name the files of the participants beside it"
+        say_error(f"nothing of it can be expressed as {info.name}, so nothing is written", alone, color)
         ctx.exit(UNUSABLE)
     if output is None:
         emit(exported.text)
@@ -121,10 +119,10 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
     for text in stated:
         name, equals, value = text.partition("=")
         if name not in choices or not equals:
-            known = nearest(name, choices) if choices else ": it has no settings."
-            raise refused("--set", f"{info.name} has no setting `{text}`{known}")
+            advice = nearest(name, choices) if choices else "leave --set out: it has no settings"
+            raise refused("--set", f"{info.name} has no setting `{text}`", advice)
         if value not in choices[name]:
-            raise refused("--set", f"`{name}` is one of {', '.join(choices[name])}, not `{value}`.")
+            raise refused("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
         chosen[name] = value
     return chosen
 

@@ -9,10 +9,12 @@ import click
 
 from cqos_core.analysis.differences import compare
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import against_option, color_option, debug_option, fail_on_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
-from cqos_core.cli.streams import colored, emit, say, width
+from cqos_core.cli.refusals import RefusedError, say_error
+from cqos_core.cli.streams import colored, emit, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import at_same_paths
 from cqos_core.formatters.differences import diff_as_json, diff_as_text
@@ -25,19 +27,15 @@ if TYPE_CHECKING:
     epilog="Exit codes: 0 no difference that counts; 1 differences; 2 wrong usage, input that cannot be read, or no endpoint "
     "in one of the two; 3 internal error."
 )
-@click.argument("a", metavar="A")
-@click.argument("b", metavar="B", required=False)
-@click.option("--against", metavar="DESIGN", help="Compare with this; it is A then, and what is named is B.")
+@usual("--against", "--topic", "--exclude-topic", "--fail-on", "--launch", "--option", "--format")
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@against_option
 @click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
-@click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
-@form_option
 @click.option(
-    "--fail-on",
-    type=click.Choice(["any", "values", "endpoints", "never"]),
-    default="any",
-    show_default=True,
-    help="Which differences make the exit code 1: any, those in values only, or endpoints that only one of them has.",
+    "--exclude-topic", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated."
 )
+@form_option
+@fail_on_option("any", "values", "endpoints", "never", default="any")
 @reading_options
 @color_option
 @debug_option
@@ -45,9 +43,8 @@ if TYPE_CHECKING:
 def diff(
     ctx: click.Context,
     *,
-    a: str,
-    b: str | None,
-    against: str | None,
+    paths: tuple[str, ...],
+    old: str,
     topics: tuple[str, ...],
     ignored: tuple[str, ...],
     form: str,
@@ -57,35 +54,33 @@ def diff(
 ) -> None:
     """List the differences of two systems on the same topics and endpoints.
 
-    A and B are files of any format, or folders, each as one system: two versions of a design, a design and a snapshot, a
-    design and a recording. PATH#ref=NAME is a path in a git revision, and .git#ref=NAME the path of the other side in it. C-QoS compares only what both can know. For an observed system, values that discovery does not
-    report are no differences, nor are topics outside of the snapshot.
+    The paths are one system, and what they are compared with is another: two versions of a design, a snapshot or a recording
+    and a design. In the output, A is what --against names, and B the paths. PATH#ref=NAME is a path in a git revision. C-QoS
+    compares only what both can know. For an observed system, values that discovery does not report are no differences, nor
+    are topics outside of the snapshot. Kinds of differences are those in values, and endpoints that only one of the two has.
 
     \b
     Examples:
-      cqos diff design.yaml snapshot.txt
-      cqos diff mosquitto.log --against design.yaml
-      cqos diff old.yaml new.yaml --format json
-      cqos diff .git#ref=main design.yaml
-      cqos diff design.yaml bag/ --ignore '/rosout' --fail-on values
+      cqos diff snapshot.txt --against design.yaml
+      cqos diff new.yaml --against old.yaml --format json
+      cqos diff design.yaml --against .git#ref=main
+      cqos diff bag/ --against design.yaml --exclude-topic '/rosout' --fail-on values
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    named = [each for each in (against, a, b) if each is not None]
-    if len(named) != 2:  # noqa: PLR2004 - A and B
-        raise click.UsageError("name two systems, or one and the other with --against.", ctx)
-    path_a, path_b = named
-    if path_a == path_b == STDIN:
-        raise click.UsageError("only one of the two can be standard input.", ctx)
-    reader = prepare(reading, (path_a, path_b))
+    path_a, path_b = old, " ".join(paths)
+    if STDIN in paths and old == STDIN:
+        raise RefusedError("both systems are standard input", "write the path of one of them", ctx)
+    reader = prepare(reading, (old, *paths))
     with Progress("reading"):
-        loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((path_a, path_b), (path_b, path_a))]
-        paths = path_a, path_b
-        if not all([usable(each, color, path, named=paths) for each, path in zip(loaded, paths, strict=True)]):  # noqa: C419 - say all
+        loaded = [reader.load(each) for each in (at_same_paths(old, paths), paths)]
+        named = (old, *paths)
+        pairs = zip(loaded, (path_a, path_b), strict=True)
+        if not all([usable(each, color, path, named=named) for each, path in pairs]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)
     empty = [path for path, system in ((path_a, one), (path_b, other)) if not system.endpoints]
     for path in empty:
-        say(f"{path}: there is no endpoint in it, so nothing was compared", severity="error", choice=color)
+        say_error(f"{path}: there is no endpoint in it, so nothing was compared", choice=color)
     sources = {**one.sources, **other.sources}
     if form == "json":
         emit(diff_as_json(found, path_a, path_b, sources))

@@ -125,7 +125,7 @@ def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
     words = _words(paths)
     for path in (path for path, entrances in read.items() if path in words and any(each.value for each in entrances)):
         words.remove(path)
-    return shlex.join(["cqos", *words, folder])
+    return shlex.join(["cqos", words[0], folder, *words[1:]])
 
 
 def _words(paths: Sequence[str]) -> list[str]:

@@ -13,9 +13,11 @@ import click
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.pair import SECTIONS, endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
@@ -38,20 +40,10 @@ _SCREEN = 24  # endpoints that are listed below an error
     epilog="Exit codes are those of `cqos check`, for this pair: 0 clean, 1 an error found, 2 wrong usage or input that "
     "cannot be read, 3 internal error."
 )
+@usual("--show", "--log", "--chains", "--budgets", "--launch", "--option", "--format")
 @click.argument("arguments", nargs=-1, metavar="PATH... [PUBLISHER SUBSCRIBER]")
-@click.option(
-    "--log",
-    metavar="FILE",
-    help="Explain the lines that running programs print about incompatible endpoints; `-` is standard input. "
-    "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
-)
-@click.option(
-    "--show",
-    type=click.Choice([*SECTIONS, "all"]),
-    multiple=True,
-    help="Print this instead of the short answer: all policies, what the subscriber gets under each fault, all findings with "
-    "their reasons. Can be repeated. `json` always holds everything.",
-)
+@log_option
+@show_option(*SECTIONS, "all")
 @click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
 @click.option("--budgets", is_flag=True, help="Show how much goes over links, and how much histories keep.")
 @reading_options
@@ -77,22 +69,29 @@ def explain(
     place of an id, the name of a participant is enough if only one pair remains. Without ids, C-QoS lists the endpoints
     topic by topic.
 
+    --show prints all policies, what the subscriber gets under each fault, or all findings with their reasons, instead of the short
+    answer.
+
+    With --log, C-QoS explains the lines of a log, with paths by the pairs of that system. The exit code is 1 if there is any
+    such line.
+
     \b
     Examples:
       cqos explain system.yaml                               which endpoints are there?
       cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
       cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
-      cqos explain --log node.log system.yaml                what do the programs complain of?
-      cqos explain --chains --budgets system.yaml            how old is data, and how much is it?
+      cqos explain system.yaml --log node.log                what do the programs complain of?
+      cqos explain system.yaml --chains --budgets            how old is data, and how much is it?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if show and (log is not None or chains or budgets):
-        raise click.UsageError("--show is about a pair, and goes with neither --log, --chains nor --budgets.", ctx)
+        what = "--show is about a pair, and goes with neither --log, --chains nor --budgets"
+        raise RefusedError(what, "leave --show out", ctx)
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
 
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
-        raise click.UsageError("Missing argument 'PATH...'.", ctx)
+        raise RefusedError("PATH... is missing", ctx=ctx)
     paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
     reader = prepare(reading, paths)
     system, loaded = reader.one(paths, color, partly=True)
@@ -142,19 +141,16 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
     if len(arguments) == 1 or all(each == STDIN or os.path.exists(each) for each in arguments):  # noqa: PTH110
         return arguments, ()
     if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
-        message = (
-            f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's. "
-            f"`cqos explain {arguments[0]}` lists them."
-        )
-        raise click.UsageError(message)
+        what = f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's"
+        raise RefusedError(what, f"`cqos explain {arguments[0]}` lists them")
     return arguments[:-2], arguments[-2:]
 
 
 def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
     """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
     found = pair_named(ids, endpoints)
-    for message in found if isinstance(found, list) else ():
-        say(message, severity="error")
+    for error in found if isinstance(found, list) else ():
+        say_error(error.what, error.help)
     return None if isinstance(found, list) else found
 
 

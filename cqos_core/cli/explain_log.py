@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
-from typing import NoReturn
-
-import click
+from typing import TYPE_CHECKING, NoReturn
 
 from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
 from cqos_core.cli import CLEAN, FINDINGS
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import InputReader, ReadingOptions, prepare
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit, width
 from cqos_core.files.opening import STDIN, STDIN_NAME
 from cqos_core.formatters.misfits import misfits_as_json, misfits_as_text
@@ -22,13 +21,16 @@ from cqos_core.model.style import Style
 from cqos_core.packs.logs import Occurrence, misfits
 from cqos_core.plugins import load_plugins
 
+if TYPE_CHECKING:
+    import click
+
 
 def explain_log(
     ctx: click.Context, *, log: str, paths: tuple[str, ...], reading: ReadingOptions, form: str, color: str
 ) -> NoReturn:
     """Read a log, explain it by the system in ``paths``, if there is one, and exit."""
     if log == STDIN and STDIN in paths:
-        raise click.UsageError("only one of the log and the paths can be standard input.", ctx)
+        raise RefusedError("the log and a path are both standard input", "write the path of one of them", ctx)
     reader = prepare(reading, paths)
     system = reader.one(paths, color)[0] if paths else None
     with Progress("reading"):
@@ -59,7 +61,7 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
     try:
         if log == STDIN:
             if sys.stdin is None:
-                raise click.UsageError("`--log -` reads standard input, which is closed.")
+                raise RefusedError("`--log -` reads standard input, which is closed", "write the path of the log")
             return misfits(STDIN_NAME, sys.stdin.buffer, readers)
         with open(log, "rb") as stream:  # noqa: PTH123 - any text may be given
             return misfits(log, stream, readers)

@@ -22,12 +22,12 @@ from cqos_core.plugins import load_plugins
     epilog="Exit codes: 0 written; 2 wrong usage, a configuration is there already, or the file cannot be written; "
     "3 internal error."
 )
-@click.argument("folder", default=".", type=click.Path(exists=True, file_okay=False))
+@click.argument("folder", metavar="[DIR]", default=".", type=click.Path(exists=True, file_okay=False))
 @debug_option
 def init(folder: str) -> None:
     """Write a commented cqos.toml for what lies in a folder.
 
-    Looks for designs in FOLDER (the working directory if none is given) and below it. States the protocol that they have in
+    Looks for designs in DIR (the working directory if none is given) and below it. States the protocol that they have in
     common, and lists what else a configuration may state, in comments. An existing configuration is never changed.
 
     \b
@@ -38,7 +38,7 @@ def init(folder: str) -> None:
     target = Path(folder) / config.NAME
     there = config.find_config(folder)
     if there is not None and there.absolute().parent == target.absolute().parent:
-        raise CqosError(f"{there} is there already; C-QoS does not overwrite it")
+        raise CqosError(f"{there} is there already; C-QoS does not overwrite it", f"change {there}, or remove it first")
     with Progress("reading") as progress:
         loaded = load_paths([folder], step=progress.step)
     seen = sorted(protocols_of(system for _, system in loaded.systems))

@@ -45,7 +45,8 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
 
     for each in map(Path, files):
         if each.is_dir() or not (each.is_file() or each.absolute().parent.is_dir()):
-            raise CqosError(f"{each} {'is a folder' if each.is_dir() else 'is in a folder that does not exist'}")
+            wrong = "is a folder" if each.is_dir() else "is in a folder that does not exist"
+            raise CqosError(f"{each} {wrong}", "name a diagram, or a new one in a folder that exists")
     install_packs(pack_files)
     named = tuple(str(Path(each).absolute()) for each in files)
     nonce, ticket = new_key(), new_key()

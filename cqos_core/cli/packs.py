@@ -12,9 +12,9 @@ from cqos_core.cli.parameters import (
     nearest,
     packs_option,
     refuse_absent,
-    refused,
 )
 from cqos_core.cli.reading import packs_here
+from cqos_core.cli.refusals import RefusedError, refused
 from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
 from cqos_core.formatters.inventory import inventory, inventory_as_text, pack_as_text
@@ -53,17 +53,20 @@ def packs(
     plugins = load_plugins()
     extra = {pack.id: pack for pack in packs_here(pack_files)}
     if pack_id is None and language is not None:
-        raise click.UsageError("`--as` needs the ID of a rule pack", ctx)
+        raise RefusedError(
+            "--as needs the ID of a rule pack", "write `cqos packs ID --as …`; `cqos packs` lists the IDs", ctx
+        )
     if pack_id is None:
         emit(versioned(inventory(plugins, extra)) if form == "json" else inventory_as_text(plugins, extra, width()))
         return
     pack = extra.get(pack_id) or plugins.pack(pack_id)
     if pack is None:
         reasons = [str(broken) for broken in plugins.broken if broken.name == pack_id]
-        unknown = f"there is no rule pack `{pack_id}`{nearest(pack_id, (*extra, *plugins.packs))}"
         if not reasons:
             refuse_absent("packs", pack_id, f"the rule pack `{pack_id}`")
-        raise refused("ID", reasons[0] if reasons else unknown)
+        unknown = f"there is no rule pack `{pack_id}`"
+        advice = "" if reasons else nearest(pack_id, (*extra, *plugins.packs))
+        raise refused("ID", reasons[0] if reasons else unknown, advice)
     if language is not None:
         with written_by("translators", language):
             emit(plugins.translators[language].load()(pack))

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final, NamedTuple, TypeVar
 
 import click
 
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.source import VARIABLES
 from cqos_core.plugins import load_plugins
+
+F = TypeVar("F", bound="Callable[..., Any]")
 
 READS_SYSTEMS = "reads_systems"
 """The attribute of functions of commands that read systems, and so take the options that importers declare."""
@@ -21,15 +25,13 @@ _FEW = 40
 
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
-    """End a sentence about an unknown ``name``: with the one of ``known`` that is near, and all where they are few."""
+    """Return the advice for an unknown ``name``: the one of ``known`` that is near, and all where they are few."""
     from cqos_core.model import spelling
 
     names = sorted(known)
     near = spelling.nearest(name, names)
-    all_of_them = f"nown: {', '.join(names) or 'none'}." if listed and len(names) <= _FEW else ""
-    if near:
-        return f"; did you mean `{near}`?" + (f" K{all_of_them}" if all_of_them else "")
-    return f"; k{all_of_them}" if all_of_them else "."
+    meant = [f"did you mean `{near}`?"] if near else []
+    return " ".join([*meant, *([f"known: {', '.join(names) or 'none'}"] if listed and len(names) <= _FEW else [])])
 
 
 def refuse_absent(kind: str, name: str, what: str) -> None:
@@ -43,11 +45,6 @@ def refuse_absent(kind: str, name: str, what: str) -> None:
     row = absent(kind).get(name)
     if row is not None:
         raise missing(row.name, f"{what} is not installed")
-
-
-def refused(option: str, message: str) -> click.BadParameter:
-    """Return the error of an option or argument whose value is of no use."""
-    return click.BadParameter(message, param_hint=f"'{option}'")
 
 
 class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
@@ -64,7 +61,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         known = getattr(load_plugins(), self.kind)
         if value not in known:
             refuse_absent(self.kind, value, f"the {self.name} `{value}`")
-            self.fail(f"there is no {self.name} `{value}`{nearest(value, known)}", param, ctx)
+            raise RefusedError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
         return value
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -102,7 +99,7 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
             return value
         match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
         if match is None:
-            self.fail(f"`{value}` is not of the form {self.form}, for instance {self.example}.", param, ctx)
+            raise RefusedError(f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param)
         return Assignment(**{"owner": self.owner, **match.groupdict()})
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -148,14 +145,105 @@ debug_option = click.option(
     callback=_debug,
     help="Show the traceback of an internal error (or set CQOS_DEBUG=1).",
 )
-form_option = click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
+against_option = click.option(
+    "--against",
+    "old",
+    required=True,
+    metavar="PATH",
+    help="What to compare with. A path, or .git#ref=NAME for the same paths in a git revision: a branch, a tag or a commit.",
 )
+
+
+def show_option(*parts: str, default: Sequence[str] | None = None, codes: bool = False) -> Callable[[F], F]:
+    """Return the option ``--show`` of a command whose report has these parts; with ``codes``, it takes rules, too."""
+    return click.option(
+        "--show",
+        type=None if codes else click.Choice(parts),
+        metavar=f"[{'|'.join((*parts, 'CODES'))}]" if codes else None,
+        multiple=True,
+        default=default,
+        show_default=default is not None,
+        help="Show these findings, or these parts of the result, in full. Can be repeated.",
+    )
+
+
+def fail_on_option(*kinds: str, default: str | None = None) -> Callable[[F], F]:
+    """Return the option ``--fail-on`` of a command with these kinds of results; without a ``default``, others decide."""
+    return click.option(
+        "--fail-on",
+        type=click.Choice(kinds),
+        default=default,
+        show_default=default is not None,
+        help="Exit with 1 on results of this kind, or worse.",
+    )
+
+
+protocol_option = click.option(
+    "--protocol",
+    metavar="ID",
+    help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
+)
+assumptions_option = click.option(
+    "--option",
+    "assumptions",
+    type=AssignmentType("PACK.NAME=VALUE", "ros2.rmw=cyclonedds"),
+    multiple=True,
+    help="What to assume about the deployment, for instance ros2.rmw=cyclonedds. Can be repeated; wins over "
+    "what files say. `cqos packs ID` lists a pack's options.",
+)
+variables_option = click.option(
+    "--define",
+    "variables",
+    type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
+    multiple=True,
+    help="A variable that files refer to, such as $(ROBOT) in XML files of DDS, or of the environment of a launch. Can be "
+    "repeated.",
+)
+together_option = click.option(
+    "--together", is_flag=True, help="Take all files as one system, those of directories too."
+)
+watch_option = click.option(
+    "--watch", is_flag=True, help="Go on until Ctrl-C, and report again whenever something changes."
+)
+log_option = click.option(
+    "--log",
+    metavar="FILE",
+    help="Read what running programs print about incompatible endpoints. `-` is standard input.",
+)
+no_config_option = click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
+CONFIG: Final = "Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml."
+"""The help of ``--config``."""
+fix_option = click.option(
+    "--fix",
+    is_flag=True,
+    help="Apply fixes to the files; `convert` applies them to what it writes. Comments and layout stay, and what was observed is "
+    "never changed.",
+)
+diff_option = click.option(
+    "--diff", "show_diff", is_flag=True, help="Print what would change in the files, and write nothing."
+)
+_FORMAT: Final = "How to write the result. `check` and `prove` take several, each with an --output after it."
+
+
+def formats_option(kind: Any) -> Callable[[F], F]:
+    """Return the option ``--format`` of a command that writes several at once."""
+    return click.option("--format", "formats", type=kind, multiple=True, help=_FORMAT)
+
+
+def one_format_option(*names: str) -> Callable[[F], F]:
+    """Return the option ``--format`` of a command that writes one; the first is the default."""
+    return click.option("--format", "form", type=click.Choice(names), default=names[0], show_default=True, help=_FORMAT)
+
+
+form_option = one_format_option("text", "json")
+
+
+def output_option(metavar: str = "FILE", *, several: bool = False) -> Callable[[F], F]:
+    """Return the option ``--output``; a command that writes ``several`` formats has one for each."""
+    text = "Write the result there, whole or not at all."
+    return click.option("--output", "outputs" if several else "output", metavar=metavar, multiple=several, help=text)
+
+
 packs_option = click.option(
     "--pack",
     "pack_files",

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.streams import colored, emit, replace_files, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
@@ -43,8 +44,8 @@ class PlanRun:
     reasons: bool
 
 
-def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]], Callable[..., None]]:
-    """Make a command of a function that says how a plan is made; ``what`` the plan changes in files.
+def plan_command(words: PlanWords) -> Callable[[Callable[..., Make]], Callable[..., None]]:
+    """Make a command of a function that says how a plan is made.
 
     The function gets the options that are its own, and the command has those of reading, writing and printing beside them.
     """
@@ -59,7 +60,7 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
             paths: tuple[str, ...],
             fix: bool,
             show_diff: bool,
-            show: str | None,
+            show: tuple[str, ...],
             form: str,
             reading: ReadingOptions,
             color: str,
@@ -67,17 +68,13 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
         ) -> None:
             ctx.exit(
                 _carry_out(
-                    ctx, PlanRun(paths, reading, form, color, fix, show_diff, show == "reasons"), command(**own), words
+                    ctx, PlanRun(paths, reading, form, color, fix, show_diff, "reasons" in show), command(**own), words
                 )
             )
 
         options = (
             click.argument("paths", nargs=-1, required=True, metavar="PATH..."),
-            click.option("--fix", is_flag=True, help=f"Write the {what} to the files. Comments and layout stay."),
-            click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing."),
-            click.option(
-                "--show", type=click.Choice(["reasons"]), help="Print the reasons and costs of each change, too."
-            ),
+            *(fix_option, diff_option, show_option("reasons")),
             *(form_option, reading_options, color_option, debug_option),
         )
         return functools.reduce(lambda inner, option: option(inner), reversed(options), run)
@@ -88,25 +85,26 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
 def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -> int:
     """Read the paths as one system, make the plan, and print or write it; return the exit code."""
     if STDIN in run.paths:
-        raise click.UsageError("a plan changes files, and `-` is none.", ctx)
+        raise RefusedError("a plan changes files, and `-` is none", "write the path of the file", ctx)
     reader = prepare(run.reading, run.paths)
     system, loaded = reader.one(run.paths, run.color)
     files = [path for path, _ in loaded.systems]
     with Progress("solving"):
         plan = make(system, lambda texts: reader.again(files, texts), reader)
     if not plan.before.endpoints:
-        text = "none of its endpoints could be checked, see the findings of `cqos check`"
-        say(text if system.endpoints else "there is no endpoint in it", severity="error", choice=run.color)
+        unjudged = ("none of its endpoints could be checked", "`cqos check` says why")
+        say_error(*(unjudged if system.endpoints else ("there is no endpoint in it", "")), choice=run.color)
         return UNUSABLE
-    if run.fix and plan.confirmed:
+    write = run.fix and not run.show_diff
+    if write and plan.confirmed:
         replace_files(plan.edited.texts, plan.edited.before)
     if run.show_diff:
         emit(plan.edited.diff())
     elif run.form == "json":
-        emit(plan_as_json(plan, written=run.fix and plan.confirmed))
+        emit(plan_as_json(plan, written=write and plan.confirmed))
     else:
         color = colored(run.color, sys.stdout)
-        emit(plan_as_text(plan, words, width(), color=color, written=run.fix, reasons=run.reasons))
+        emit(plan_as_text(plan, words, width(), color=color, written=write, reasons=run.reasons))
     for finding in plan.left if plan.confirmed else ():
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)
@@ -114,4 +112,4 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
         text = f"{plural(unknown, 'pair')} unknown, which stay as they are without --decide"
         say(text, severity="note", choice=run.color)
     reached = plan.confirmed and not plan.left and not plan.conflicts
-    return CLEAN if reached and (run.fix or not plan.changes) else FINDINGS
+    return CLEAN if reached and (write or not plan.changes) else FINDINGS

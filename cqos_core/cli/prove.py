@@ -16,15 +16,17 @@ from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
-from cqos_core.cli.parameters import color_option, debug_option, nearest
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import color_option, debug_option, formats_option, nearest, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.sinks import check_targets
+from cqos_core.cli.refusals import RefusedError, say_error
+from cqos_core.cli.sinks import STDOUT, PairingCommand, Sink, check_targets, pair_sinks
 from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.model.problems import CqosError, InvalidValueError, MissingError
+from cqos_core.model.problems import CqosError, InvalidValueError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -56,20 +58,22 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
             return value
         kind, _, text = value.partition("=")
         if kind not in FAULTS:
-            self.fail(f"there is no fault `{kind}`{nearest(kind, FAULTS)}", param, ctx)
+            raise RefusedError(f"there is no fault `{kind}`", nearest(kind, FAULTS), ctx, param)
         try:
             nanoseconds = Duration().parse(text or "1s")
         except InvalidValueError as error:
-            self.fail(f"{kind}: {error.message}; {error.advice()}", param, ctx)
+            raise RefusedError(f"{kind}: {error.message}", error.advice(), ctx, param) from None
         if nanoseconds == INFINITE:
-            self.fail(f"{kind} takes a time, such as {kind}=2s, found {text!r}", param, ctx)
+            raise RefusedError(f"{kind} takes a time, found {text!r}", f"write {kind}=2s", ctx, param)
         return Fault(kind, nanoseconds / 1_000_000_000)
 
 
 @click.command(
+    cls=PairingCommand,
     epilog="Exit codes: 0 every run did what C-QoS says; 1 one did not; 2 wrong usage, input that cannot be read, or a pair "
-    "that cannot be run here; 3 internal error."
+    "that cannot be run here; 3 internal error.",
 )
+@usual("--on", "--fault", "--format", "--output", "--launch", "--option")
 @click.argument("arguments", nargs=-1, required=True, metavar="PATH... [CODE | PUBLISHER SUBSCRIBER]")
 @click.option(
     "--on",
@@ -81,10 +85,11 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     "--fault",
     type=_FaultType(),
     metavar="FAULT=TIME",
-    help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s. Without it, each "
+    help=f"Inject a fault in the middle of the run, for instance link_outage=2s. Faults are {', '.join(FAULTS)}. Without it, each "
     "fault runs that the needs of the subscriber name under `survives`.",
 )
-@click.option("--record", metavar="FILE", help="Write all runs with their timelines as JSON; `-` is standard output.")
+@formats_option(click.Choice(["text", "json"]))
+@output_option(several=True)
 @reading_options
 @color_option
 @debug_option
@@ -95,7 +100,8 @@ def prove(
     arguments: tuple[str, ...],
     on: str,
     fault: Fault | None,
-    record: str | None,
+    formats: tuple[str, ...],
+    outputs: tuple[str, ...],
     reading: ReadingOptions,
     color: str,
 ) -> None:
@@ -106,29 +112,30 @@ def prove(
 
     \b
     Examples:
-      cqos prove system.yaml                                   one pair of each error, before and after the fix
-      cqos prove system.yaml ROS101 --on fastdds
+      cqos prove system.yaml                       one pair of each error, before and after the fix
+      cqos prove system.yaml ROS101 --on fastdds   the first pair of this finding
       cqos prove system.yaml lidar/publisher/scan nav/subscriber/scan --fault link_outage=2s
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.analysis.proving.runs import named
 
     paths, asked = _split(arguments)
     reader = prepare(reading, paths)
-    recorded_in = [] if record in {None, STDIN} else [record]
-    check_targets("--record", recorded_in, paths)
+    sinks = pair_sinks(ctx, formats, outputs, "text")
+    written = [sink.path for sink in sinks if sink.path != STDOUT]
+    check_targets("--output", written, paths)
     system, loaded = reader.one(paths, color, partly=True)
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
-    check_targets("--record", recorded_in, read)
+    check_targets("--output", written, read)
     system = named(tried_out(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
         ctx.exit(UNUSABLE)
     again = None if STDIN in files else partial(reader.again, files)
-    session = _Session(reader.context, on, fault, color, record == STDIN, again)
+    session = _Session(reader.context, on, fault, color, Sink("text") in sinks, again)
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
-    session.end(record)
+    session.end(sinks)
     ctx.exit(UNUSABLE if session.failed or loaded.problems else FINDINGS if session.wrong else CLEAN)
 
 
@@ -139,9 +146,9 @@ def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         number += 1
     paths, asked = tuple(arguments[:number]), tuple(arguments[number:])
     if len(asked) > _PAIR:
-        raise click.UsageError(
-            f"{', '.join(f'`{each}`' for each in asked)} are no paths; after the paths come one code, or the ids of a "
-            "publisher and a subscriber"
+        raise RefusedError(
+            f"{', '.join(f'`{each}`' for each in asked)} are no paths",
+            "after the paths come one code, or the ids of a publisher and a subscriber",
         )
     return paths, asked
 
@@ -161,7 +168,7 @@ def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[
         if not found:
             codes = dict.fromkeys(each.code for _, each in pairs)
             known = f"the findings about pairs are {', '.join(codes)}" if codes else "there are no findings about pairs"
-            say(f"there is no finding {asked[0]} about a pair here; {known}", severity="error")
+            say_error(f"there is no finding {asked[0]} about a pair here", known)
             return None
     else:
         found = [(pair, each) for pair, each in pairs if each.severity is Severity.ERROR]
@@ -197,12 +204,13 @@ class _Session:
         on: str,
         fault: Fault | None,
         color: str,
-        quiet: bool,  # noqa: FBT001
+        shown: bool,  # noqa: FBT001
         again: Callable[[Mapping[str, bytes]], System] | None,
     ) -> None:
-        self.where, self.on, self.fault, self.color, self.quiet, self.again = where, on, fault, color, quiet, again
-        self.paint = paint(color=colored(color, sys.stdout))
+        self.where, self.on, self.fault, self.color, self.shown, self.again = where, on, fault, color, shown, again
+        self.paint = paint(color=colored(color, sys.stdout if shown else None))
         self.runs: list[dict[str, Any]] = []
+        self.lines: list[str] = []
         self.wrong = self.failed = 0
 
     def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
@@ -230,10 +238,7 @@ class _Session:
                     self.run(*fixed)
         except CqosError as error:
             self.failed += 1
-            what = error.what if isinstance(error, MissingError) else str(error)
-            say(f"{publisher} and {subscriber}: {what}", severity="error", choice=self.color)
-            if isinstance(error, MissingError):
-                say(error.help, severity="help", choice=self.color)
+            say_error(f"{publisher} and {subscriber}: {error.what}", error.help, self.color)
         self.show("")
 
     def run(self, trial: Trial, fixes: Sequence[Remedy]) -> None:
@@ -255,27 +260,29 @@ class _Session:
         for code, message in runs.not_seen(trial, outcome, self.where):
             self.show(f"  this run does not show {code}: {clean(message)}")
         wrong = runs.disagreements(trial, outcome, self.where)
-        for each in wrong:
-            say(each, severity="error", choice=self.color)
         if wrong:
             self.wrong += 1
             file = case_file(trial, outcome)
-            say(f"this is a case to report to the authors of the rule pack: {file}", severity="help", choice=self.color)
+            for each in wrong:
+                last = each == wrong[-1]
+                say_error(each, f"report this case to the authors of the rule pack: {file}" if last else "", self.color)
         self.runs.append(recorded(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:
-        """Write a line of the result."""
-        if not self.quiet:
+        """Write a line of the result, at once where it goes to standard output."""
+        self.lines.append(line + "\n")
+        if self.shown:
             emit(line + "\n")
 
-    def end(self, record: str | None) -> None:
-        """Write the total, and the record."""
+    def end(self, sinks: Sequence[Sink]) -> None:
+        """Write the total, and what goes to files or is for programs."""
         if self.runs:
             outcome = f"{self.wrong} not as C-QoS says" if self.wrong else "all as C-QoS says"
             self.show(f"{plural(len(self.runs), 'run')}: {outcome}")
-        text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
-        if record is not None:
-            emit(text) if record == STDIN else write_file(record, text)
+        texts = {"json": json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n", "text": "".join(self.lines)}
+        for sink in sinks:
+            if sink != Sink("text"):
+                sink.write(texts[sink.format])
 
 
 def case_file(trial: Trial, outcome: Outcome) -> Path:

@@ -14,16 +14,21 @@ from click.core import ParameterSource
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
 from cqos_core.cli.parameters import (
+    CONFIG,
     READS_SYSTEMS,
     Assignment,
     AssignmentType,
     Registered,
+    assumptions_option,
     nearest,
+    no_config_option,
     packs_option,
+    protocol_option,
     refuse_absent,
-    refused,
+    variables_option,
 )
 from cqos_core.cli.progress import Progress
+from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
 from cqos_core.files.loading import load_paths
@@ -60,7 +65,6 @@ class ReadingOptions:
     assumptions: tuple[Assignment, ...]
     switches: tuple[Assignment, ...]
     variables: tuple[Assignment, ...]
-    message_flows: bool
     stdin_name: str
     excluded: tuple[str, ...]
     config_file: str | None
@@ -75,20 +79,9 @@ _OPTIONS = (
         type=Registered("importers", "FORMAT"),
         help="Read every file as this format; without it, each file's format is detected. `cqos packs` lists the formats.",
     ),
-    click.option(
-        "--protocol",
-        metavar="ID",
-        help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
-    ),
+    protocol_option,
     packs_option,
-    click.option(
-        "--option",
-        "assumptions",
-        type=AssignmentType("PACK.NAME=VALUE", "ros2.rmw=cyclonedds"),
-        multiple=True,
-        help="What to assume about the deployment, for instance ros2.rmw=cyclonedds. Can be repeated; wins over "
-        "what files say. `cqos packs ID` lists a pack's options.",
-    ),
+    assumptions_option,
     click.option(
         "--switch",
         "switches",
@@ -96,18 +89,7 @@ _OPTIONS = (
         multiple=True,
         help="A switch of an importer, for instance bpmn.message_flows=true. Can be repeated.",
     ),
-    click.option(
-        "--define",
-        "variables",
-        type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
-        multiple=True,
-        help="What a variable in files stands for, such as $(ROBOT) in XML files of DDS. Can be repeated.",
-    ),
-    click.option(
-        "--message-flows",
-        is_flag=True,
-        help="Read BPMN message flows as topics; the same as --switch bpmn.message_flows=true.",
-    ),
+    variables_option,
     click.option(
         "--stdin-name",
         metavar="NAME",
@@ -122,14 +104,8 @@ _OPTIONS = (
         help="What a search of folders passes over, as in .gitignore and relative to the working directory. Can be "
         "repeated. Hidden, generated and ignored files are passed over anyway.",
     ),
-    click.option(
-        "--config",
-        "config_file",
-        metavar="FILE",
-        help="Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml, "
-        "in or above the folder of each system.",
-    ),
-    click.option("--no-config", is_flag=True, help="Use no configuration file."),
+    click.option("--config", "config_file", metavar="FILE", help=CONFIG),
+    no_config_option,
 )
 
 
@@ -265,8 +241,8 @@ class InputReader:
                 from cqos_core.cli.entrances import with_folder
 
                 command = with_folder(info, own[first.switch].split("\n")[0], paths)
-                message = f"{first.option} needs a folder among the paths, whose files are looked up; write `{command}`"
-                raise click.UsageError(message)
+                message = f"{first.option} needs a folder among the paths, whose files are looked up"
+                raise RefusedError(message, f"write `{command}`")
 
     def _refuse_without_effect(self, loaded: Loaded) -> None:
         """Refuse further options of such an importer, where it reads nothing."""
@@ -276,7 +252,9 @@ class InputReader:
             first = next((each for each in info.options if each.switch == info.folders_with), None)
             if first is not None and first.switch not in own and info not in [way.importer for way in ways]:
                 other = next(each.option for each in info.options if each.switch in own)
-                raise click.UsageError(f"{other} has no effect without {first.option}.")
+                raise RefusedError(
+                    f"{other} has no effect without {first.option}", f"write {first.option} {first.metavar} too"
+                )
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
         """Read ``paths`` as one system; without one, say why and end the command.
@@ -322,7 +300,7 @@ class InputReader:
 
     def _stdin(self) -> Source:
         if sys.stdin is None:
-            raise click.UsageError("`-` reads standard input, which is closed.")
+            raise RefusedError("`-` reads standard input, which is closed", "write the path of a file")
         return read_stream(self.options.stdin_name, sys.stdin.buffer)
 
     def tried(self, systems: Sequence[System]) -> System:
@@ -359,7 +337,8 @@ def usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] =
     say_problems(problems, color)
     if not loaded.systems and not problems:
         where = f"{path}: " if path else ""
-        say(f"{where}no file there is a design that C-QoS reads", severity="error", choice=color)
+        advice = "name a file that C-QoS reads; `cqos packs` lists the formats"
+        say_error(f"{where}no file there is a design that C-QoS reads", advice, color)
     for note in entered_notes(loaded, named):
         say(note, severity="note", choice=color)
     return bool(loaded.systems) and not loaded.ways.open and (partly or not problems)
@@ -375,7 +354,7 @@ def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
     """Check what the command line and the configuration say about reading, before anything is read.
 
     Raises:
-        click.UsageError: the command line names something that is not there.
+        RefusedError: the command line names something that is not there.
         InputError: the configuration or a rule pack file cannot be used.
     """
     return _reader(options, _config(options, paths), _switches(options))
@@ -389,7 +368,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
     if protocol is not None and protocol not in known:
         refuse_absent("packs", protocol, f"the rule pack `{protocol}`")
         source = "--protocol" if options.protocol else f"protocol of {config.path}"
-        raise refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
+        raise refused(source, f"there is no rule pack `{protocol}`", nearest(protocol, known))
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
     return InputReader(options, config, where, switches)
@@ -401,7 +380,7 @@ def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
     from cqos_core.config import Config, config_for, load_config
 
     if options.no_config and options.config_file is not None:
-        raise click.UsageError("--config and --no-config exclude each other.")
+        raise RefusedError("--config and --no-config exclude each other", "write one of them")
     if options.no_config:
         return Config()
     if options.config_file is not None:
@@ -420,11 +399,11 @@ def _folder_of(path: str) -> str:
 
 
 def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
-    switches: dict[str, dict[str, str]] = {"bpmn": {"message_flows": "true"}} if options.message_flows else {}
+    switches: dict[str, dict[str, str]] = {}
     for switch in options.switches:
         importers = load_plugins().importers
         if switch.owner not in importers:
-            raise refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
+            raise refused("--switch", f"there is no importer `{switch.owner}`", nearest(switch.owner, importers))
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
     for importer, own in options.of_importers.items():
         switches.setdefault(importer, {}).update(own)
@@ -463,7 +442,9 @@ def install_packs(files: Iterable[str]) -> None:
     known = {name: load_plugins().owner("packs", name) for name in load_plugins().packs} if paths else {}
     for path, pack in zip(paths, read_packs(paths), strict=True):
         if pack.id in known:
-            raise CqosError(f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}")
+            raise CqosError(
+                f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}", "give the pack another id"
+            )
         known[pack.id] = path
     if paths:
         os.environ[FILES_VARIABLE] = os.pathsep.join(paths)
@@ -484,21 +465,21 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
 
     if assumption.owner == OWNER:
         if assumption.name != OPTION or assumption.value not in READINGS:
-            raise refused("--option", f"`{assumption}` is no option; allowed: {OWNER}.{OPTION}={'|'.join(READINGS)}")
+            raise refused("--option", f"`{assumption}` is no option", f"write {OWNER}.{OPTION}={'|'.join(READINGS)}")
         return
     pack = where.find_pack(assumption.owner)
     if pack is None:
         refuse_absent("packs", assumption.owner, f"the rule pack `{assumption.owner}`")
-        raise refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
+        raise refused("--option", f"there is no rule pack `{assumption.owner}`", nearest(assumption.owner, known))
     index = pack.find("option", assumption.name)
     if index is None:
         names = [policy.name for policy in pack.policies if policy.level == "option"]
-        raise refused("--option", f"{pack.title} has no option `{assumption.name}`{nearest(assumption.name, names)}")
+        raise refused("--option", f"{pack.title} has no option `{assumption.name}`", nearest(assumption.name, names))
     policy = pack.policies[index]
     try:
         policy.domain.parse(assumption.value)
     except InvalidValueError as error:
         # A value newer than the pack has a stand-in, and the report says so.
         if policy.fallback is None:
-            message = f"{assumption.owner}.{policy.name}: {error.message}; {error.advice()}."
-            raise refused("--option", message) from None
+            message = f"{assumption.owner}.{policy.name}: {error.message}"
+            raise refused("--option", message, error.advice()) from None

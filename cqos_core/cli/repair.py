@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.plans import plan_command
 from cqos_core.formatters.plans import PlanWords
 
@@ -31,6 +32,7 @@ _WORDS = PlanWords(
     epilog="Exit codes: 0 nothing has to change, or --fix wrote the changes; 1 changes are needed, there is no repair, or errors "
     "stay that no setting repairs; 2 wrong usage or input that cannot be read; 3 internal error."
 )
+@usual("--fix", "--diff", "--keep", "--decide", "--launch", "--option", "--format")
 @click.option(
     "--keep",
     metavar="PATTERN",
@@ -38,7 +40,7 @@ _WORDS = PlanWords(
     help="Leave these as they are: the id of an endpoint or participant, or a file, as a shell pattern. Can be repeated.",
 )
 @click.option("--decide", is_flag=True, help="Make unknown pairs compatible, too. Without it they may stay unknown.")
-@plan_command(_WORDS, "changes")
+@plan_command(_WORDS)
 def repair(*, keep: tuple[str, ...], decide: bool) -> Make:
     """Find the smallest repair: the changes of least weight after which nothing is incompatible.
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import debug_option, nearest, packs_option, refused
+from cqos_core.cli.parameters import debug_option, nearest, one_format_option, packs_option
 from cqos_core.cli.reading import packs_here
+from cqos_core.cli.refusals import refused
 from cqos_core.cli.streams import emit, width
 from cqos_core.packs.catalogue import describe_code, describe_rule
 from cqos_core.packs.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
@@ -22,14 +23,7 @@ if TYPE_CHECKING:
 
 @click.command(epilog="Exit codes: 0 printed; 2 wrong usage, or no such rule or code; 3 internal error.")
 @click.argument("code")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json", "markdown"]),
-    default="text",
-    show_default=True,
-    help="For people, for programs, or for documents.",
-)
+@one_format_option("text", "json", "markdown")
 @packs_option
 @debug_option
 def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
@@ -48,7 +42,7 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     found = find(code, packs)
     if found is None:
         near = nearest(code, names(packs))
-        raise refused("CODE", f"there is no rule or code `{code[:60]}`{near} `cqos packs ID` lists rules.")
+        raise refused("CODE", f"there is no rule or code `{code[:60]}`", f"{near} `cqos packs ID` lists rules".strip())
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 

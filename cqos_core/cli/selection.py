@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.cli.parameters import nearest, refused
+from cqos_core.cli.parameters import nearest
+from cqos_core.cli.refusals import refused
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins
@@ -44,7 +45,7 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     """Read the values of both options.
 
     Raises:
-        click.BadParameter: no rule is meant by one of them.
+        RefusedError: no rule is meant by one of them.
     """
     if not select and not ignore:
         return Counted()
@@ -58,7 +59,7 @@ def rules_of(option: str, values: Sequence[str], context: Context, words: Sequen
     """Return the beginnings of codes, in lower case, that an option names beside the ``words`` that it takes, too.
 
     Raises:
-        click.BadParameter: one of the values is neither a word nor a rule.
+        RefusedError: one of the values is neither a word nor a rule.
     """
     if not values:
         return ()
@@ -78,13 +79,10 @@ def _rules(
     for rule in rules:
         given = rule.lower()
         if given not in codes and not any(code.startswith(given) for own in codes.values() for code in own):
-            if words:
-                raise refused(
-                    option,
-                    f"`{rule}` is neither {', '.join(words)} nor the code or name of a rule{nearest(rule, [*words, *names], listed=False)}",
-                )
-            near = nearest(rule, names, listed=False)
-            raise refused(option, f"no rule has the code or name `{rule}`{near}")
+            near = nearest(rule, [*words, *names], listed=False)
+            kinds = f"`{rule}` is neither {', '.join(words)} nor the code or name of a rule"
+            what = kinds if words else f"no rule has the code or name `{rule}`"
+            raise refused(option, what, near or "`cqos packs ID` lists the rules")
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 
 

@@ -10,7 +10,9 @@ from typing import Any, Final, TypeAlias
 
 import click
 
-from cqos_core.cli.parameters import debug_option, nearest
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import CONFIG, debug_option, nearest, no_config_option
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
 
 _Decorator: TypeAlias = "Callable[[Callable[..., Any]], Callable[..., Any]]"
@@ -39,7 +41,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     for name, setting in config.serve.items():
         option, at = options.get(name), setting.place or config.path
         if option is None or option.name is None:
-            raise click.UsageError(f"{at}: `cqos serve` has no option `{name}`{nearest(name, options)}", ctx)
+            raise RefusedError(f"{at}: `cqos serve` has no option `{name}`", nearest(name, options), ctx)
         folder = Path(setting.place.source).parent if name in _FILES and setting.place is not None else None
         texts = Names().parse(setting.text) if option.multiple else (setting.text,)
         beside = tuple(text if folder is None else str(folder / text) for text in texts)
@@ -47,7 +49,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         try:
             option.type_cast_value(ctx, defaults[option.name])
         except click.BadParameter as error:
-            raise click.UsageError(f"{at}: `{name}`: {error.message}", ctx) from None
+            raise RefusedError(f"{at}: `{name}`: {error.message}", getattr(error, "help", ""), ctx) from None
     ctx.default_map = defaults
     return value
 
@@ -61,14 +63,25 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
     epilog="Exit codes: 0 ended by a signal; 2 wrong usage, or an address that cannot be opened; 3 internal error.",
     context_settings={"auto_envvar_prefix": _PREFIX},
 )
-@click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
+@usual(
+    "--listen",
+    "--web",
+    "--modeler",
+    "--token-file",
+    "--tls-cert",
+    "--tls-key",
+    "--allow-anonymous",
+    "--workers",
+    "--config",
+)
+@no_config_option
 @click.option(
     "--config",
     "config_file",
     metavar="FILE",
     is_eager=True,
     callback=_configured,
-    help="Use [serve] of this configuration instead of that of the nearest cqos.toml or pyproject.toml.",
+    help=CONFIG,
 )
 @click.option(
     "--listen",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import refused
+from cqos_core.cli.refusals import refused
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
@@ -57,13 +57,11 @@ def pair_sinks(
     formats: Sequence[str],
     outputs: Sequence[str],
     default: str = DEFAULT_FORMAT,
-    *,
-    also: bool = False,
 ) -> list[Sink]:
     """Pair formats with outputs in the order of the command line, and refuse combinations without a meaning.
 
     Each output belongs to the format before it; one that stands first, to the format after it. ``default`` is the format
-    where none is named; it goes to standard output ``also`` beside others.
+    where none is named.
     """
     left = {"formats": iter(formats), "outputs": iter(outputs)}
     order: list[str] = ctx.meta.get(__name__, [])
@@ -75,10 +73,8 @@ def pair_sinks(
         pairs[-1][place] = next(left[kind])
     unpaired = [output for name, output in pairs if name is None]
     if unpaired and len(pairs) > 1:
-        raise refused("--output", f"`{unpaired[0]}` has no format of its own: write --format before each --output.")
+        raise refused("--output", f"`{unpaired[0]}` has no format of its own", "write --format before each --output")
     sinks = [Sink(name or default, output or STDOUT) for name, output in pairs] or [Sink(default)]
-    if also and all(sink.format != default for sink in sinks):
-        sinks.append(Sink(default))
     _refuse_clashes(sinks)
     return sinks
 
@@ -89,28 +85,29 @@ def _refuse_clashes(sinks: Sequence[Sink]) -> None:
         other = seen.setdefault(STDOUT if sink.path == STDOUT else os.path.realpath(sink.path), sink)
         if other is not sink:
             where = "standard output" if sink.path == STDOUT else f"`{sink.path}`"
-            message = f"{other.format} and {sink.format} would both go to {where}; give each a file with --output."
-            raise refused("--output", message)
+            message = f"{other.format} and {sink.format} would both go to {where}"
+            raise refused("--output", message, "give each a file with --output")
 
 
 def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) -> None:
     """Refuse files that cannot be written, or would overwrite an input, before the work is done.
 
     Raises:
-        click.BadParameter: naming the file and what is wrong with it.
+        RefusedError: naming the file and what is wrong with it.
     """
     read = [*inputs]
     for target in targets:
         from cqos_core.files.writing import is_same_file  # few runs write files
 
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
-        for is_wrong, message in (
-            (any(is_same_file(target, each) for each in read), f"`{target}` is an input and would be overwritten."),
-            (os.path.isdir(target), f"`{target}` is a folder; name a file in it."),  # noqa: PTH112
-            (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into."),  # noqa: PTH112
+        is_input = any(is_same_file(target, each) for each in read)
+        for is_wrong, message, advice in (
+            (is_input, f"`{target}` is an input and would be overwritten", "name another file"),
+            (os.path.isdir(target), f"`{target}` is a folder", "name a file in it"),  # noqa: PTH112
+            (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into", "make the folder"),  # noqa: PTH112
         ):
             if is_wrong:
-                raise refused(option, message)
+                raise refused(option, message, advice)
 
 
 def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from cqos_core.cli.parameters import output_option, watch_option
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.files.exporting import ExportContext
@@ -21,15 +23,17 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 
-def snapshot_options(seconds: float, what: str) -> Callable[[F], F]:
-    """Return the options `--seconds`, whose meaning is ``what``, `--watch` and `--output`."""
-    often = click.FloatRange(0, 3600, min_open=True)
+SECONDS = click.FloatRange(0, 3600, min_open=True)
+"""How long a command looks, or waits."""
+
+
+def snapshot_options(every: float) -> Callable[[F], F]:
+    """Return the options `--watch`, `--every`, whose default is given, and `--output`."""
+    text = "The time between two looks, with --watch."
     options = (
-        click.option("--seconds", type=often, default=seconds, show_default=True, metavar="S", help=what),
-        click.option("--watch", is_flag=True, help="Look every S seconds, and print what changed, until Ctrl-C."),
-        click.option(
-            "--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all."
-        ),
+        watch_option,
+        click.option("--every", type=SECONDS, default=every, show_default=True, metavar="SECONDS", help=text),
+        output_option(),
     )
     return lambda command: functools.reduce(lambda inner, option: option(inner), reversed(options), command)
 
@@ -38,7 +42,9 @@ def check_snapshot(output: str | None, inputs: Iterable[str], *, watch: bool) ->
     """Refuse an output that cannot be written, or that a watch does not have."""
     check_targets("--output", [] if output is None else [output], inputs)
     if watch and output is not None:
-        raise click.UsageError("--watch prints changes, so there is nothing to write with --output.")
+        raise RefusedError(
+            "--watch prints changes, so there is nothing to write with --output", "leave one of them out"
+        )
 
 
 def write_snapshot(system: System, head: str, output: str | None) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.help import usual
 from cqos_core.cli.plans import plan_command
 from cqos_core.formatters.plans import PlanWords
 
@@ -30,7 +31,8 @@ _WORDS = PlanWords(
     epilog="Exit codes: 0 nothing has to be stated, or --fix wrote the settings; 1 settings are suggested, or none meet the "
     "requirements; 2 wrong usage or input that cannot be read; 3 internal error."
 )
-@plan_command(_WORDS, "settings")
+@usual("--fix", "--diff", "--launch", "--option", "--format")
+@plan_command(_WORDS)
 def suggest() -> Make:
     """Find the weakest settings that meet all requirements, for endpoints that state no settings.
 

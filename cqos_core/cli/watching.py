@@ -10,10 +10,11 @@ from typing import Final, TypeAlias
 import click
 
 from cqos_core.cli import UNUSABLE
-from cqos_core.cli.streams import say, say_problems
+from cqos_core.cli.refusals import say_cqos_error, say_refused
+from cqos_core.cli.streams import say
 from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
-from cqos_core.model.problems import CqosError, InputError, describe
+from cqos_core.model.problems import CqosError
 from cqos_core.plugins import load_plugins
 
 _PAUSE: Final = 0.3  # seconds
@@ -47,12 +48,10 @@ def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
     try:
         code, now = run()
         return code, [*dict.fromkeys((*now, *files))]
-    except InputError as error:
-        say_problems(error.problems)
     except CqosError as error:
-        say(describe(error), severity="error")
+        say_cqos_error(error)
     except click.ClickException as error:
-        error.show()
+        say_refused(error)
     return UNUSABLE, files
 
 

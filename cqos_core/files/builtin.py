@@ -80,14 +80,15 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("repair", "Find the smallest set of changes after which nothing is incompatible."),
         ("suggest", "Find the weakest settings that meet the requirements of endpoints without settings."),
         ("diff", "List the differences of two systems on the same topics and endpoints."),
-        ("breaking", "Find pairs that get worse while a system is updated, and the order in which to update it."),
+        ("breaking", "Find pairs that get worse while a system is updated, and a safe order of updates."),
         ("rule", "Explain a rule or code: its condition, its reason, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("init", "Write a commented configuration for what lies in a folder."),
-        ("completion", "Print a script by which bash, zsh or fish completes commands, rules and packs."),
-        ("schema", "Print the JSON schema of the YAML system file."),
         ("modeler", "Draw a system in the browser, and see the QoS while you draw."),
         ("serve", "Serve checks by gRPC, to modelers and to others."),
+        ("test-pack", "Run the case files of a rule pack."),
+        ("completion", "Print a script by which bash, zsh or fish completes commands, rules and packs."),
+        ("schema", "Print the JSON schema of the YAML system file."),
     ):
-        register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))
-    register(CommandInfo("test-pack", "Run the case files of a rule pack.", "cqos_core.cli.pack_cases:test_pack"))
+        module = "pack_cases:test_pack" if name == "test-pack" else f"{name}:{name}"
+        register(CommandInfo(name, summary, f"cqos_core.cli.{module}"))

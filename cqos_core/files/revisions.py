@@ -60,7 +60,7 @@ def revision_of(text: str) -> Revision | None:
         return None
     if not _REF.fullmatch(match["ref"]):
         raise CqosError(
-            f"`{match['ref']}` is no name of a git revision; write PATH#ref=NAME, for instance .git#ref=main"
+            f"`{match['ref']}` is no name of a git revision", "write PATH#ref=NAME, for instance .git#ref=main"
         )
     return Revision(match["path"] or ".", match["ref"])
 
@@ -177,9 +177,9 @@ def _commit(top: str, revision: Revision) -> str:
         return done.stdout.strip()
     refs = _run(top, ["for-each-ref", "--format=%(refname:short)", "refs/heads", "refs/tags", "refs/remotes"])
     near = nearest(revision.ref, refs.stdout.split())
-    meant = f"; did you mean `{near}`?" if near else ""
-    advice = "" if near else "; a shallow clone lacks most of them, `git fetch --unshallow` brings them"
-    raise CqosError(f"the repository {top} has no revision `{revision.ref}`{meant}{advice}")
+    shallow = "a shallow clone lacks most of them, `git fetch --unshallow` brings them"
+    advice = f"did you mean `{near}`?" if near else shallow
+    raise CqosError(f"the repository {top} has no revision `{revision.ref}`", advice)
 
 
 def _git(folder: str, arguments: Sequence[str], environment: dict[str, str]) -> None:
@@ -204,7 +204,7 @@ def _run(
             timeout=_SECONDS,
         )
     except FileNotFoundError:
-        raise CqosError("git is not installed; it is needed to read a revision") from None
+        raise CqosError("a revision is read with git, which is not installed", "install git") from None
     except subprocess.TimeoutExpired:
         raise CqosError(f"git {arguments[0]} took longer than {_SECONDS} s") from None
 

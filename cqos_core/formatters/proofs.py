@@ -81,7 +81,7 @@ _FORM: Final[dict[str, type | tuple[type, ...]]] = {
 
 
 def runs_from_json(name: str, data: bytes) -> tuple[dict[str, Any], ...]:
-    """Return the runs that ``cqos prove --record`` wrote.
+    """Return the runs that ``cqos prove --format json`` wrote.
 
     Raises:
         CqosError: the file is none of these; the message says what was expected.
@@ -93,7 +93,7 @@ def runs_from_json(name: str, data: bytes) -> tuple[dict[str, Any], ...]:
             _check(run)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         reason = f"{type(error).__name__}: {error}"
-        raise CqosError(f"{name} holds no runs of `cqos prove --record FILE`: {reason[:120]}") from None
+        raise CqosError(f"{name} holds no runs of `cqos prove --format json`: {reason[:120]}") from None
     return tuple(runs)
 
 

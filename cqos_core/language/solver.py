@@ -81,7 +81,7 @@ def solve(task: Task, *, give_up: bool = False) -> Solution | None:
     if status == "INFEASIBLE":
         return None
     if status not in {"OPTIMAL", "FEASIBLE"}:
-        raise CqosError(f"the solver found no answer within {_SECONDS:.0f} s; repair fewer files at a time")
+        raise CqosError(f"the solver found no answer within {_SECONDS:.0f} s", "repair fewer files at a time")
     chosen = {
         place: number
         for place, literals in problem.places.items()

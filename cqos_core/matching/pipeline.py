@@ -161,7 +161,7 @@ def _most_endpoints() -> int:
     if not given:
         return MOST_ENDPOINTS
     if not re.fullmatch("[1-9][0-9]{0,11}", given):
-        raise CqosError(f"{MOST_ENDPOINTS_VARIABLE} is `{given[:40]}`, expected a number of endpoints from 1")
+        raise CqosError(f"{MOST_ENDPOINTS_VARIABLE} is `{given[:40]}`", "write a number of endpoints from 1")
     return int(given)
 
 

@@ -17,17 +17,24 @@ _MOST_PROBLEMS: Final = 1000
 
 
 class CqosError(Exception):
-    """Base of every error C-QoS raises on purpose; its text can be shown to a person as it is."""
+    """Base of every error C-QoS raises on purpose; its text can be shown to a person as it is.
 
+    Attributes:
+        what: is wrong.
+        help: what to write or do instead; empty where nothing else is known.
+    """
 
-class MissingError(CqosError):
-    """Something that this needs is not installed. ``what`` says so, ``help`` is the line that installs it."""
+    what = help = ""
 
-    def __init__(self, what: str, help: str) -> None:  # noqa: A002 - as of a problem
+    def __init__(self, what: str = "", help: str = "") -> None:  # noqa: A002 - as of a problem
         """Keep both apart, and say them in one sentence."""
         self.what = what
         self.help = help
-        super().__init__(f"{what}; {help}")
+        super().__init__(f"{what}; {help}" if help else what)
+
+
+class MissingError(CqosError):
+    """Something that this needs is not installed; ``help`` is the line that installs it."""
 
 
 @dataclass(frozen=True, slots=True)

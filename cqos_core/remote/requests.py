@@ -317,7 +317,7 @@ def target_of(address: str, authority: str | None, certificate: str | None, key:
     secure = address.startswith(_SECURE) or authority is not None or certificate is not None
     target = address.removeprefix(_SECURE).removeprefix(_PLAIN).rstrip("/")
     if not target:
-        raise CqosError(f"`{address}` is no address: expected host:port, for instance 127.0.0.1:50051")
+        raise CqosError(f"`{address}` is no address", "write host:port, for instance 127.0.0.1:50051")
     names = ("certificate", "key")
     if secure and certificate is None and key is None:
         names = CERTIFICATE_VARIABLES

@@ -15,7 +15,9 @@ def try_tls(certificate: str | None, key: str | None, authority: str | None, *, 
     """
     for_certificate, for_key, for_authority = names
     if (certificate is None) != (key is None):
-        raise CqosError(f"{for_certificate} and {for_key} belong together: a certificate and its private key")
+        raise CqosError(
+            f"{for_certificate} and {for_key} belong together: a certificate and its private key", "write both"
+        )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     for name, path in zip(names, (certificate, key, authority), strict=True):
         if path is not None:

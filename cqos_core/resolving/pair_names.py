@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.problems import CqosError
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -17,7 +18,7 @@ _PAIRS: Final = 5
 """Pairs that are listed where names leave several."""
 
 
-def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | list[str]:
+def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | list[CqosError]:
     """Return the publisher and the subscriber that two names stand for, in whichever order; or the reasons that they stand for no pair."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]
@@ -28,12 +29,12 @@ def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resol
     if None in roles and all(sides):
         return _only_pair(ids, sides[0], sides[1])
     if None not in roles:
-        return [f"both are {roles[0]}s; a pair is a publisher and a subscriber"]
+        return [CqosError(f"both are {roles[0]}s", "a pair is a publisher and a subscriber")]
     unknown = [name for name, side in zip(ids, sides, strict=True) if not side]
     known = sorted(by_id)
     meant = {name: nearest(name, known) for name in unknown}
     return [
-        f"there is no endpoint `{name}`" + (f"; did you mean `{meant[name]}`?" if meant[name] else ".")
+        CqosError(f"there is no endpoint `{name}`", f"did you mean `{meant[name]}`?" if meant[name] else "")
         for name in unknown
     ]
 
@@ -48,7 +49,7 @@ def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resol
 
 def _only_pair(
     ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
-) -> tuple[Resolved, Resolved] | list[str]:
+) -> tuple[Resolved, Resolved] | list[CqosError]:
     """Return the only pair among endpoints of two participants; or why none or several are."""
     both = (*one, *other)
     packs = {each.pack.id: each.pack for each in both}.values()
@@ -64,12 +65,12 @@ def _only_pair(
     ]
     if len(pairs) == 1:
         return pairs[0]
-    message = f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`"
-    if pairs:
-        shown = "; ".join(f"{publisher.id} {subscriber.id}" for publisher, subscriber in pairs[:_PAIRS])
-        more = f"; and {len(pairs) - _PAIRS} more" if len(pairs) > _PAIRS else ""
-        message = f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`, name one of them: {shown}{more}"
-    return [message]
+    if not pairs:
+        return [CqosError(f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`")]
+    listed = "; ".join(f"{publisher.id} {subscriber.id}" for publisher, subscriber in pairs[:_PAIRS])
+    more = f"; and {len(pairs) - _PAIRS} more" if len(pairs) > _PAIRS else ""
+    message = f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`"
+    return [CqosError(message, f"name one of them: {listed}{more}")]
 
 
 def _matches(pack: RulePack, endpoints: Sequence[Resolved]) -> Iterable[tuple[str, str]]:

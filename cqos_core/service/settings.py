@@ -151,10 +151,13 @@ class Settings:
         if self.limits.bytes_together < self.limits.message_bytes:
             raise CqosError(
                 f"--max-total-bytes {self.limits.bytes_together} leaves no room for one message, "
-                f"which may have {self.limits.message_bytes} (--max-message-bytes)"
+                f"which may have {self.limits.message_bytes} (--max-message-bytes)",
+                f"write --max-total-bytes {self.limits.message_bytes} or more",
             )
         if self.client_authority is not None and self.certificate is None:
-            raise CqosError("--tls-client-ca asks callers for certificates, which needs --tls-cert and --tls-key")
+            raise CqosError(
+                "--tls-client-ca asks callers for certificates", "write --tls-cert FILE and --tls-key FILE too"
+            )
         try_tls(self.certificate, self.key, self.client_authority, names=_TLS_NAMES)
         self._check_origins()
         self._check_page()
@@ -163,27 +166,28 @@ class Settings:
         for name, address in (("--listen", self.listen), ("--web", self.web)):
             if address is not None and not is_loopback(split_address(name, address)[0]):
                 raise CqosError(
-                    f"{name} {address} can be reached from other machines, and the service would ask for no credentials: "
-                    "give --token-file or --tls-client-ca, or say --allow-anonymous"
+                    f"{name} {address} can be reached from other machines, and the service would ask for no credentials",
+                    "write --token-file FILE or --tls-client-ca FILE, or --allow-anonymous",
                 )
 
     def _check_page(self) -> None:
         if self.modeler and self.web is None:
-            raise CqosError("--modeler serves the page at the browsers' door: add --web HOST:PORT")
+            raise CqosError("--modeler serves the page at the browsers' door", "write --web HOST:PORT too")
         if self.modeler and not (PAGE / "index.html").is_file():
             raise CqosError(
-                "the page of the modeler is not in this installation, so `cqos modeler` cannot run; all other commands work. "
-                "In a clone of C-QoS, write: python3 dev.py setup (it gets Node.js from PyPI and builds the page)"
+                "the page of the modeler is not in this installation, so `cqos modeler` cannot run; all other commands work",
+                "in a clone of C-QoS, write: python3 dev.py setup (it gets Node.js from PyPI and builds the page)",
             )
 
     def _check_origins(self) -> None:
         if self.origins and self.web is None:
-            raise CqosError("--origin is for the door for browsers, which --web opens")
+            raise CqosError("--origin is for the door for browsers, which is not open", "write --web HOST:PORT too")
         for each in self.origins:
             if not _ORIGIN.fullmatch(each):
                 raise CqosError(
-                    f"--origin `{each}` is none: expected scheme and host, and a port where it is not the usual one, as "
-                    "browsers send it: https://example.org; or * for pages from anywhere"
+                    f"--origin `{each}` is none",
+                    "write scheme and host, and a port where it is not the usual one, as browsers send it: "
+                    "https://example.org; or * for pages from anywhere",
                 )
 
 
@@ -235,7 +239,7 @@ def split_address(name: str, address: str) -> tuple[str, int]:
     host, colon, port = address.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
     if not colon or not host or not port.isascii() or not port.isdigit() or int(port) > 65_535:  # noqa: PLR2004 - the last port
-        raise CqosError(f"{name} `{address}` is no address: expected host:port, for instance 127.0.0.1:50051")
+        raise CqosError(f"{name} `{address}` is no address", "write host:port, for instance 127.0.0.1:50051")
     return host, int(port)
 
 
@@ -299,8 +303,8 @@ def _quota(path: str, number: int, more: list[str], share: float) -> tuple[str, 
             share = float(value)
         else:
             # What stands there may be part of a token.
-            expected = "expected `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
-            raise CqosError(f"{path}:{number}: behind the token stands something else: {expected}")
+            expected = "write `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
+            raise CqosError(f"{path}:{number}: behind the token stands something else", expected)
     return name, share
 
 
@@ -312,7 +316,10 @@ def refuse_short(tokens: list[str]) -> None:
     """
     if any(len(token) < _SHORTEST_TOKEN for token in tokens):
         raise CqosError(
-            f"a token is shorter than {_SHORTEST_TOKEN} characters; `openssl rand -hex 32` makes a good one"
+            f"a token is shorter than {_SHORTEST_TOKEN} characters", "`openssl rand -hex 32` makes a good one"
         )
     if not all(token.isascii() and token.isprintable() and " " not in token for token in tokens):
-        raise CqosError("a token has characters other than printable ASCII without blanks")
+        raise CqosError(
+            "a token has characters other than printable ASCII without blanks",
+            "`openssl rand -hex 32` makes a good one",
+        )

@@ -1,4 +1,4 @@
-"""What ``cqos audit --output`` writes, and what it refuses to replace."""
+"""What ``cqos audit --findings`` writes, and what it refuses to replace."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def folder(tmp_path):
 
 
 def audited(folder, output, source="fleet.csv"):
-    return run(["audit", source, "--protocol", "ros2", "--output", output], folder)
+    return run(["audit", source, "--protocol", "ros2", "--findings", output], folder)
 
 
 @pytest.mark.parametrize("output", ["fleet.csv", "./fleet.csv", "link.csv", "hard.csv", "deep/../fleet.csv"])
@@ -34,7 +34,7 @@ def test_the_source_is_never_replaced(output, folder):
     (folder / "deep").mkdir()
     done = audited(folder, output)
     assert done.code == 2
-    assert f"`--output {output.removeprefix('./')}` is a part of `fleet.csv` and would be overwritten" in done.err
+    assert f"`--findings {output.removeprefix('./')}` is a part of `fleet.csv` and would be overwritten" in done.err
     assert (folder / "fleet.csv").read_text("utf-8") == TABLE
 
 
@@ -64,7 +64,7 @@ def test_a_system_in_a_folder_is_never_replaced_and_earlier_findings_are(folder)
 def test_an_ending_that_is_no_format_is_refused_with_those_that_are(output, ending, folder):
     done = audited(folder, output)
     assert done.code == 2
-    assert f"no format of findings has {ending}; expected one of .parquet, .csv, .ndjson, .jsonl" in done.err
+    assert f"no format of findings has {ending}\nhelp: write one of .parquet, .csv, .ndjson, .jsonl" in done.err
     assert not (folder / output).exists()
 
 

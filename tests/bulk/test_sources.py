@@ -133,7 +133,7 @@ def test_lines_that_are_no_objects_are_refused(line, tmp_path):
     needed("duckdb")
     (tmp_path / "fleet.ndjson").write_text(f"{line}\n", "utf-8")
     done = run(["audit", "fleet.ndjson", "--protocol", "ros2"], tmp_path)
-    assert (done.code, "expected a JSON object in each line" in done.err) == (2, True), done.err
+    assert (done.code, "write a JSON object in each line" in done.err) == (2, True), done.err
 
 
 SYSTEM = """cqos: 1
@@ -153,7 +153,7 @@ def test_a_folder_of_system_files_is_a_fleet(tmp_path):
     ):
         (tmp_path / "fleet" / name).mkdir(parents=True, exist_ok=True)
         (tmp_path / "fleet" / name / "robot.yaml").write_text(text, "utf-8")
-    found = said(tmp_path, "fleet", "--output", "findings.parquet")
+    found = said(tmp_path, "fleet", "--findings", "findings.parquet")
     (finding,) = found["findings"]
     assert (finding["code"], finding["topics"], finding["pairs"]) == ("ROS101", 2, 2)
     assert found["totals"]["incompatible"] == 2
@@ -198,7 +198,7 @@ def test_a_broker_of_many_clients_is_checked_with_its_filters(tmp_path):
         "subscriber,plant/+/temp,panel,2\nsubscriber,$share/g/plant/#,store,0\nsubscriber,Plant/+/temp,old,0\n"
     )
     (tmp_path / "clients.csv").write_text(table, "utf-8")
-    found = said(tmp_path, "clients.csv", "--protocol", "mqtt", "--severity", "note")
+    found = said(tmp_path, "clients.csv", "--protocol", "mqtt", "--show", "notes")
     pairs = {each["code"]: each["pairs"] for each in found["findings"]}
     assert pairs["MQTT103"] == 2
     assert "CQ401" in pairs

@@ -217,7 +217,7 @@ def test_check_and_diff_read_revisions_and_touch_nothing(git, cqos):
     assert cqos("check", "fleet.yaml#ref=old", "--format", "concise").out.startswith("old:fleet.yaml: compatible")
     done = cqos("check", ".git#ref=new", "--format", "concise")
     assert (done.code, "new:fleet.yaml:" in done.out, "ROS101" in done.out) == (1, True, True)
-    done = cqos("diff", "fleet.yaml#ref=old", "fleet.yaml#ref=HEAD")
+    done = cqos("diff", "fleet.yaml#ref=HEAD", "--against", "fleet.yaml#ref=old")
     assert (done.code, "HEAD:fleet.yaml:9" in done.out) == (1, True)
     assert git("status", "--porcelain") == before
 
@@ -232,8 +232,8 @@ def test_the_repository_is_that_of_the_path_whatever_a_hook_says(git, cqos, monk
 @pytest.mark.parametrize(
     ("path", "said"),
     [
-        ("fleet.yaml#ref=mian", "has no revision `mian`; did you mean `main`?"),
-        ("fleet.yaml#ref=0123456", "has no revision `0123456`; a shallow clone lacks most of them"),
+        ("fleet.yaml#ref=mian", "has no revision `mian`\nhelp: did you mean `main`?"),
+        ("fleet.yaml#ref=0123456", "has no revision `0123456`\nhelp: a shallow clone lacks most of them"),
         ("fleet.yaml#ref=--output=x", "`--output=x` is no name of a git revision"),
         ("fleet.yaml#ref=", "`` is no name of a git revision"),
         ("fleet.yaml#ref=main:fleet.yaml", "is no name of a git revision"),
@@ -252,7 +252,10 @@ def test_a_missing_git_and_a_missing_repository_are_errors(git, cqos, tmp_path_f
     assert "is in no git repository" in cqos("check", f"{elsewhere}#ref=main").err
     monkeypatch.setenv("PATH", str(elsewhere))
     done = cqos("check", ".git#ref=main")
-    assert (done.code, done.err) == (2, "error: git is not installed; it is needed to read a revision\n")
+    assert (done.code, done.err) == (
+        2,
+        "error: a revision is read with git, which is not installed\nhelp: install git\n",
+    )
 
 
 def test_a_file_with_such_a_name_is_a_file(git, cqos):

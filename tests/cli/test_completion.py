@@ -38,6 +38,9 @@ def complete(forked):
         (["packs", "d"], ["plain,dds"]),
         (["convert", "a.yaml", "--to", "qos"], ["plain,qos_overrides"]),
         (["completion", "f"], ["plain,fish"]),
+        (["launch", "la"], ["file,la"]),
+        (["learn", "sr"], ["file,sr"]),
+        (["diff", "a.yaml", "--against", "b"], ["file,b"]),
     ],
 )
 def test_the_next_word(complete, words, expected):

@@ -54,7 +54,7 @@ def test_settings_of_the_form(cqos):
         in cqos("convert", ROOT / "examples/smart_agriculture.bpmn", "--to", "yaml", "--set", "profiles=shared").out
     )
     for bad, hint in (
-        ("profiles=many", "`profiles` is one of kept, shared, not `many`"),
+        ("profiles=many", "`profiles` is not `many` help: write one of kept, shared"),
         ("profile=shared", "did you mean `profiles`?"),
         ("profiles", "has no setting `profiles`"),
     ):
@@ -69,7 +69,7 @@ def test_settings_of_the_form(cqos):
 
 
 def test_a_fixed_design(cqos, files):
-    done = cqos("convert", DIAGRAM, "--to", "yaml", "--remedies", "configuration", "--output", "mended.yaml")
+    done = cqos("convert", DIAGRAM, "--to", "yaml", "--fix", "--output", "mended.yaml")
     assert done.code == 0
     *fixed, note = done.err.splitlines()
     assert fixed == [
@@ -82,13 +82,13 @@ def test_a_fixed_design(cqos, files):
 
 
 def test_only_what_was_changed_and_nodes_take_by_default(cqos):
-    done = cqos("convert", DIAGRAM, "--to", "qos_overrides", "--remedies", "configuration")
+    done = cqos("convert", DIAGRAM, "--to", "qos_overrides", "--fix")
     overrides = {"/req_weather_data": {"publisher": {"reliability": "reliable"}}}
     assert yaml.safe_load(done.out) == {"/Participant_Drone": {"ros__parameters": {"qos_overrides": overrides}}}
 
 
 def test_nothing_to_fix(cqos, files):
-    done = cqos("convert", "fits.yaml", "--to", "qos_overrides", "--remedies", "first", "--output", "out.yaml")
+    done = cqos("convert", "fits.yaml", "--to", "qos_overrides", "--fix", "--change-program", "--output", "out.yaml")
     assert (done.code, done.out) == (0, "")
     assert done.err == "note: there is no error to fix, so nothing is written\n"
     assert not (files / "out.yaml").exists()
@@ -99,7 +99,7 @@ def test_an_error_without_a_fix_is_reported(cqos, files):
         "cqos: 1\nprotocol: ros2\nparticipants:\n"
         "  a: {publishes: {/t: {type: a/msg/A}}}\n  b: {subscribes: {/t: {type: b/msg/B}}}\n"
     )
-    done = cqos("convert", "types.yaml", "--to", "yaml", "--remedies", "first")
+    done = cqos("convert", "types.yaml", "--to", "yaml", "--fix", "--change-program")
     assert (done.code, done.out) == (0, "")
     assert "warning: still there: " in done.err
     assert "no such fix is known for 1 error, so nothing is written" in done.err
@@ -160,7 +160,7 @@ def test_wrong_usage(cqos):
     done = cqos("convert", "fits.yaml", "--to", "yml")
     assert (done.code, "did you mean `yaml`?" in done.err) == (2, True)
     assert cqos("convert", "--to", "yaml").code == 2
-    assert cqos("convert", "fits.yaml", "--to", "yaml", "--remedies", "all").code == 2
+    assert cqos("convert", "fits.yaml", "--to", "yaml", "--change-program").code == 2
 
 
 def test_many_notes_are_counted(cqos, files):

@@ -144,7 +144,7 @@ def test_several_paths_are_one_system(cqos, files):
 def test_an_unknown_id_is_an_error_with_the_nearest_and_all_ids(cqos):
     done = cqos("explain", "clashes.yaml", "lidar/publisher/scn", ENDS[1])
     assert (done.code, done.out) == (2, "")
-    assert "there is no endpoint `lidar/publisher/scn`; did you mean `lidar/publisher/scan`?" in done.err
+    assert "there is no endpoint `lidar/publisher/scn`\nhelp: did you mean `lidar/publisher/scan`?" in done.err
     assert "  subscriber  planner/subscriber/scan\n" in done.err
 
 
@@ -155,7 +155,7 @@ def test_an_unknown_id_of_many_is_an_error_with_similar_ids_only(cqos, files):
     done = cqos("explain", "many.yaml", "log/subscriber/t7", "s7/publsher/t7")
     assert (done.code, done.out) == (2, "")
     assert done.err == (
-        "error: there is no endpoint `s7/publsher/t7`; did you mean `s7/publisher/t7`?\n"
+        "error: there is no endpoint `s7/publsher/t7`\nhelp: did you mean `s7/publisher/t7`?\n"
         "/t7 (ros2)\n"
         "  publisher   s7/publisher/t7\n"
         "  subscriber  log/subscriber/t7\n"
@@ -171,11 +171,11 @@ def test_an_unknown_id_of_many_is_an_error_with_similar_ids_only(cqos, files):
         (["missing.yaml"], "error[CQ001] missing.yaml: cannot be read"),
         (["missing.yaml", *ENDS], "error[CQ001] missing.yaml: cannot be read"),
         (["clashes.yaml", ENDS[0]], "two ids are needed"),
-        (["clashes.yaml", ENDS[0], ENDS[0]], "both are publishers; a pair is a publisher and a subscriber"),
+        (["clashes.yaml", ENDS[0], ENDS[0]], "both are publishers\nhelp: a pair is a publisher and a subscriber"),
         (["lonely.yaml", "lidar/publisher/scan", "planner/subscriber/map"], "they never meet"),
         (["broken.yaml", *ENDS], "error[CQ001] broken.yaml:"),
         (["foreign.yaml"], "no installed importer recognises this format"),
-        ([], "Missing argument"),
+        ([], "PATH... is missing"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -216,5 +216,5 @@ def test_names_of_participants_are_enough_for_the_only_pair(cqos, files):
     (files / "two.yaml").write_text(text)
     done = cqos("explain", "two.yaml", "lidar", "planner")
     assert done.code == 2
-    assert "2 pairs are between `lidar` and `planner`, name one of them: lidar/publisher/" in done.err
+    assert "2 pairs are between `lidar` and `planner`\nhelp: name one of them: lidar/publisher/" in done.err
     assert "no publisher matches a subscriber" in cqos("explain", "lonely.yaml", "lidar", "lidar").err

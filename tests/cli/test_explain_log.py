@@ -81,7 +81,7 @@ def test_standard_input(forked):
     assert "<stdin>:2" in done.out
     assert "by the system they fit, so what runs differs from it" in done.out
     done = forked("explain", "--log", "-", "-", stdin=LOG)
-    assert (done.code, "only one of" in done.err) == (2, True)
+    assert (done.code, "are both standard input" in done.err) == (2, True)
 
 
 def test_a_log_without_complaints(forked, files):

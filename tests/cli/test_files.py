@@ -80,7 +80,7 @@ SYSTEM = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/t: }}, b: {su
         ("check", "designs", "--output"),
         ("check", "designs", "--write-baseline"),
         ("convert", "designs/a.yaml", "--to", "yaml", "--output"),
-        ("prove", "designs/a.yaml", "--record"),
+        ("prove", "designs/a.yaml", "--output"),
     ],
 )
 def test_no_output_replaces_an_input(command, spelling, cqos, files):

@@ -186,7 +186,7 @@ def test_an_importer_of_a_plugin_finds_what_it_reads_in_a_folder(forked, plugins
 
 
 def test_commands_of_plugins_stand_in_the_help(forked, plugins):
-    out = forked("--help", **plugins).out
+    out = forked("--help-all", **plugins).out
     assert "Commands of plugins:\n  greet" in out
     assert "Say hello." in out
 
@@ -248,7 +248,7 @@ def test_a_pack_file_of_a_service_has_an_id_of_its_own(forked):
 def test_a_command_that_cannot_be_imported(forked, plugins):
     done = forked("gone", **plugins)
     assert done.code == 2
-    assert "The command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
+    assert "the command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
 
 
 FAILS = {
@@ -281,7 +281,7 @@ def test_an_exporter_that_fails_is_named(forked, plugins, files, how):
 
 
 @pytest.mark.parametrize(("how", "said"), [("crash", "KeyError: 'x'"), ("quit", FAILS["quit"]), ("none", "TypeError")])
-@pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "fits.yaml")])
+@pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "--against", "fits.yaml")])
 def test_an_importer_that_fails_is_named_and_the_rest_is_read(forked, plugins, files, how, said, command):
     (files / "bad.csv").write_text(how)
     done = forked(*command, "bad.csv", **plugins)

@@ -39,7 +39,7 @@ def pair(files):
 
 
 def test_a_pair_that_is_refused_runs_again_with_its_fix(cqos, pair):
-    done = cqos("prove", pair("best_effort"), "--record", "runs.json")
+    done = cqos("prove", pair("best_effort"), "--format", "text", "--format", "json", "--output", "runs.json")
     assert (done.code, done.err) == (0, "")
     lines = [line.strip() for line in done.out.splitlines()]
     assert "20 sent, 0 arrived, refused for RELIABILITY" in lines
@@ -53,7 +53,7 @@ def test_a_pair_that_is_refused_runs_again_with_its_fix(cqos, pair):
 
 
 def test_a_node_of_ros_runs_as_it_is_on_the_wire_of_dds(cqos):
-    done = cqos("prove", BPMN, "ROS101", "--record", "-")
+    done = cqos("prove", BPMN, "ROS101", "--format", "json")
     first, second = json.loads(done.out)["runs"]
     assert (done.code, first["refused"], first["arrived"]) == (0, ["reliability"], [])
     # A depth of 1 keeps the last sample, and those before it only as long as the reader keeps up.
@@ -115,10 +115,10 @@ def test_a_run_claims_the_guarantees_under_its_fault():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("DDS102",), "there is no finding DDS102 about a pair here; the findings about pairs are DDS101"),
-        (("robot/publisher/scam", ENDS[1]), "there is no endpoint `robot/publisher/scam`; did you mean"),
+        (("DDS102",), "there is no finding DDS102 about a pair here\nhelp: the findings about pairs are DDS101"),
+        (("robot/publisher/scam", ENDS[1]), "there is no endpoint `robot/publisher/scam`\nhelp: did you mean"),
         (("a", "b", "c"), "`a`, `b`, `c` are no paths"),
-        (("--fault", "link_outag=1s"), "there is no fault `link_outag`; did you mean `link_outage`?"),
+        (("--fault", "link_outag=1s"), "there is no fault `link_outag`\nhelp: did you mean `link_outage`?"),
         (("--fault", "link_outage=often"), "link_outage:"),
         (("--on", "mosquitto"), "DDS has no `mosquitto` to run pairs on; it has cyclonedds, fastdds"),
         (("--fault", "broker_stop=1s"), "Cyclone DDS has no broker_stop; it runs link_outage, "),
@@ -128,7 +128,7 @@ def test_a_run_claims_the_guarantees_under_its_fault():
 def test_a_run_that_cannot_start_names_the_reason(cqos, pair, arguments, said):
     done = cqos("prove", pair("best_effort"), *arguments)
     assert done.code == 2
-    assert said in done.err.replace("\n", " ")
+    assert " ".join(said.split()) in " ".join(done.err.split())
 
 
 def test_without_errors_nothing_runs(cqos, pair):
@@ -154,3 +154,14 @@ def test_an_outage_is_filled_with_samples(cqos, pair, files):
     assert done.code == 0
     assert "sent 6 to 55" in done.out
     assert "70 sent, 70 arrived" in done.out
+
+
+def test_text_and_json_go_where_they_are_sent(cqos, pair, files):
+    name = pair("reliable")
+    shown = cqos("prove", name, *ENDS, "--color", "always")
+    assert "\x1b" in shown.out
+    to_files = ("--format", "text", "--output", "runs.txt", "--format", "json", "--output", "runs.json")
+    assert cqos("prove", name, *ENDS, *to_files) == (0, "", "")
+    assert (files / "runs.txt").read_text(encoding="utf-8").splitlines()[-1] == "1 run: all as C-QoS says"
+    assert json.loads((files / "runs.json").read_text(encoding="utf-8"))["version"] == 1
+    assert cqos("prove", name, "--format", "text", "--format", "json").code == 2

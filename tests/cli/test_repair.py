@@ -97,6 +97,7 @@ def test_a_diff_and_a_form_for_programs_write_nothing(cqos, files):
     (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
     done = cqos("repair", "--diff", "a.yaml")
     assert done.code == 1
+    assert cqos("repair", "--fix", "--diff", "a.yaml") == done
     assert "+      /scan: {reliability: reliable}   # cheap\n" in done.out
     plan = json.loads(cqos("repair", "--format", "json", "a.yaml").out)
     assert plan["confirmed"]

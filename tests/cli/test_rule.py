@@ -104,7 +104,7 @@ def test_a_rule_of_a_pack_file(cqos):
 def test_an_unknown_code_is_an_error_with_the_nearest(cqos, name, meant):
     done = cqos("rule", name)
     assert (done.code, done.out) == (2, "")
-    assert f"there is no rule or code `{name}`; did you mean `{meant}`?" in done.err
+    assert f"there is no rule or code `{name}`\nhelp: did you mean `{meant}`?" in done.err
 
 
 def test_a_hostile_code_gives_a_short_error(cqos):
@@ -161,7 +161,7 @@ def test_a_pack_file_is_listed_too(cqos):
 def test_an_unknown_pack(cqos):
     done = cqos("packs", "rso2")
     assert (done.code, done.out) == (2, "")
-    assert "there is no rule pack `rso2`; did you mean `ros2`?" in done.err
+    assert "there is no rule pack `rso2`\nhelp: did you mean `ros2`?" in done.err
 
 
 def test_a_rule_does_not_advise_to_change_what_is_derived(cqos):

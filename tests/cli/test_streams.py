@@ -230,7 +230,7 @@ def test_who_waits_less_than_a_second_sees_no_progress(screen, monkeypatch):
         (["explain", "clashes.yaml", "first", "second"], "resolving"),
         (["convert", "clashes.yaml", "--to", "dot"], "writing"),
         (["breaking", "clashes.yaml", "--against", "fits.yaml"], "comparing"),
-        (["diff", "clashes.yaml", "fits.yaml"], "reading"),
+        (["diff", "clashes.yaml", "--against", "fits.yaml"], "reading"),
     ],
 )
 def test_each_long_part_of_a_command_has_its_bar(cqos, files, monkeypatch, screen, arguments, label):

@@ -271,7 +271,7 @@ def test_other_files_are_no_runs(tmp_path, text):
     (tmp_path / "system.yaml").write_text(FLEET)
     done = run(["check", "system.yaml", "--format", "html", "--proofs", "runs.json"], tmp_path)
     assert done.code == 2
-    assert "runs.json holds no runs of `cqos prove --record FILE`" in done.err
+    assert "runs.json holds no runs of `cqos prove --format json`" in done.err
 
 
 SCREENS = {

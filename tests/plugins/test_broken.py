@@ -82,7 +82,7 @@ def test_the_inventory_lists_what_is_broken_and_nothing_that_it_registered(cqos,
 
 
 def test_help_lists_the_commands_of_the_others(cqos, everything):
-    done = cqos("--help")
+    done = cqos("--help-all")
     assert done.code == 0
     assert "Commands of plugins:\n  fail " in done.out
     assert done.err.count("warning: ") == len(LEFT_OUT)
@@ -132,7 +132,7 @@ def test_a_pack_that_fails_otherwise_is_named(cqos, site):
     assert done.code == 3
     what = "internal error in the plugin `failing_pack` of failing-pack 1.0: AttributeError: "
     assert done.err.startswith(f"error: {what}")
-    assert "help: This is a fault of the plugin `failing_pack` of failing-pack 1.0, not of your input." in done.err
+    assert "help: this is a fault of the plugin `failing_pack` of failing-pack 1.0, not of your input" in done.err
     assert "Traceback" not in done.err
     assert "Traceback" in cqos("--debug", "check", name).err
 
@@ -200,8 +200,8 @@ def test_a_formatter_that_fails_is_named_and_the_others_write(cqos, site):
     ("name", "code", "said"),
     [
         ("fail", 3, "error: internal error in the plugin `failing_command` of failing-command 1.0: ZeroDivisionError"),
-        ("plain", 2, "The command `plain` of failing-command 1.0 cannot be loaded: TypeError: `failing_command:plain`"),
-        ("missing", 2, "The command `missing` of failing-command 1.0 cannot be loaded: AttributeError"),
+        ("plain", 2, "the command `plain` of failing-command 1.0 cannot be loaded: TypeError: `failing_command:plain`"),
+        ("missing", 2, "the command `missing` of failing-command 1.0 cannot be loaded: AttributeError"),
     ],
 )
 def test_a_command_that_fails_is_named(cqos, site, name, code, said):

@@ -91,7 +91,7 @@ def test_its_formatter_renders_and_its_command_runs(cqos):
     done = cqos("check", ROOT / "examples" / "smart_agriculture_incompatible.bpmn", "--format", "markdown")
     assert (done.code, done.err) == (1, "")
     assert "| error ROS101 | " in done.out
-    assert "Commands of plugins:\n  graph  Draw who talks to whom, for Graphviz.\n" in cqos("--help").out
+    assert "Commands of plugins:\n  graph  Draw who talks to whom, for Graphviz.\n" in cqos("--help-all").out
     assert cqos("graph", "missing.csv")[:2] == (2, "")
 
 

@@ -55,14 +55,14 @@ def test_an_address_that_others_reach_needs_credentials(option, address, capsys)
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (["--listen", "nonsense"], "expected host:port"),
-        (["--listen", "127.0.0.1:99999"], "expected host:port"),
+        (["--listen", "nonsense"], "write host:port"),
+        (["--listen", "127.0.0.1:99999"], "write host:port"),
         (["--tls-cert", "a.pem"], "belong together"),
-        (["--tls-client-ca", "a.pem"], "needs --tls-cert"),
+        (["--tls-client-ca", "a.pem"], "write --tls-cert FILE"),
         (["--tls-cert", "a.pem", "--tls-key", "b.pem"], "cannot read a.pem"),
-        (["--origin", "https://example.org"], "--origin is for the door for browsers, which --web opens"),
+        (["--origin", "https://example.org"], "--origin is for the door for browsers, which is not open"),
         (["--web", "127.0.0.1:0", "--origin", "https://example.org/"], "--origin `https://example.org/` is none"),
-        (["--web", "127.0.0.1:0", "--origin", "example.org"], "`example.org` is none: expected scheme and host"),
+        (["--web", "127.0.0.1:0", "--origin", "example.org"], "`example.org` is none help: write scheme and host"),
         (["--token-file", "missing"], "cannot be read"),
         (["--listen", "192.0.2.1:0", "--allow-anonymous"], "cannot listen on 192.0.2.1:0"),
         (["--workers", "0"], "range"),
@@ -268,8 +268,8 @@ def test_a_client_raises_the_reason_for_unusable_certificates(kind, files, expec
 @pytest.mark.parametrize(
     ("address", "options", "expected"),
     [
-        ("", {}, "`` is no address: expected host:port"),
-        ("https://", {}, "`https://` is no address: expected host:port"),
+        ("", {}, "`` is no address; write host:port"),
+        ("https://", {}, "`https://` is no address; write host:port"),
         ("127.0.0.1:1", {"token": "two\nlines"}, "the token has characters other than printable ASCII"),
         ("127.0.0.1:1", {"token": "schlüssel"}, "the token has characters other than printable ASCII"),
     ],

@@ -12,6 +12,16 @@ from typing import Final
 
 import click
 
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import (
+    Assignment,
+    assumptions_option,
+    debug_option,
+    fail_on_option,
+    form_option,
+    protocol_option,
+    show_option,
+)
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import Setting
 
@@ -35,35 +45,27 @@ def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
     epilog="Exit codes are those of `cqos check`: 0 clean; 1 findings at or above the fail level, or no pair was compared; "
     "2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
 )
+@usual("--protocol", "--option", "--show", "--fail-on", "--format", "--findings", "--work", "--spark")
 @click.argument("source")
-@click.option("--table", default="endpoints", show_default=True, help="The table of a database.")
-@click.option("--protocol", metavar="ID", help="The rule pack of rows that state no protocol.")
+@click.option("--table", default="endpoints", show_default=True, metavar="NAME", help="The table of a database.")
+@protocol_option
+@assumptions_option
+@click.option("--exclude-column", "skip", metavar="COLUMN", multiple=True, help="Leave out a column. Can be repeated.")
+@show_option("errors", "warnings", "notes", default=["warnings"])
+@fail_on_option("error", "warning", "note", default="error")
+@form_option
 @click.option(
-    "--option", "options", metavar="PACK.NAME=VALUE", multiple=True, help="An option of a pack. Can be repeated."
-)
-@click.option("--skip", metavar="COLUMN", multiple=True, help="Leave out a column. Can be repeated.")
-@click.option(
-    "--severity",
-    type=click.Choice(["error", "warning", "note"]),
-    default="warning",
-    show_default=True,
-    help="The least severity that is reported.",
-)
-@click.option(
-    "--fail-on",
-    type=click.Choice(["error", "warning", "note"]),
-    default="error",
-    show_default=True,
-    help="Exit with 1 on findings of this severity or worse.",
-)
-@click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", help="For people or programs.")
-@click.option(
-    "--output",
+    "--findings",
+    "output",
+    metavar="FILE",
     type=click.Path(path_type=Path),
-    help="Also write all findings to this file, as its ending says: .parquet, .csv, .ndjson or .jsonl.",
+    help="Write all findings to this file, as its ending says: .parquet, .csv, .ndjson or .jsonl.",
 )
 @click.option(
-    "--work", type=click.Path(path_type=Path), help="Keep stages in this folder; the next run goes on from there."
+    "--work",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Keep stages in this folder; the next run goes on from there.",
 )
 @click.option(
     "--memory",
@@ -72,11 +74,26 @@ def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
     metavar="SIZE",
     help="The most memory that DuckDB uses; then it uses files.",
 )
-@click.option("--engine", type=click.Choice(["duckdb", "polars"]), default="duckdb", show_default=True)
+@click.option(
+    "--engine",
+    type=click.Choice(["duckdb", "polars"]),
+    default="duckdb",
+    show_default=True,
+    help="The program that computes with tables.",
+)
 @click.option("--spark", default="", metavar="URL", help="Run on this Spark cluster, such as spark://host:7077.")
+@debug_option
 @click.pass_context
 def audit(
-    ctx: click.Context, /, *, source: str, options: tuple[str, ...], form: str, fail_on: str, **given: object
+    ctx: click.Context,
+    /,
+    *,
+    source: str,
+    assumptions: tuple[Assignment, ...],
+    show: tuple[str, ...],
+    form: str,
+    fail_on: str,
+    **given: object,
 ) -> None:
     """Check the endpoints of a whole fleet, from a table.
 
@@ -87,7 +104,7 @@ def audit(
     \b
     Examples:
       cqos audit endpoints.parquet --protocol ros2
-      cqos audit fleet.duckdb --output findings.parquet
+      cqos audit fleet.duckdb --findings findings.parquet
       cqos audit robots/
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     _refuse_lacking("bulk", "`cqos audit`", "narwhals", "duckdb", "pyarrow", str(given["engine"]))
@@ -97,12 +114,16 @@ def audit(
     from cqos_bulk.fleet_report import as_json, as_text
     from cqos_core.cli import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
     from cqos_core.cli.progress import Progress
-    from cqos_core.cli.streams import say
+    from cqos_core.cli.refusals import say_error
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)
     where = context()
-    wanted = WantedAudit(path=source, options=_options(options), **given)  # type: ignore[arg-type] # as the options are declared
+    options: dict[str, dict[str, Setting]] = {}
+    for each in assumptions:
+        options.setdefault(each.owner, {})[each.name] = Setting(each.value)
+    severity = min((each.removesuffix("s") for each in show), key=_ORDER.index)
+    wanted = WantedAudit(path=source, options=options, severity=severity, **given)  # type: ignore[arg-type] # as the options are declared
     stages = count(1)
     with Progress("reading") as progress:
 
@@ -117,24 +138,13 @@ def audit(
     click.echo(as_json(result) if form == "json" else as_text(result, where), nl=False)
     pairs = sum(result.totals.get(each, 0) for each in ("compatible", "incompatible", "unknown"))
     if not result.totals["endpoints"]:
-        say(f"{source}: {NO_ENDPOINT}", severity="error")
+        say_error(f"{source}: {NO_ENDPOINT}")
         ctx.exit(UNUSABLE)
     if not pairs:
-        say(NO_PAIR, severity="error")
+        say_error(NO_PAIR)
     bad = any(_ORDER.index(each.severity) >= _ORDER.index(fail_on) for each in result.causes)
     if bad or not pairs:
         ctx.exit(FINDINGS)
-
-
-def _options(given: tuple[str, ...]) -> dict[str, dict[str, Setting]]:
-    found: dict[str, dict[str, Setting]] = {}
-    for each in given:
-        name, equals, value = each.partition("=")
-        pack, dot, option = name.partition(".")
-        if not (equals and dot and pack and option):
-            raise click.BadParameter(f"`{each}`, expected PACK.NAME=VALUE", param_hint="'--option'")
-        found.setdefault(pack, {})[option] = Setting(value)
-    return found
 
 
 def _end_quietly() -> None:

@@ -41,7 +41,7 @@ class DuckDB:
         try:
             self.database = duckdb.connect(config=settings)
         except duckdb.Error as error:
-            raise CqosError(f"`--memory {memory}`: {str(error).splitlines()[0]}; expected a size such as 4GB") from None
+            raise CqosError(f"`--memory {memory}`: {str(error).splitlines()[0]}", "write a size such as 4GB") from None
         self.database.execute("SET enable_progress_bar = false")
 
     def source(self, path: str, table: str) -> nw.LazyFrame[Any]:
@@ -62,7 +62,9 @@ class DuckDB:
             else:
                 found = self.database.sql(_TEXTS_OF_JSON.format(path=_quoted(path)))
                 if found.columns == ["json"]:
-                    raise CqosError(f"`{path}` cannot be read: expected a JSON object in each line")
+                    raise CqosError(
+                        f"`{path}` cannot be read: a line is no JSON object", "write a JSON object in each line"
+                    )
             names = ", ".join(f'"{_inner(name)}" AS "{_inner(name.replace(".", DOT))}"' for name in found.columns)
             return nw.from_native(found.project(names))
         except duckdb.Error as error:

@@ -117,20 +117,24 @@ def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
     if not (wanted.spark or path.exists() or "*" in wanted.path):
         raise CqosError(f"`{path}`: there is no such file or folder")
     if wanted.spark and not _MASTER.fullmatch(wanted.spark):
-        raise CqosError(f"`--spark {wanted.spark}`: expected spark://HOST:PORT, k8s://HOST:PORT, yarn or local[N]")
+        raise CqosError(
+            f"`--spark {wanted.spark}` is no cluster", "write spark://HOST:PORT, k8s://HOST:PORT, yarn or local[N]"
+        )
     if path.is_file() and not path.stat().st_size:
-        raise CqosError(f"`{path}` is empty; expected a first line with the names of columns")
+        raise CqosError(f"`{path}` is empty", "write a first line with the names of columns")
     if output is not None and not output.absolute().parent.is_dir():
-        raise CqosError(f"`--output {output}`: there is no folder `{output.parent}`")
+        raise CqosError(f"`--findings {output}`: there is no folder `{output.parent}`", "make the folder")
     if output is not None and output.is_dir():
-        raise CqosError(f"`--output {output}` is a folder; expected a file")
+        raise CqosError(f"`--findings {output}` is a folder", "name a file")
     if output is not None and output.suffix.lower() not in OUTPUTS:
         kind = f"`{output.suffix}`" if output.suffix else "a name without an ending"
-        raise CqosError(f"`--output {output}`: no format of findings has {kind}; expected one of {', '.join(OUTPUTS)}")
+        raise CqosError(
+            f"`--findings {output}`: no format of findings has {kind}", f"write one of {', '.join(OUTPUTS)}"
+        )
     if output is not None and _is_read(output, wanted.path):
-        raise CqosError(f"`--output {output}` is a part of `{path}` and would be overwritten; name another file")
+        raise CqosError(f"`--findings {output}` is a part of `{path}` and would be overwritten", "name another file")
     if work is not None and work.exists() and not work.is_dir():
-        raise CqosError(f"`--work {work}` is a file; expected a folder")
+        raise CqosError(f"`--work {work}` is a file", "name a folder")
     for name in wanted.options:
         _pack(name, where)
 
@@ -161,7 +165,8 @@ def _audited(
     stages = len(STAGES) * len(in_columns) + len(FOLDED_STAGES) * len(folded) + bool(rest or crossing is not None)
     for name in [*folded, *rest] if "participant" not in stated else ():
         raise CqosError(
-            f"{packs[name].title} needs a column `participant`: values follow from all endpoints of a client"
+            f"{packs[name].title} needs a column `participant`: values follow from all endpoints of a client",
+            "add the column",
         )
     found = []
     for name in [*in_columns, *folded]:
@@ -244,15 +249,17 @@ def _read(frame: Frame, wanted: WantedAudit) -> tuple[Frame, list[str]]:
     every = frame.collect_schema().names()
     names = [each for each in every if setting_name(each) not in wanted.skip]
     if absent := sorted({*wanted.skip} - {*map(setting_name, every)}):
-        raise CqosError(f"`--skip {absent[0]}`: `{wanted.path}` has no such column; it has {_listed(names)}")
+        raise CqosError(
+            f"`--exclude-column {absent[0]}`: `{wanted.path}` has no such column", f"it has {_listed(names)}"
+        )
     missing = [each for each in ("role", "topic") if each not in names]
     if missing:
         like = [each for each in names if each.strip().lower() == missing[0]]
         meant = f"; did you write `{like[0]}`?" if like else ""
-        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`; it has {_listed(names)}{meant}")
+        raise CqosError(f"`{wanted.path}` has no column `{missing[0]}`", f"it has {_listed(names)}{meant}")
     blank = {"system": "", "version": "", "participant": "participant", "protocol": wanted.protocol or ""}
     if "protocol" not in names and wanted.protocol is None:
-        raise CqosError(f"`{wanted.path}` has no column `protocol`; state the protocol with `--protocol`")
+        raise CqosError(f"`{wanted.path}` has no column `protocol`", "write --protocol ID")
     texts = {each: nw.col(each).cast(nw.String).fill_null("") for each in names if each != "id"}
     if "protocol" in texts and wanted.protocol is not None:
         given = texts["protocol"]
@@ -275,7 +282,7 @@ def _refuse_without_topic(source: Frame, wanted: WantedAudit, store: TableStore)
     for row in store.rows("without_topic"):
         if row["number"]:
             raise CqosError(
-                f"`{wanted.path}`: no topic in {plural(row['number'], 'row')}; fill it in, or leave such rows out"
+                f"`{wanted.path}`: no topic in {plural(row['number'], 'row')}", "fill it in, or leave such rows out"
             )
 
 
@@ -356,7 +363,7 @@ def _protocols(
     used: dict[str, set[str]] = {}
     for row in store.rows("stated"):
         if row["role"] not in _ROLES:
-            raise CqosError(f"`{wanted.path}`: role `{row['role']}`, expected publisher or subscriber")
+            raise CqosError(f"`{wanted.path}`: role `{row['role']}`", "write publisher or subscriber")
         name = row["protocol"]
         if name not in packs:
             packs[name] = _pack(name, where)
@@ -370,9 +377,10 @@ def _protocols(
             ):
                 shown = setting_name(column)
                 near = nearest(shown, [each.name for each in pack.policies])
-                meant = f"; did you mean `{near}`?" if near else ""
+                meant = f"did you mean `{near}`? " if near else ""
                 raise CqosError(
-                    f"column `{shown}` names no policy of {pack.title}{meant} (`--skip {shown}` leaves it out)"
+                    f"column `{shown}` names no policy of {pack.title}",
+                    f"{meant}`--exclude-column {shown}` leaves it out",
                 )
     if not packs:
         raise CqosError(f"`{wanted.path}` has no rows")
@@ -383,7 +391,7 @@ def _pack(name: str, where: Context) -> RulePack:
     pack = where.find_pack(name) if name else None
     if pack is None:
         known = ", ".join(sorted(where.known_packs))
-        raise CqosError(f"no rule pack `{name}`; installed: {known}. `--protocol` states that of rows without one")
+        raise CqosError(f"no rule pack `{name}`", f"installed: {known}; --protocol ID states that of rows without one")
     return pack
 
 

@@ -159,7 +159,7 @@ def systems_of(
         listed = [{key: text for key, text in row.items() if key != "system"} for row in islice(of_system, _MOST + 1)]
         if len(listed) > _MOST:
             raise CqosError(
-                f"system `{name}` has more than {_MOST:,} endpoints that are checked together; split it by `system`"
+                f"system `{name}` has more than {_MOST:,} endpoints that are checked together", "split it by `system`"
             )
         listed.sort(key=lambda row: tuple(row.values()))
         system = System(options={pack: dict(given) for pack, given in options.items()})

@@ -59,7 +59,7 @@ _LAUNCH = (
         "--launch",
         "launch",
         "FILE",
-        "Read folders as ROS 2 workspaces, and check what this launch file starts: a path or PACKAGE:FILE. Several start together.",
+        "Check what this launch file starts, a path or PACKAGE:FILE. Folders are read as ROS 2 workspaces. Several start together.",
     ),
     ImporterOption("--launch-arg", "launch_arg", "NAME:=VALUE", "The value of a launch argument. Can be repeated."),
 )

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
+from cqos_core.cli.refusals import say_error
+from cqos_core.cli.snapshots import SECONDS, check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
@@ -38,14 +40,30 @@ _HIGHEST_DOMAIN: Final = 232
     epilog="Exit codes: 0 written; 2 wrong usage, no participant in the domain, or Cyclone DDS is missing or cannot join; 3 internal "
     "error."
 )
+@usual("--domain", "--seconds", "--watch", "--output")
 @click.option(
-    "--domain", type=click.IntRange(0, _HIGHEST_DOMAIN), default=0, show_default=True, metavar="N", help="The domain."
+    "--domain",
+    type=click.IntRange(0, _HIGHEST_DOMAIN),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="The DDS domain.",
 )
-@snapshot_options(5.0, "How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.")
+@click.option(
+    "--seconds",
+    type=SECONDS,
+    default=5.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long to look. Participants announce themselves every few seconds; Ctrl-C ends it early.",
+)
+@snapshot_options(5.0)
 @color_option
 @debug_option
 @click.pass_context
-def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output: str | None, color: str) -> None:
+def dds(
+    ctx: click.Context, *, domain: int, seconds: float, every: float, watch: bool, output: str | None, color: str
+) -> None:
     """Write who is in a DDS domain: participants, topics, types and QoS, as discovery tells them.
 
     Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI. It writes no topic, and reads only
@@ -55,27 +73,23 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, watch: bool, output:
     \b
     Examples:
       cqos snapshot dds --domain 7 --output running.yaml
-      cqos diff design.yaml running.yaml
+      cqos diff running.yaml --against design.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, (), watch=watch)
     if watch:
-        _watch(domain, seconds)
+        _watch(domain, every)
         return
     seen, looked = _look(domain, seconds, color)
     found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
     if not seen.endpoints:
-        say(
-            f"domain {domain}: {found} seen in {looked:.1f} s, so there is nothing to write",
-            severity="error",
-            choice=color,
-        )
+        say_error(f"domain {domain}: {found} seen in {looked:.1f} s, so there is nothing to write", choice=color)
         ctx.exit(UNUSABLE)
     say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
     system = system_of(seen, with_ros=ros.PROTOCOL in load_plugins().packs)
     write_snapshot(system, f"# What ran in DDS domain {domain}, as discovery tells it.\n", output)
 
 
-def _watch(domain: int, seconds: float) -> None:
+def _watch(domain: int, every: float) -> None:
     """Print what is in a domain, then what changes, until interrupted."""
     discovery, with_ros = _joined(domain), ros.PROTOCOL in load_plugins().packs
 
@@ -85,7 +99,7 @@ def _watch(domain: int, seconds: float) -> None:
         return system
 
     with _interruptible() as interrupted:
-        for text in watched(look, context(), partial(interrupted.wait, seconds)):
+        for text in watched(look, context(), partial(interrupted.wait, every)):
             emit(text)
 
 

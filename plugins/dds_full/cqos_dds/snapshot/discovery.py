@@ -68,8 +68,8 @@ class Discovery:
             self._nodes = RosNodes(self._self)
         except DDSException as error:
             raise CqosError(
-                f"Cyclone DDS cannot join domain {domain}: {error.msg or error} (its configuration is in the "
-                "environment variable CYCLONEDDS_URI)"
+                f"Cyclone DDS cannot join domain {domain}: {error.msg or error}",
+                "its configuration is in the environment variable CYCLONEDDS_URI",
             ) from None
 
     def seen(self) -> Seen:

@@ -198,7 +198,7 @@ def test_check_and_diff_work_on_it(domain: int, start: Start, tmp_path: Path):
 
     def diff() -> Done:
         design.write_text(json.dumps(designed), encoding="utf-8")
-        return run(["diff", design, running], ROOT)
+        return run(["diff", running, "--against", design], ROOT)
 
     same = diff()
     assert same.code == 0, same.out
@@ -385,7 +385,7 @@ def test_no_vendor_that_the_pack_does_not_know():
 
 
 def test_watching_prints_new_endpoints(domain: int, start: Start):
-    command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", "0.5", "--watch"]
+    command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--every", "0.5", "--watch"]
     with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as watching:
         assert watching.stdout is not None
         assert watching.stdout.readline().count(":") == 2

@@ -41,9 +41,11 @@ class Interface:
     def __init__(self, url: str, authorization: str = "") -> None:
         parts = urlsplit(url)
         if parts.scheme not in {"http", "https"} or not parts.hostname:
-            raise CqosError(f"`{url}` is no address of a management interface; expected http://HOST:PORT or https://…")
+            raise CqosError(f"`{url}` is no address of a management interface", "write http://HOST:PORT or https://…")
         if parts.username or parts.password:
-            raise CqosError("a password in an address is seen by others; set CQOS_BROKER_USER and CQOS_BROKER_PASSWORD")
+            raise CqosError(
+                "a password in an address is seen by others", "set CQOS_BROKER_USER and CQOS_BROKER_PASSWORD"
+            )
         self.url = url.rstrip("/") + "/"
         self.host = parts.netloc
         self.headers = {"Accept": "application/json", **({"Authorization": authorization} if authorization else {})}
@@ -59,8 +61,8 @@ class Interface:
             with urlopen(Request(url, headers=self.headers), timeout=_SECONDS) as answer:  # noqa: S310 - checked above
                 data = answer.read(_MOST_BYTES + 1)
         except HTTPError as error:
-            hint = "; set CQOS_BROKER_USER and CQOS_BROKER_PASSWORD" if error.code in _REFUSED else ""
-            raise CqosError(f"{url} answers {error.code} {error.reason}{hint}") from None
+            hint = "set CQOS_BROKER_USER and CQOS_BROKER_PASSWORD" if error.code in _REFUSED else ""
+            raise CqosError(f"{url} answers {error.code} {error.reason}", hint) from None
         except (URLError, OSError, ValueError) as error:
             raise CqosError(f"{url} cannot be read: {describe(error)}") from None
         if len(data) > _MOST_BYTES:
@@ -172,7 +174,7 @@ def clients_of(broker: str, interface: Interface) -> list[SeenClient]:
         return BROKERS[broker].ask(interface)
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise CqosError(
-            f"{interface.url} does not answer in the form of {broker} ({describe(error)}); is it another broker?"
+            f"{interface.url} does not answer in the form of {broker} ({describe(error)})", "is it another broker?"
         ) from error
 
 

@@ -14,7 +14,9 @@ from functools import partial
 import click
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.cli.snapshots import check_snapshot, snapshot_options, write_snapshot
 from cqos_core.cli.streams import emit, say
 from cqos_core.files.opening import open_file, read_path
@@ -32,6 +34,7 @@ from cqos_mqtt.snapshot.seen import fill
 @click.command(
     epilog="Exit codes: 0 written; 2 wrong usage, a source that cannot be read, or no endpoint in it; 3 internal error."
 )
+@usual("--broker", "--security", "--watch", "--every", "--output")
 @click.argument("source", metavar="LOG|URL")
 @click.option(
     "--broker",
@@ -43,7 +46,7 @@ from cqos_mqtt.snapshot.seen import fill
     metavar="FILE",
     help="File of Mosquitto's dynamic security plugin, beside LOG: who may publish and subscribe what.",
 )
-@snapshot_options(2.0, "Time between two looks, with --watch.")
+@snapshot_options(2.0)
 @color_option
 @debug_option
 @click.pass_context
@@ -54,7 +57,7 @@ def mqtt(
     broker: str | None,
     security: str | None,
     watch: bool,
-    seconds: float,
+    every: float,
     output: str | None,
     color: str,
 ) -> None:
@@ -68,17 +71,17 @@ def mqtt(
       cqos snapshot mqtt /var/log/mosquitto/mosquitto.log --output running.yaml
       cqos snapshot mqtt mosquitto.log --security /var/lib/mosquitto/dynamic-security.json
       cqos snapshot mqtt http://localhost:18083 --broker emqx --watch
-      cqos diff design.yaml running.yaml
+      cqos diff running.yaml --against design.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, [source], watch=watch)
     if security is not None and "://" in source:
-        raise click.UsageError("--security is for the log of Mosquitto, not for an interface.", ctx)
+        raise RefusedError("--security is for the log of Mosquitto, not for an interface", "leave --security out", ctx)
     look = _asked(source, broker, security, ctx)
     if watch:
         # In the background of a shell, a program ignores interrupts unless it asks for them.
         signal.signal(signal.SIGINT, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
-            for text in watched(look, context(), partial(time.sleep, seconds)):
+            for text in watched(look, context(), partial(time.sleep, every)):
                 emit(text)
         return
     system = look()
@@ -86,7 +89,7 @@ def mqtt(
         say(note.message, severity=note.severity, choice=color)
     found = f"{plural(len(system.participants), 'client')}, {plural(len(system.endpoints), 'endpoint')}"
     if not system.endpoints:
-        say(f"{source}: {found} found, so there is nothing to write", severity="error", choice=color)
+        say_error(f"{source}: {found} found, so there is nothing to write", choice=color)
         ctx.exit(UNUSABLE)
     say(f"{source}: {found} found", severity="note", choice=color)
     system.sources = {}
@@ -97,10 +100,14 @@ def _asked(source: str, broker: str | None, security: str | None, ctx: click.Con
     """Return what looks at the source."""
     if "://" not in source:
         if broker is not None:
-            raise click.UsageError(f"--broker {broker} is for the address of an interface, not for a log.", ctx)
+            raise RefusedError(
+                f"--broker {broker} is for the address of an interface, not for a log", "leave --broker out", ctx
+            )
         return partial(_logged, source, security)
     if broker is None:
-        raise click.UsageError(f"say whose interface it is, with --broker {'|'.join(sorted(BROKERS))}.", ctx)
+        raise RefusedError(
+            f"{source} is an interface, and no broker is named", f"write --broker {'|'.join(sorted(BROKERS))}", ctx
+        )
     user, password = os.environ.get("CQOS_BROKER_USER"), os.environ.get("CQOS_BROKER_PASSWORD", "")
     secret = f"Basic {base64.b64encode(f'{user}:{password}'.encode()).decode()}" if user else ""
     return partial(_reported, broker, Interface(source, secret))

@@ -187,7 +187,7 @@ def test_a_subscription_that_is_asked_for_and_not_granted_is_refused():
 def test_watching_prints_what_changes(broker: Mosquitto):
     first = Client(broker, "first", five=False)
     first.does("subscribe", "farm/temp", 1)
-    command = [COMMAND, "snapshot", "mqtt", str(broker.log), "--watch", "--seconds", "0.2"]
+    command = [COMMAND, "snapshot", "mqtt", str(broker.log), "--watch", "--every", "0.2"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
         assert watching.stdout is not None
         lines = [watching.stdout.readline() for _ in range(2)]
@@ -380,7 +380,7 @@ def test_a_log_is_compared_with_its_design(tmp_path: Path):
     )
     done = run(["diff", "broker.log", "--against", "design.yaml"], tmp_path)
     assert (done.code, "qos is 2 in A (design.yaml:4" in done.out) == (1, True)
-    assert run(["diff", "broker.log"], tmp_path).code == run(["diff", "a", "b", "--against", "c"], tmp_path).code == 2
+    assert run(["diff", "broker.log"], tmp_path).code == 2
 
 
 def test_subscribers_that_lose_publishers_are_listed(tmp_path: Path):

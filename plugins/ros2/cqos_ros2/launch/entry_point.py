@@ -51,7 +51,7 @@ def _in_package(package: str, name: str, workspace: Workspace) -> tuple[Workspac
     if package not in workspace.packages:
         meant = did_you_mean(package, workspace.packages)
         where = f"{len(workspace.packages)} packages are in {workspace.root}"
-        raise _refused(f"there is no package {shown(package)}{meant}", f"{where}; name another folder with --workspace")
+        raise _refused(f"there is no package {shown(package)}{meant}", f"{where}; name the folder that has it")
     found = workspace.launch_files(package, name)
     if len(found) == 1:
         return workspace, found[0]

@@ -53,7 +53,7 @@ def _text(learned: LearnedClients) -> str:
     learned.system.sources = {}
     exported = write(learned.system, ExportContext(load_plugins().pack))
     unread = "".join(f"# Not known: {what}: {cause} ({at})\n" for what, cause, at in learned.gaps)
-    return f"{_HEAD}, and `cqos learn --check` compares it with them.\n{unread}{exported.text}"
+    return f"{_HEAD}, and `cqos learn --diff` compares it with them.\n{unread}{exported.text}"
 
 
 def _target(path: str, learned: LearnedClients) -> str:

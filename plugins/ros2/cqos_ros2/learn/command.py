@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from cqos_core.cli.parameters import debug_option
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import debug_option, diff_option, output_option
 from cqos_core.cli.progress import Progress
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit, replace_files, say, write_new_file
 from cqos_core.importers.reading import did_you_mean
 from cqos_core.model.problems import InputError, Problem
@@ -39,22 +41,20 @@ _MOST_GAPS: Final = 20
 
 
 @click.command(
-    epilog="Exit codes: 0 written, or the same as the sources; 1 --check found a difference; 2 wrong usage, no package, or "
+    epilog="Exit codes: 0 written, or the same as the sources; 1 --diff found a difference; 2 wrong usage, no package, or "
     "the extra `source` is not installed; 3 internal error."
 )
+@usual("--package", "--output", "--diff", "--node", "--calls")
 @click.argument("path")
 @click.option("--package", "packages", metavar="NAME", multiple=True, help="Only this package. Can be repeated.")
-@click.option("--output", metavar="DIR", help="Write the node files there; without it, each into its package.")
-@click.option("--check", is_flag=True, help="Write nothing; compare the node files that there are with the sources.")
+@output_option("DIR")
+@diff_option
 @click.option(
-    "--from",
-    "other",
-    type=click.Choice(("nodl", "snapshot")),
-    help="PATH is a file of another form: NoDL or a node design of Autoware, or what `cqos snapshot` or `ros2 topic info "
-    "--verbose` wrote. Writes one node file for each node, and replaces none.",
-)
-@click.option(
-    "--node", "nodes", metavar="NODE=EXECUTABLE", multiple=True, help="With --from snapshot: a node. Can be repeated."
+    "--node",
+    "nodes",
+    metavar="NODE=EXECUTABLE",
+    multiple=True,
+    help="A node of what ran, and its program. Can be repeated.",
 )
 @click.option("--calls", metavar="FILE", multiple=True, help="A table of further calls to follow. Can be repeated.")
 @debug_option
@@ -65,36 +65,37 @@ def learn(
     path: str,
     packages: tuple[str, ...],
     output: str | None,
-    check: bool,
-    other: str | None,
+    show_diff: bool,
     nodes: tuple[str, ...],
     calls: tuple[str, ...],
 ) -> None:
     """Write node files from the sources of ROS 2 packages, or a system file from those of MQTT clients.
 
-    PATH is a package or a folder with packages; in any other folder, the programs are read as clients of brokers. C-QoS
+    PATH is a package or a folder with packages; in any other folder, the programs are read as clients of brokers. It may also be a
+    file: NoDL, a node design of Autoware, or what `cqos snapshot` or `ros2 topic info --verbose` wrote. Then each node becomes a
+    node file of its own, and none is replaced. C-QoS
     reads C++ and Python as text and executes nothing. What the sources do not decide is written down as not known, with
-    its cause.
+    its cause. Without --output, each node file goes into its package.
 
     \b
     Examples:
       cqos learn src/my_robot
       cqos learn ~/ws/src --package my_driver --output nodes
-      cqos learn src/my_robot --check
+      cqos learn src/my_robot --diff
       cqos learn firmware --output systems
-      cqos learn --from snapshot running.yaml --package my_driver --node /robot/driver=driver_node
+      cqos learn running.yaml --package my_driver --node /robot/driver=driver_node
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2.learn.packages import Parsed
 
-    if nodes and other != "snapshot":
-        raise click.UsageError("--node needs --from snapshot.")
-    if other is not None:
-        _convert(other, path, packages, nodes, output, unfit={"--check": check, "--calls": calls})
+    if os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a path is too long
+        _convert(path, packages, nodes, output, unfit={"--diff": show_diff, "--calls": calls})
         return
+    if nodes:
+        raise RefusedError("--node is for a file of what ran", "write its path", ctx)
     if not packages and _without_packages(path):
         from cqos_ros2.learn.clients_command import learn_folder
 
-        if learn_folder(path, output, calls, check=check):
+        if learn_folder(path, output, calls, check=show_diff):
             ctx.exit(1)
         return
     workspace, chosen = _packages(path, packages)
@@ -103,7 +104,7 @@ def learn(
     for name in chosen:
         kept = _there(name, workspace, output)
         learned = _learned(name, workspace, calls, kept.document, parsed)
-        if check:
+        if show_diff:
             differing += _check(learned, kept)
         else:
             _write(learned, output, kept)
@@ -112,15 +113,15 @@ def learn(
 
 
 def _convert(
-    form: str, path: str, packages: tuple[str, ...], nodes: tuple[str, ...], output: str | None, unfit: dict[str, Any]
+    path: str, packages: tuple[str, ...], nodes: tuple[str, ...], output: str | None, unfit: dict[str, Any]
 ) -> None:
     from cqos_ros2.learn.converting import convert
 
     for option in (name for name, given in unfit.items() if given):
-        raise click.UsageError(f"{option} is for sources, and --from reads none.")
+        raise RefusedError(f"{option} is for sources, and `{path}` is another file", f"leave {option} out")
     if len(packages) > 1:
-        raise click.UsageError("--from takes one --package.")
-    convert(form, path, next(iter(packages), None), nodes, output)
+        raise RefusedError("the nodes of a file are of one package", "write --package once")
+    convert(path, next(iter(packages), None), nodes, output)
 
 
 def _without_packages(path: str) -> bool:

@@ -1,4 +1,4 @@
-"""``cqos learn --from``: node files from those of other tools, and drafts from what ran."""
+"""``cqos learn FILE``: node files from those of other tools, and drafts from what ran."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Participant, System
 
-_CONVERTED: Final = "# `cqos learn --from nodl` wrote this file once; from now on it is yours.\n"
+_NODL: Final = b"nodl_version"
+_CONVERTED: Final = "# `cqos learn` wrote this file once, from a file of another form; from now on it is yours.\n"
 _DRAFT: Final = (
-    "# `cqos learn --from snapshot` wrote this draft from one run; from now on it is yours.\n"
+    "# `cqos learn` wrote this draft from one run; from now on it is yours.\n"
     "# Names, types and values are those of that run: a launch may remap names, and parameters may set values.\n"
     "# So no entry counts while it has `perhaps`. Compare each with the source of the node, and remove `perhaps`.\n"
 )
@@ -48,12 +49,11 @@ _NO_LETTER: Final = re.compile(r"[^A-Za-z0-9_.-]+")
 """What a class or executable may have in its name, and a file shall not."""
 
 
-def convert(form: str, path: str, package: str | None, nodes: Sequence[str], output: str | None) -> None:
+def convert(path: str, package: str | None, nodes: Sequence[str], output: str | None) -> None:
     """Write the node files that a file of another form gives, one for each node; none that is there is replaced.
 
     Args:
-        form: ``nodl``, also for node designs of Autoware, or ``snapshot``, for any recording of what ran.
-        path: the file.
+        path: the file: NoDL, a node design of Autoware, or any recording of what ran.
         package: the ROS 2 package of the nodes; without it, that of the file.
         nodes: the nodes to write of a recording, as ``NAME`` or ``NAME=EXECUTABLE``.
         output: the folder to write to; without it, the current one.
@@ -61,8 +61,13 @@ def convert(form: str, path: str, package: str | None, nodes: Sequence[str], out
     Raises:
         InputError: the file is not of this form, something that is needed is not stated, or a file is there already.
     """
-    if form == "nodl":
-        head, documents = _CONVERTED, [_of_nodl(path, package)]
+    data = read_path(path).data
+    stated = DESIGN in data or _NODL in data
+    if stated and nodes:
+        message = f"`{path[:120]}` states its nodes itself"
+        raise InputError([Problem("CQ001", message, None, "leave --node out; it is for what ran")])
+    if stated:
+        head, documents = _CONVERTED, [_of_nodl(path, data, package)]
     else:
         head, documents = _DRAFT, [*_of_snapshot(path, package, nodes)]
     folder = Path("." if output is None else output)
@@ -81,19 +86,20 @@ def convert(form: str, path: str, package: str | None, nodes: Sequence[str], out
     for target, (text, document) in texts.items():
         write_new_file(str(target), text)
         endpoints = plural(counts(document).endpoints, "endpoint")
-        emit(f"{target}: {endpoints}{', to be confirmed' if form == 'snapshot' else ''}\n")
+        emit(f"{target}: {endpoints}{'' if stated else ', to be confirmed'}\n")
 
 
-def _of_nodl(path: str, package: str | None) -> dict[str, Any]:
+def _of_nodl(path: str, data: bytes, package: str | None) -> dict[str, Any]:
     """Return the node file of a NoDL document or of a node design of Autoware."""
-    data = read_path(path).data
     if DESIGN in data:
         document = design_document(path, data)
     else:
         document = nodl_document(path, data, package or _package_around(path))
     if document is None:
         message = f"`{path[:120]}` is neither NoDL of version 2 nor a node design of Autoware that states a node"
-        raise InputError([Problem("CQ001", message, None, "for what ran, use --from snapshot")])
+        raise InputError(
+            [Problem("CQ001", message, None, "write `nodl_version: 2`, or the package and the program of the node")]
+        )
     document["package"] = package or document["package"]
     return {"cqos_nodes": document["cqos_nodes"], "from": {"by": "hand"}, **document}
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.table import Table
 
-HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --check` compares it with them.\n# It leaves `corrections` and entries with `confirmed: true` as they are.\n"
+HEAD: Final = "# `cqos learn` wrote this file from the sources, and `cqos learn --diff` compares it with them.\n# It leaves `corrections` and entries with `confirmed: true` as they are.\n"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.help import usual
+from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters.terminal import clean, paint
 
 if TYPE_CHECKING:
@@ -25,9 +28,10 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 @click.command(
     epilog="Exit codes: 0 no cause found; 1 a cause found; 2 wrong usage or input that cannot be read; 3 internal error."
 )
+@usual("--launch", "--launch-arg", "--log", "--keystore", "--option", "--format")
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
 @click.argument("topic")
-@click.argument("paths", nargs=-1, required=True, metavar="FILE...")
-@click.option("--log", metavar="LOG", help="Also read what running programs print about incompatible endpoints.")
+@log_option
 @click.option("--keystore", metavar="DIR", help="Also read governance.xml and permissions.xml of a keystore of SROS 2.")
 @reading_options
 @form_option
@@ -37,8 +41,8 @@ _MARKS = {"found": ("found", "error"), "excluded": ("no", "quiet"), "not known":
 def why(
     ctx: click.Context,
     *,
-    topic: str,
     paths: tuple[str, ...],
+    topic: str,
     log: str | None,
     keystore: str | None,
     reading: ReadingOptions,
@@ -47,17 +51,19 @@ def why(
 ) -> None:
     """Find the cause of a silent topic of ROS 2.
 
-    C-QoS walks one list of causes. It marks each as found, excluded or not known by what FILE says, and ends with what to do. FILE is a
-    system file, a snapshot, a recording, or a workspace with --launch.
+    C-QoS walks one list of causes. It marks each as found, excluded or not known by what the paths say, and ends with what to do. A path is
+    a system file, a snapshot, a recording, or a workspace with --launch.
 
     \b
     Examples:
-      cqos why /scan src --launch bot_bringup:sim.launch.py
-      cqos why /map topic_info.txt --log ~/.ros/log/launch.log
+      cqos why src /scan --launch bot_bringup:sim.launch.py
+      cqos why topic_info.txt /map --log ~/.ros/log/launch.log
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2.why.causes import CAUSES
     from cqos_ros2.why.evidence import evidence
 
+    if log == STDIN and (STDIN in paths or sys.stdin is None):
+        raise RefusedError("standard input is read for a path, or closed", "write the path of the log", ctx)
     reader = prepare(reading, paths)
     system, _ = reader.one(paths, color)
     with Progress("looking for causes"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.loading import with_own
-from cqos_core.files.opening import read_path
+from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -197,5 +198,6 @@ def _join(reader: InputReader) -> Join | None:
 def _said(log: str | None, topic: str) -> list[Occurrence]:
     if log is None:
         return []
-    found, _ = misfits(log, BytesIO(read_path(log).data), [read_line])
+    source = read_path(log) if log != STDIN else read_stream(STDIN_NAME, sys.stdin.buffer)
+    found, _ = misfits(source.name, BytesIO(source.data), [read_line])
     return [each for each in found if each.misfit.topic in {topic, topic.lstrip("/")}]

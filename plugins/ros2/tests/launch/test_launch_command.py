@@ -52,9 +52,7 @@ def test_the_text(root, capsys):
 
 
 def test_json_by_package_and_file(root, capsys):
-    code, out, _ = printed(
-        capsys, "bot:bot.launch.xml", "--workspace", str(root), "--launch-arg", "sim:=false", "--format", "json"
-    )
+    code, out, _ = printed(capsys, str(root), "bot:bot.launch.xml", "--launch-arg", "sim:=false", "--format", "json")
     found = json.loads(out)
     assert (code, found["version"], found["undecided"]) == (0, 1, {})
     (node,) = found["instances"]
@@ -71,11 +69,11 @@ def test_json_by_package_and_file(root, capsys):
         (["nothing.launch.py"], "there is no file `nothing.launch.py`"),
         (["bot:bot.launch.xml", "--launch-arg", "simm:=true"], "did you mean `sim`"),
         (["bot:bot.launch.xml", "--launch-arg", "sim=true"], "write NAME:=VALUE"),
-        (["bot:bot.launch.xml", "--workspace", "/no/such/folder"], "there is no folder"),
+        (["/no/such/folder", "bot:bot.launch.xml"], "there is no folder"),
     ],
 )
 def test_wrong_usage_says_what_to_do(root, capsys, arguments, words):
-    given = arguments if "--workspace" in arguments else [*arguments, "--workspace", str(root)]
+    given = arguments if arguments[0].startswith("/") else [str(root), *arguments]
     code, out, err = printed(capsys, *given)
     assert (code, out) == (2, "")
     assert words in " ".join(err.split())

@@ -292,11 +292,11 @@ def test_the_command_writes_a_system_file_and_checks_it(tmp_path, capsys):
     (house / "display.py").write_text(PAHO_CLASS)
     assert command(["learn", str(house)]) == 0
     assert "1 client, 2 endpoints" in capsys.readouterr().out
-    assert command(["learn", str(house), "--check"]) == 0
+    assert command(["learn", str(house), "--diff"]) == 0
     (house / "display.py").write_text("\n" + PAHO_CLASS)
-    assert command(["learn", str(house), "--check"]) == 0, "a line that moved is no difference"
+    assert command(["learn", str(house), "--diff"]) == 0, "a line that moved is no difference"
     (house / "display.py").write_text(PAHO_CLASS.replace("qos=2", "qos=1"))
     capsys.readouterr()
-    assert command(["learn", str(house), "--check"]) == 1
+    assert command(["learn", str(house), "--diff"]) == 1
     assert "+       plant/+/temperature: {qos: 1}" in capsys.readouterr().out
     assert command(["check", str(house / "house.clients.yaml")]) in {0, 1}

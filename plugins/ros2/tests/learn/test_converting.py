@@ -1,4 +1,4 @@
-"""`cqos learn --from`, from outside: node files from NoDL, and drafts from what ran."""
+"""`cqos learn FILE`, from outside: node files from NoDL, and drafts from what ran."""
 
 from __future__ import annotations
 
@@ -63,10 +63,22 @@ LAUNCH = """<launch>
 """
 
 
+OTHERS = (
+    ("old.nodl.yaml", "nodl_version: 1\n"),
+    ("design.yaml", "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/t: {}}}}\n"),
+)
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, text in (("ear.nodl.yaml", NODL), ("Loader.node.yaml", DESIGN), ("ran.yaml", RAN), ("i.txt", TOPIC_INFO)):
+    for name, text in (
+        ("ear.nodl.yaml", NODL),
+        ("Loader.node.yaml", DESIGN),
+        ("ran.yaml", RAN),
+        ("i.txt", TOPIC_INFO),
+        *OTHERS,
+    ):
         (tmp_path / name).write_text(text)
     return tmp_path
 
@@ -87,7 +99,7 @@ def node(path):
 
 
 def test_nodl_becomes_a_node_file(folder, run):
-    assert run("learn", "--from", "nodl", "ear.nodl.yaml", "--package", "ears") == (0, "ear.node.yaml: 1 endpoint\n")
+    assert run("learn", "ear.nodl.yaml", "--package", "ears") == (0, "ear.node.yaml: 1 endpoint\n")
     text = (folder / "ear.node.yaml").read_text()
     assert yaml.safe_load(text)["package"] == "ears"
     assert node(folder / "ear.node.yaml")["publishes"]["said"][0] == {
@@ -102,17 +114,17 @@ def test_nodl_in_a_package_needs_no_name_of_it(folder, run):
     inside.parent.mkdir(parents=True)
     inside.write_text(NODL)
     (folder / "ears" / "package.xml").write_text("<package><name>ears</name></package>")
-    assert run("learn", "--from", "nodl", inside, "--output", "out") == (0, "out/ear.node.yaml: 1 endpoint\n")
+    assert run("learn", inside, "--output", "out") == (0, "out/ear.node.yaml: 1 endpoint\n")
     assert "package: ears\n" in (folder / "out" / "ear.node.yaml").read_text()
 
 
 def test_a_design_of_autoware_becomes_one_too(folder, run):
-    assert run("learn", "--from", "nodl", "Loader.node.yaml") == (0, "maps_Loader.node.yaml: 1 endpoint\n")
+    assert run("learn", "Loader.node.yaml") == (0, "maps_Loader.node.yaml: 1 endpoint\n")
     assert "~/output/vector" in node(folder / "maps_Loader.node.yaml")["publishes"]
 
 
 def test_what_ran_becomes_a_draft_with_the_names_that_the_code_may_have(folder, run):
-    code, said = run("learn", "--from", "snapshot", "ran.yaml", "--package", "bot", "--node", "driver=driver_node")
+    code, said = run("learn", "ran.yaml", "--package", "bot", "--node", "driver=driver_node")
     assert (code, said) == (0, "driver_node.node.yaml: 4 endpoints, to be confirmed\n")
     found = node(folder / "driver_node.node.yaml")
     assert found["name"] == "driver"
@@ -128,7 +140,7 @@ def test_what_ran_becomes_a_draft_with_the_names_that_the_code_may_have(folder, 
 
 
 def test_the_output_of_ros2_topic_info_will_do(folder, run):
-    assert run("learn", "--from", "snapshot", "i.txt", "--package", "bot", "--node", "driver")[0] == 0
+    assert run("learn", "i.txt", "--package", "bot", "--node", "driver")[0] == 0
     (entry,) = node(folder / "driver.node.yaml")["publishes"]["scan"]
     assert entry["qos"]["deadline"] == "infinite"
     assert {*entry["qos"]["unread"]} == {"history", "depth"}
@@ -141,7 +153,7 @@ def test_a_draft_decides_nothing_until_it_is_confirmed(folder, run):
     (package / "package.xml").write_text("<package><name>bot</name></package>")
     (package / "bot.launch.xml").write_text(LAUNCH)
     nodes = ("--node", "driver=driver_node", "--node", "/robot/filter=filter_node")
-    assert run("learn", "--from", "snapshot", "ran.yaml", "--package", "bot", *nodes, "--output", package)[0] == 0
+    assert run("learn", "ran.yaml", "--package", "bot", *nodes, "--output", package)[0] == 0
     check = ("check", "src", "--launch", "bot:bot.launch.xml", "--option", "ros2.distro=jazzy")
     code, said = run(*check)
     assert code == 0
@@ -164,24 +176,25 @@ def test_a_draft_decides_nothing_until_it_is_confirmed(folder, run):
 @pytest.mark.parametrize(
     ("arguments", "wanted"),
     [
-        (["snapshot", "ran.yaml"], "state --package NAME and --node NODE=EXECUTABLE; its nodes: /robot/driver and"),
-        (["snapshot", "ran.yaml", "--package", "b", "--node", "/robot/drivr"], "did you mean `/robot/driver`"),
-        (["snapshot", "ear.nodl.yaml", "--package", "b", "--node", "x"], "no node of ROS 2 that was observed"),
-        (["snapshot", "missing.yaml", "--package", "b", "--node", "x"], "No such file"),
+        (["ran.yaml"], "state --package NAME and --node NODE=EXECUTABLE; its nodes: /robot/driver and"),
+        (["ran.yaml", "--package", "b", "--node", "/robot/drivr"], "did you mean `/robot/driver`"),
+        (["design.yaml", "--package", "b", "--node", "x"], "no node of ROS 2 that was observed"),
+        (["missing.yaml", "--package", "b"], "there is no folder `missing.yaml`"),
+        (["missing.yaml", "--package", "b", "--node", "x"], "--node is for a file of what ran"),
         (
-            ["snapshot", "ran.yaml", "--package", "b", "--node", "driver=a", "--node", "filter=a"],
+            ["ran.yaml", "--package", "b", "--node", "driver=a", "--node", "filter=a"],
             "two nodes would be written to `a.node.yaml`",
         ),
-        (["nodl", "ran.yaml", "--package", "b"], "is neither NoDL of version 2 nor a node design"),
-        (["nodl", "ear.nodl.yaml"], "is in no package"),
-        (["nodl", "ear.nodl.yaml", "--check"], "--check is for sources, and --from reads none"),
-        (["nodl", "ear.nodl.yaml", "--node", "x"], "--node needs --from snapshot"),
-        (["nodl", "ear.nodl.yaml", "--package", "a", "--package", "b"], "--from takes one --package"),
+        (["old.nodl.yaml", "--package", "b"], "is neither NoDL of version 2 nor a node design"),
+        (["ear.nodl.yaml"], "is in no package"),
+        (["ear.nodl.yaml", "--diff"], "--diff is for sources, and `ear.nodl.yaml` is another file"),
+        (["ear.nodl.yaml", "--node", "x"], "`ear.nodl.yaml` states its nodes itself"),
+        (["ear.nodl.yaml", "--package", "a", "--package", "b"], "write --package once"),
     ],
 )
 def test_a_message_names_what_is_missing_or_wrong(folder, run, arguments, wanted):
     before = {*folder.iterdir()}
-    code, said = run("learn", "--from", *arguments)
+    code, said = run("learn", *arguments)
     assert code == 2
     assert wanted in " ".join(said.split())
     assert {*folder.iterdir()} == before
@@ -190,7 +203,7 @@ def test_a_message_names_what_is_missing_or_wrong(folder, run, arguments, wanted
 def test_a_file_that_is_there_stays(folder, run):
     (folder / "filter.node.yaml").write_text("mine\n")
     nodes = ("--node", "driver", "--node", "filter")
-    code, said = run("learn", "--from", "snapshot", "ran.yaml", "--package", "bot", *nodes)
+    code, said = run("learn", "ran.yaml", "--package", "bot", *nodes)
     assert code == 2
     assert "`filter.node.yaml` is there already" in said
     assert (folder / "filter.node.yaml").read_text() == "mine\n"

@@ -90,12 +90,12 @@ def test_learn_writes_and_check_keeps_it_true(workspace, run):
     assert run("learn", workspace).exit_code == 0
     file = workspace / "bot" / "bot.node.yaml"
     assert "${topic}: {type: sensor_msgs/msg/LaserScan, qos: sensor_data, at: 'src/driver.cpp:5'}" in file.read_text()
-    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace, "--diff").exit_code == 0
     driver = workspace / "bot" / "src" / "driver.cpp"
     driver.write_text("\n\n" + DRIVER)
-    assert run("learn", workspace, "--check").exit_code == 0, "a line that moved is no difference"
+    assert run("learn", workspace, "--diff").exit_code == 0, "a line that moved is no difference"
     driver.write_text(DRIVER.replace('"scan"', '"laser"').replace("rclcpp::SensorDataQoS()", "5"))
-    found = run("learn", workspace, "--check")
+    found = run("learn", workspace, "--diff")
     assert found.exit_code == 1
     assert "parameters.topic.default is `scan` in the file, `laser` in the sources" in found.output
     assert (
@@ -112,7 +112,7 @@ def test_a_confirmed_entry_stays(workspace, run):
     assert "depth: 99" in text
     assert run("learn", workspace).exit_code == 0
     assert "depth: 99" in file.read_text()
-    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace, "--diff").exit_code == 0
 
 
 def test_a_name_that_a_person_gave_takes_the_place_of_what_was_unknown(workspace, run):
@@ -124,7 +124,7 @@ def test_a_name_that_a_person_gave_takes_the_place_of_what_was_unknown(workspace
     assert "(unknown 1): {unknown: '`read_it` is not followed', " in text
     text = text.replace("(unknown 1): {unknown: '`read_it` is not followed', ", "scan: {confirmed: true, ")
     file.write_text(text)
-    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace, "--diff").exit_code == 0
     assert run("learn", workspace).exit_code == 0
     assert "unknown" not in file.read_text()
 
@@ -144,7 +144,7 @@ def test_corrections_stay_and_take_the_place_of_what_was_learned(workspace, run)
     file = workspace / "bot" / "bot.node.yaml"
     learned = file.read_text()
     file.write_text(learned + CORRECTIONS)
-    assert run("learn", workspace, "--check").exit_code == 0
+    assert run("learn", workspace, "--diff").exit_code == 0
     assert run("learn", workspace).exit_code == 0
     assert file.read_text() == learned + CORRECTIONS.lstrip()
     read = read_node_file(Source(str(file), file.read_bytes()))
@@ -220,7 +220,7 @@ def test_a_correction_of_what_the_sources_no_longer_have_is_refused(workspace, r
     learned = file.read_text()
     text = learned.replace(before, after) + CORRECTIONS.replace(before, after)
     file.write_text(text)
-    checked = run("learn", workspace, "--check")
+    checked = run("learn", workspace, "--diff")
     assert (checked.exit_code, message in checked.output) == (1, True)
     done = run("learn", workspace)
     assert (done.exit_code, message in done.output) == (2, True)

@@ -102,7 +102,7 @@ def test_a_message_that_contains_itself_ends(tmp_path):
 
 
 def asked(folder, *files):
-    done = run(["why", "/power", *files, "--format", "json"], folder)
+    done = run(["why", *files, "/power", "--format", "json"], folder)
     assert done.out, done.err
     return next(each for each in json.loads(done.out)["causes"] if each["cause"] == "type")
 

@@ -166,7 +166,7 @@ def test_a_run(tmp_path, topic, files, arguments, states):
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
-    done = run(["why", topic, *arguments, "--format", "json"], tmp_path)
+    done = run(["why", *arguments, topic, "--format", "json"], tmp_path)
     assert done.out, done.err
     answers = {each["cause"]: each for each in json.loads(done.out)["causes"]}
     for state, causes in states.items():

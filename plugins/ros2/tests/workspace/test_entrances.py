@@ -146,16 +146,16 @@ def test_programs_see_that_nothing_was_chosen(tmp_path):
     assert (report["verdict"], report["findings"][0]["code"]) == ("unknown", "CQ062")
 
 
-@pytest.mark.parametrize("command", [["explain"], ["convert", "--to", "yaml"], ["why", "/chatter"]])
+@pytest.mark.parametrize("command", [["explain", "."], ["convert", ".", "--to", "yaml"], ["why", ".", "/chatter"]])
 def test_other_commands_find_the_launch_file_too(tmp_path, command):
     write(tmp_path, {**BOT, "src/bot/launch/a.launch.xml": PAIR})
-    done = run([*command, "."], tmp_path)
+    done = run(command, tmp_path)
     assert "chatter" in done.out
     assert "bot:a.launch.xml is the only launch file" in done.err
     write(tmp_path, {"src/bot/launch/b.launch.xml": launch(TALKER)})
-    undecided = run([*command, "."], tmp_path)
+    undecided = run(command, tmp_path)
     assert undecided.code == 2
-    assert commands(undecided.err) == [f"cqos {' '.join(command)} . --launch bot:a.launch.xml"]
+    assert commands(undecided.err) == [f"cqos {' '.join(command)} --launch bot:a.launch.xml"]
 
 
 def test_arguments_hold_for_a_launch_file_that_is_found(tmp_path):
@@ -212,7 +212,7 @@ def test_revisions_are_read_alike(tmp_path):
     git = ["git", "-c", "user.email=a@b", "-c", "user.name=a"]
     for words in (["init", "-q"], ["add", "-A"], ["commit", "-qm", "x"]):
         subprocess.run([*git, *words], cwd=tmp_path, check=True)
-    done = run(["diff", ".#ref=HEAD", "."], tmp_path)
+    done = run(["diff", ".", "--against", ".#ref=HEAD"], tmp_path)
     assert "no difference; 2 endpoints in both" in done.out, done.out + done.err
     assert "a.launch.xml is the only launch file of HEAD:., so it is checked" in done.err
 
@@ -395,3 +395,11 @@ def test_distributions_that_node_files_are_for_are_named(tmp_path, option):
     configured = run(["check", "."], tmp_path)
     assert "assumed: ros2.distro" not in configured.out
     assert "4 pairs judged" in configured.out
+
+
+def test_the_folder_that_is_missing_stands_before_the_names(tmp_path):
+    write(tmp_path, {**BOT, "src/bot/launch/a.launch.xml": PAIR})
+    write(tmp_path, {"ear.yaml": "cqos: 1\nprotocol: ros2\nparticipants: {ear: {subscribes: {/chatter: }}}\n"})
+    done = run(["why", "ear.yaml", "/chatter", "--launch", "bot:a.launch.xml"], tmp_path)
+    assert done.code == 2
+    assert "help: write `cqos why . ear.yaml /chatter --launch bot:a.launch.xml`" in done.err

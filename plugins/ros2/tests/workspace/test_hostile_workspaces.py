@@ -138,7 +138,7 @@ def test_fixing_leaves_a_workspace_as_it_is(tmp_path):
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.parametrize("command", [["check", ".", "--launch"], ["why", "/a", ".", "--launch"]])
+@pytest.mark.parametrize("command", [["check", ".", "--launch"], ["why", ".", "/a", "--launch"]])
 @pytest.mark.parametrize(
     ("name", "content"),
     [("a.launch.py", b"def (:\n"), ("a.launch.xml", b"<launch>\xff</launch>"), ("a.launch.xml", b"<lau")],

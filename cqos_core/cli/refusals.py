@@ -1,0 +1,115 @@
+"""How the command refuses: ``error: WHAT``, then ``help: WRITE THIS``."""
+
+from __future__ import annotations
+
+import click
+
+from cqos_core.cli.help import short_help
+from cqos_core.cli.streams import say, say_problems
+from cqos_core.model.problems import CqosError, InputError, describe
+
+
+class RefusedError(click.BadParameter):
+    """Wrong usage of an option, an argument or of several together; ``help`` says what to write instead."""
+
+    def __init__(
+        self,
+        what: str,
+        help: str = "",  # noqa: A002 - as of a problem
+        ctx: click.Context | None = None,
+        param: click.Parameter | None = None,
+        *,
+        of: str = "",
+    ) -> None:
+        """Say what is wrong; ``of`` names the option or argument where click does not know it."""
+        super().__init__(what, ctx, param, of or None)
+        self.help = help
+
+
+def refused(option: str, what: str, help: str = "") -> RefusedError:  # noqa: A002 - as of a problem
+    """Return the error of an option or argument whose value is of no use."""
+    return RefusedError(what, help, of=option)
+
+
+def say_error(what: str, help: str = "", choice: str = "auto") -> None:  # noqa: A002 - as of a problem
+    """Write an error to standard error: what is wrong, then what to write, each line of it."""
+    say_lines(what, "error", choice)
+    for line in help.splitlines():
+        say(line, severity="help", choice=choice)
+
+
+def say_lines(text: str, severity: str, choice: str = "auto") -> None:
+    """Write a message of several lines to standard error."""
+    for number, line in enumerate(text.splitlines()):
+        say(line, severity="" if number else severity, choice=choice)
+
+
+def say_refused(error: click.ClickException, where: click.Context | None = None) -> None:
+    """Write wrong usage to standard error; without advice of its own, the usage of the command is the advice.
+
+    ``where`` it happened, for errors that do not know it.
+    """
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        click.echo(short_help(error.ctx), err=True)  # which is what was wanted
+        return
+    what, help = _said(error)  # noqa: A001 - as of a problem
+    ctx = error.ctx if isinstance(error, click.UsageError) and error.ctx is not None else where
+    say_error(what, help or ("" if ctx is None else _usage(ctx)))
+
+
+def say_cqos_error(error: CqosError, choice: str = "auto") -> None:
+    """Write an error that C-QoS raised to standard error; all problems of inputs have their places."""
+    if isinstance(error, InputError):
+        say_problems(error.problems, choice)
+    else:
+        say_error(error.what or describe(error), error.help, choice)
+
+
+def _said(error: click.ClickException) -> tuple[str, str]:
+    """Return what is wrong and what to write, in our words where click has its own."""
+    advice = getattr(error, "help", "")
+    if isinstance(error, click.NoSuchOption):
+        return f"there is no option `{error.option_name}`", "" if error.ctx is None else _option(error, error.ctx)
+    if isinstance(error, click.MissingParameter):
+        return f"{_name(error)} is missing", advice
+    if isinstance(error, click.BadParameter):
+        name = _name(error)
+        return f"{name}: {error.message.rstrip('.')}" if name else error.message.rstrip("."), advice
+    text = error.format_message().rstrip(".")
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text, advice
+
+
+def _option(error: click.NoSuchOption, ctx: click.Context) -> str:
+    """Return the advice for an option that there is not."""
+    from cqos_core.model.spelling import nearest
+
+    names = [name.lstrip("-") for each in ctx.command.params if isinstance(each, click.Option) for name in each.opts]
+    near = nearest(error.option_name.lstrip("-"), names)
+    return f"did you mean `--{near}`?" if near else f"`{ctx.command_path} --help-all` lists the options"
+
+
+def _name(error: click.BadParameter) -> str:
+    """Return the option or argument that an error is about, as the user writes it."""
+    if error.param_hint is not None:
+        return error.param_hint if isinstance(error.param_hint, str) else "/".join(error.param_hint)
+    if isinstance(error.param, click.Option):
+        return max(error.param.opts, key=len)
+    if isinstance(error.param, click.Argument):
+        return error.param.make_metavar(error.ctx or click.Context(click.Command(None))).strip("[]")
+    return ""
+
+
+def _usage(ctx: click.Context) -> str:
+    words = [ctx.command_path, *_required(ctx)]
+    return f"write `{' '.join(words)}`; `{ctx.command_path} --help` describes it"
+
+
+def _required(ctx: click.Context) -> list[str]:
+    """Return what a command line needs: the arguments, and options without which it means nothing."""
+    arguments = [each.make_metavar(ctx) for each in ctx.command.params if isinstance(each, click.Argument)]
+    options = [
+        f"{max(each.opts, key=len)} {(each.metavar or each.type.name).upper()}"
+        for each in ctx.command.params
+        if isinstance(each, click.Option) and each.required
+    ]
+    return [*(["COMMAND"] if isinstance(ctx.command, click.Group) else []), *arguments, *options]
