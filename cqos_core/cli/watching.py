@@ -34,7 +34,8 @@ def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]
     code, read = run()
     try:
         while True:
-            before = {**_state(paths, importer, read), **before}
+            # Files that other files include are known only now. Any other file that was not there before the run is a new one.
+            before = {**{name: _stamp(name) for name in read}, **before}
             changed = _change(paths, importer, read, before)
             say(f"{time.strftime('%H:%M:%S')} {listed(changed)} changed", head="watch:")
             before = _state(paths, importer, read)

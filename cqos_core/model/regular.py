@@ -1,11 +1,14 @@
-"""`re` with possessive quantifiers and atomic groups. Python 3.10 lacks them; there the package `regex` has them."""
+"""`re` with possessive quantifiers and atomic groups.
+
+Python 3.10 lacks them, and before 3.11.5 they match wrongly around groups (python/cpython#106052). There, the package `regex` has them.
+"""
 
 from __future__ import annotations
 
 import sys
 from typing import TYPE_CHECKING, Any, AnyStr, cast
 
-if TYPE_CHECKING or sys.version_info >= (3, 11):
+if TYPE_CHECKING or sys.version_info >= (3, 11, 5):
     import re
 else:
     import regex as re

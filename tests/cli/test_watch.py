@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from cqos_core.cli.watching import watch
 from tests.cli.conftest import COMMAND, environment
 
 PATIENCE = 60
@@ -57,6 +58,25 @@ def test_each_change_is_checked_and_ctrl_c_ends_with_the_last_code(tmp_path):
         until("out", "total: 2 systems")
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 1
+
+
+def test_a_file_that_appears_during_a_check_is_noticed(tmp_path, monkeypatch):
+    (tmp_path / "a.yaml").write_text("cqos: 1\n")
+    runs = []
+
+    def run():
+        runs.append(len(runs))
+        if len(runs) == 2:
+            raise KeyboardInterrupt
+        (tmp_path / "b.yaml").write_text("cqos: 1\n")
+        return 0, [str(tmp_path / "a.yaml")]
+
+    def pause(seconds):
+        pytest.fail("it waits for another change")
+
+    monkeypatch.setattr(time, "sleep", pause)
+    assert watch([str(tmp_path)], None, run) == 0
+    assert len(runs) == 2
 
 
 def test_what_is_wrong_at_the_start_ends_it(cqos):

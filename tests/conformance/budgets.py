@@ -37,7 +37,8 @@ participants:
   a: {{publishes: {{budget: {{reliability: {reliability}, depth: {depth}}}}}}}
   b: {{subscribes: {{budget: {{reliability: {reliability}}}}}}}
 """
-_NAMESPACE: Final = ("unshare", "--map-root-user", "--net")
+_NAMESPACES: Final = (("unshare", "--net"), ("unshare", "--map-root-user", "--net"))
+"""Of root, which works in a chroot too, and of any other user."""
 _SCRIPT: Final = """
 ip link set lo up mtu {mtu} multicast on && ip route add 239.0.0.0/8 dev lo || exit 9
 {reader} & {writer}
@@ -73,8 +74,17 @@ def missing() -> str | None:
     """Say what is needed to measure, where it is not there."""
     if shutil.which("unshare") is None or shutil.which("ip") is None:
         return "unshare and ip (util-linux, iproute2) are needed"
-    tried = subprocess.run([*_NAMESPACE, "ip", "link", "set", "lo", "up"], capture_output=True, check=False)
-    return None if tried.returncode == 0 else "this user may not make a network namespace"
+    return None if namespace() else "this user may not make a network namespace"
+
+
+@cache
+def namespace() -> tuple[str, ...]:
+    """Return the command that runs another in a network of its own; empty where no command may."""
+    for command in _NAMESPACES:
+        tried = subprocess.run([*command, "ip", "link", "set", "lo", "up"], capture_output=True, check=False)
+        if tried.returncode == 0:
+            return command
+    return ()
 
 
 @cache
@@ -107,7 +117,7 @@ def measured(case: Case) -> float:
         return f"{program} {role} {case.kind} {case.size} {case.samples}"
 
     script = _SCRIPT.format(mtu=case.mtu, reader="true" if case.kind == "history" else end("read"), writer=end("write"))
-    command = [*_NAMESPACE, "sh", "-c", script]
+    command = [*namespace(), "sh", "-c", script]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=90)
     wire, memory = map(float, done.stdout.split())
     return memory if case.kind == "history" else wire
