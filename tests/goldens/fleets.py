@@ -7,9 +7,10 @@ how it is read, so each form has its golden.
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
 Settings: TypeAlias = "dict[str, str]"
 Values: TypeAlias = Mapping[str, "tuple[str, ...]"]
@@ -28,7 +29,8 @@ ROBOTS: Final[Values] = {
     "history": ("keep_last", "keep_all"),
     "depth": ("1", "10", "100"),
 }
-UNDECIDED: Final[Values] = ROBOTS | {
+UNDECIDED: Final[Values] = {
+    **ROBOTS,
     "reliability": ("best_effort", "reliable", "system_default", "best_available"),
     "durability": ("volatile", "transient_local", "system_default", "best_available"),
     "depth": ("0", "1", "-1", "many"),
@@ -63,6 +65,7 @@ EVENTS: Final[Values] = {
     "history": ("keep_last", "keep_all"),
     "depth": ("1", "10"),
 }
+_ODD_LISTENER: Final = re.compile(r"(  listener[0-9]*[13579]:\n)((?:    .*\n)+)")
 _ENDS: Final = (("talker", "publishes"), ("listener", "subscribes"))
 
 
@@ -96,9 +99,7 @@ class Fleet:
     def pairs(self) -> Iterator[tuple[int, tuple[Settings, Settings]]]:
         """Yield each topic's number, and what its ends state."""
         chance = random.Random(self.seed)  # noqa: S311 - no secret
-        shapes = [
-            (self._names(chance), self._names(chance)) for _ in range(max(1, self.kinds // _VALUES_OF_A_SHAPE))
-        ]
+        shapes = [(self._names(chance), self._names(chance)) for _ in range(max(1, self.kinds // _VALUES_OF_A_SHAPE))]
         kinds = [
             [{name: chance.choice(self.values[name]) for name in names} for names in shapes[kind % len(shapes)]]
             for kind in range(self.kinds)
@@ -167,14 +168,9 @@ def calls(fleet: Fleet) -> str:
 
 def wires(fleet: Fleet) -> str:
     """Return a system file in which what talks are nodes of ROS 2, and every other one that listens is a program of DDS."""
-    found, program = [], False
-    for line in lines(fleet).splitlines(keepends=True):
-        if line.startswith("  listener") and int(line.strip()[len("listener") : -1]) % 2:
-            line, program = f"{line}    protocol: dds\n", True
-        elif line.startswith("  "[:2]) and not line.startswith("   "):
-            program = False
-        found.append(line.replace("      line", "      rt/line") if program else line)
-    return "".join(found)
+    return _ODD_LISTENER.sub(
+        lambda found: f"{found[1]}    protocol: dds\n{found[2].replace(' line', ' rt/line')}", lines(fleet)
+    )
 
 
 def _file(fleet: Fleet, written: Callable[[Settings], str]) -> str:
@@ -222,12 +218,16 @@ def _diagram(fleet: Fleet, joined: Callable[[list[str]], str], written: Callable
         '<participant id="Listener" name="Listener" processRef="Listening"/>',
         "</collaboration>",
     ]
-    for end, (process, tag) in enumerate((("Talking", "intermediateThrowEvent"), ("Listening", "intermediateCatchEvent"))):
+    for end, (process, tag) in enumerate(
+        (("Talking", "intermediateThrowEvent"), ("Listening", "intermediateCatchEvent"))
+    ):
         found.append(f'<process id="{process}">')
         for number, stated in pairs:
             parts = joined([written(name, text) for name, text in stated[end].items()])
             found.append(f'<{tag} id="{process}{number}" name="event {number}"{parts}>')
-            found.append(f'  <signalEventDefinition id="Definition{process}{number}" signalRef="Signal{number}"/></{tag}>')
+            found.append(
+                f'  <signalEventDefinition id="Definition{process}{number}" signalRef="Signal{number}"/></{tag}>'
+            )
         found.append("</process>")
     return "\n".join([*found, "</definitions>", ""])
 
@@ -289,7 +289,10 @@ ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=4, times=160, seed=9, head=_CYCLONE)),
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
     "calls": (calls, Fleet("ros2", ROBOTS, times=20, seed=11, head=_CYCLONE)),
-    "wires": (wires, Fleet("ros2", WIRE, seed=12, head="options: {ros2: {rmw: cyclonedds}, dds: {implementation: cyclonedds}}\n")),
+    "wires": (
+        wires,
+        Fleet("ros2", WIRE, seed=12, head="options: {ros2: {rmw: cyclonedds}, dds: {implementation: cyclonedds}}\n"),
+    ),
     "undecided": (lines, Fleet("ros2", UNDECIDED, seed=2)),
     "data": (lines, Fleet("dds", DATA, seed=3, head="options: {dds: {implementation: cyclonedds}}\n")),
     "messages": (lines, Fleet("mqtt", MESSAGES, seed=4, head="brokers: {main: {profile: mosquitto}}\n", more=_FILTERS)),

@@ -16,7 +16,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -110,7 +109,9 @@ def against(revision: str) -> int:
             subprocess.run(["git", "worktree", "remove", "--force", tree], cwd=ROOT, check=True)
         names = sorted({file.name for said in both for file in said.iterdir()})
         old, new = ({file.name: file.read_text(encoding="utf-8") for file in said.iterdir()} for said in both)
-    found = [line for name in names for line in difference(name, old.get(name, ""), new.get(name, ""), f"at {revision}")]
+    found = [
+        line for name in names for line in difference(name, old.get(name, ""), new.get(name, ""), f"at {revision}")
+    ]
     print("\n".join(found) if found else f"{len(names)} goldens, none differs")
     return 1 if found else 0
 

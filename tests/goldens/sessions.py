@@ -134,7 +134,9 @@ _OF_MESSAGES: Final[Mapping[str, Sequence[Edit]]] = {
     "a filter": [added("wide", "subscriber", "bed/+/+", "valve", {"qos": "2"})],
     "a topic": [stating("one/publisher/bed/2/moisture", {"qos": "0"}, topic="bed/4/moisture")],
     "a filter goes": [removed("control/subscriber/#")],
-    "another client": [done("put_participant", Participant("valve", "mqtt", texts({"client_id": "v", "broker": "house"})))],
+    "another client": [
+        done("put_participant", Participant("valve", "mqtt", texts({"client_id": "v", "broker": "house"})))
+    ],
     "what is implied": [done("set_option", "mqtt", "implied_needs", "warning")],
 }
 _OF_BRIDGES: Final[Mapping[str, Sequence[Edit]]] = {

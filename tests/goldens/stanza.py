@@ -9,14 +9,26 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core import InputError, Place, Problem, Report, Severity, Verdict
+from cqos_core import InputError, Place, Report, Severity, Verdict
 from tests.goldens.folding import folded, listed, plain, variable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core import Assumption, Changes, Counts, Fact, Finding, Group, Guarantee, PairReport, PolicyComparison
-    from cqos_core import Edit, Remedy, Side
+    from cqos_core import (
+        Assumption,
+        Changes,
+        Counts,
+        Edit,
+        Fact,
+        Finding,
+        Group,
+        Guarantee,
+        PairReport,
+        PolicyComparison,
+        Remedy,
+        Side,
+    )
 
 Lines: TypeAlias = "list[str]"
 WIDTH: Final = 140
@@ -208,7 +220,9 @@ def _guarantees(guarantees: Sequence[Guarantee]) -> Iterator[str]:
         faults: dict[str, list[str]] = {}
         for cell in each.cells:
             lost = [*dict.fromkeys(code for code, _ in cell.lost)]
-            more = [f"+{code}" for code in lost if code not in codes] + [f"-{code}" for code in codes if code not in lost]
+            more = [f"+{code}" for code in lost if code not in codes] + [
+                f"-{code}" for code in codes if code not in lost
+            ]
             faults.setdefault(" ".join((cell.value, *more)), []).append(cell.fault)
         survives = f"; survives {', '.join(each.survives)}" if each.survives else ""
         found = "".join(f"; {', '.join(names)}: {given}" for given, names in faults.items())
