@@ -33,7 +33,7 @@ UNDECIDED: Final[Values] = {
     **ROBOTS,
     "reliability": ("best_effort", "reliable", "system_default", "best_available"),
     "durability": ("volatile", "transient_local", "system_default", "best_available"),
-    "depth": ("0", "1", "-1", "many"),
+    "depth": ("0", "1", "many"),
     "depht": ("5",),
 }
 DATA: Final[Values] = {
@@ -233,7 +233,7 @@ def _diagram(fleet: Fleet, joined: Callable[[list[str]], str], written: Callable
 
 
 _CYCLONE: Final = "options: {ros2: {rmw: cyclonedds}}\n"
-_OTHERS: Final = """\
+_BESIDE: Final = """\
   late:
     subscribes:
       line100/value: {profile: sensor_data, needs: {latest: true}}
@@ -241,18 +241,42 @@ _OTHERS: Final = """\
       line102/valeu: {depth: 3}
       line103/Value: {}
       /only: {}
-      line104/value: [{reliability: best_effort}, {durability: transient_local}]
     publishes:
       line110/value: {reliability: relaible}
-      line111/value: {unknown: true}
-      bad name: {depth: 3}
+      line111/value: {depth: null, type: a/msg/B}
+      line112/value: {depth: 3, lifespan: 2s}
       /tf_static: {}
+      /rosout: {depth: 7}
   far:
     domain: 3
-    publishes: {line120/value: {depth: 3}}
-    subscribes: {line121/value: {depth: 3}}
+    publishes:
+      line120/value: {depth: 3}
+      line121/value: {reliability: best_effort}
+    subscribes:
+      line121/value: {depth: 3}
+  both:
+    publishes:
+      own/value: {depth: 3}
+    subscribes:
+      own/value: {depth: 4}
   server:
     serves: {/reset: {}}
+"""
+_FACTS: Final = """\
+options: {ros2: {rmw: cyclonedds}}
+profiles:
+  fast: {depth: 2}
+topics:
+  /line130/value: {period: 10s, type: a/msg/B}
+  /line131/value: {external: true}
+"""
+_UNUSUAL: Final = """\
+  unusual:
+    subscribes:
+      line104/value: [{reliability: best_effort}, {durability: transient_local}]
+    publishes:
+      bad name: {depth: 3}
+      line105/value: {depth: {unknown: it is elsewhere}}
 """
 _AROUND: Final = """\
 bridges:
@@ -279,23 +303,26 @@ _FILTERS: Final = """\
       state/2/b: {qos: 2}
 """
 WIRE: Final[Values] = {name: ROBOTS[name] for name in ("reliability", "durability", "deadline", "liveliness")}
+_BROKER: Final = "brokers: {main: {profile: mosquitto}}\n"
 PLAIN: Final = Fleet("ros2", ROBOTS, head=_CYCLONE)
 ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "lines": (lines, PLAIN),
     "blocks": (blocks, PLAIN),
     "aliases": (aliases, PLAIN),
-    "mixed": (lines, Fleet("ros2", ROBOTS, seed=7, head=f"{_CYCLONE}profiles: {{fast: {{depth: 2}}}}\n", more=_OTHERS)),
+    "beside": (lines, Fleet("ros2", ROBOTS, seed=7, head=_CYCLONE, more=_BESIDE)),
+    "facts": (lines, Fleet("ros2", ROBOTS, seed=7, head=_FACTS, more=_UNUSUAL)),
     "around": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_AROUND)),
     "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=4, times=160, seed=9, head=_CYCLONE)),
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
-    "calls": (calls, Fleet("ros2", ROBOTS, times=20, seed=11, head=_CYCLONE)),
+    "calls": (calls, Fleet("ros2", ROBOTS, seed=11, head=_CYCLONE)),
     "wires": (
         wires,
         Fleet("ros2", WIRE, seed=12, head="options: {ros2: {rmw: cyclonedds}, dds: {implementation: cyclonedds}}\n"),
     ),
     "undecided": (lines, Fleet("ros2", UNDECIDED, seed=2)),
     "data": (lines, Fleet("dds", DATA, seed=3, head="options: {dds: {implementation: cyclonedds}}\n")),
-    "messages": (lines, Fleet("mqtt", MESSAGES, seed=4, head="brokers: {main: {profile: mosquitto}}\n", more=_FILTERS)),
+    "messages": (lines, Fleet("mqtt", MESSAGES, seed=4, head=_BROKER)),
+    "filters": (lines, Fleet("mqtt", MESSAGES, seed=4, head=_BROKER, more=_FILTERS)),
     "attributes": (attributes, Fleet("ros2", EVENTS, seed=5)),
     "elements": (elements, Fleet("ros2", EVENTS, seed=5)),
 }

@@ -1,4 +1,4 @@
-"""What the goldens are made of: by the name of each file, its stanzas, and what writes them. CONTRIBUTING says which to add to."""
+"""What the goldens are made of: by the name of each file, its stanzas, and what writes them. README.md says why these."""
 
 from __future__ import annotations
 

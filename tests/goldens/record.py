@@ -36,7 +36,7 @@ def text(name: str) -> str:
 def written(name: str, stanzas: Stanzas) -> str:
     """Return stanzas as one text, each below the name of its system."""
     os.chdir(ROOT)  # so that places are the same wherever the project is
-    found = [f"# {name}: recorded by `python3 dev.py goldens`, explained in {HOME}/stanza.py and folding.py."]
+    found = [f"# {name}: recorded by `python3 dev.py goldens`, explained in {HOME}/README.md."]
     for system, lines in stanzas.items():
         found += ["", f"== {system}", *lines()]
     return "\n".join([*found, ""])
