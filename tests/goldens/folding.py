@@ -49,9 +49,9 @@ def listed(names: Sequence[str]) -> str:
 def _as_one(form: str, texts: Sequence[str]) -> Sequence[str]:
     if len(texts) < _FEWEST:
         return texts
-    numbers = [_numbers(values) for values in zip(*map(_NUMBER.findall, texts), strict=True)]
-    if not numbers:
+    if len({*texts}) == 1:
         return [f"{len(texts)} x {texts[0]}"]
+    numbers = [_numbers(values) for values in zip(*map(_NUMBER.findall, texts), strict=True)]
     first, *others = form.split(_MARK)
     return [first + "".join(f"{number}{text}" for number, text in zip(numbers, others, strict=True))]
 

@@ -167,16 +167,7 @@ def wrapped(lines: Iterable[str]) -> Lines:
     found: Lines = []
     for line in map(plain, lines):
         indent = " " * (len(line) - len(line.lstrip()) + 6)
-        found += textwrap.wrap(
-            line,
-            WIDTH,
-            initial_indent="",
-            subsequent_indent=indent,
-            break_long_words=False,
-            break_on_hyphens=False,
-            drop_whitespace=True,
-            replace_whitespace=True,
-        ) or [""]
+        found += textwrap.wrap(line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
     return found
 
 

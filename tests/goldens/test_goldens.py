@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.goldens import inputs, record
+from tests.goldens.folding import listed, plain
 
 MOST = 200  # lines of a difference that are shown
 
@@ -20,3 +21,25 @@ def test_golden(name, monkeypatch):
 
 def test_each_golden_is_of_something():
     assert record.kept() <= inputs.files().keys()
+
+
+@pytest.mark.parametrize(
+    ("numbers", "text"),
+    [
+        ((7,), "a7"),
+        ((7, 9), "a7, a9"),
+        ((7, 7, 7), "3 x a7"),
+        ((7, 8, 9), "a{7..9}"),
+        ((0, 30, 60, 90), "a{0..90/30}"),
+        ((3, 5, 11, 13, 19, 21), "a{3,5 +8 x3}"),
+        ((1, 3, 5, 11, 13, 19, 21), "a{1, 3,5 +8 x3}"),
+        ((5, 5, 6, 1), "a{5*2, 6, 1}"),
+        ((5, 5, 6, 6, 7, 7, 1), "a{5..7*2, 1}"),
+    ],
+)
+def test_numbers_are_written_as_progressions(numbers, text):
+    assert plain(listed([f"a{number}" for number in numbers])) == text
+
+
+def test_names_of_several_forms_stay_apart():
+    assert plain(listed(["a1", "b1", "a2", "a3", "b2"])) == "a{1..3}, b1, b2"
