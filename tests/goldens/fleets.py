@@ -243,7 +243,7 @@ _BESIDE: Final = """\
       /only: {}
     publishes:
       line110/value: {reliability: relaible}
-      line111/value: {depth: null, type: a/msg/B}
+      line111/value: {depth: null, lifespan: 1s}
       line112/value: {depth: 3, lifespan: 2s}
       /tf_static: {}
       /rosout: {depth: 7}
