@@ -252,6 +252,7 @@ _BESIDE: Final = """\
     publishes:
       line120/value: {depth: 3}
       line121/value: {reliability: best_effort}
+      line122/value: {depth: null, lifespan: 1s}
     subscribes:
       line121/value: {depth: 3}
   both:
