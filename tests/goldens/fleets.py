@@ -260,6 +260,14 @@ _BESIDE: Final = """\
       own/value: {depth: 3}
     subscribes:
       own/value: {depth: 4}
+  clock:
+    publishes:
+      tick/value: {deadline: 100ms, lifespan: 5s}
+      tock/value: {deadline: 200ms, lifespan: 6s}
+  watch:
+    subscribes:
+      tick/value: {deadline: 1s, liveliness_lease_duration: infinite}
+      tock/value: {deadline: 2s, liveliness_lease_duration: infinite}
   server:
     serves: {/reset: {}}
 """
