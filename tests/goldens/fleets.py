@@ -276,8 +276,13 @@ options: {ros2: {rmw: cyclonedds}}
 profiles:
   fast: {depth: 2}
 topics:
-  /line130/value: {period: 10s, type: a/msg/B}
-  /line131/value: {external: true}
+  /line106/value: {period: 10s, type: a/msg/B}
+  /line107/value: {external: true}
+  /line108/value: {latched: true}
+  /line109/value: {latched: true}
+  /line110/value: {period: 10s}
+  /line111/value: {period: 10s}
+  /line112/value: {period: 10s}
 """
 _UNUSUAL: Final = """\
   unusual:

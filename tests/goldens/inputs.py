@@ -36,6 +36,7 @@ def files() -> dict[str, Callable[[], Stanzas]]:
             path = str(file.relative_to(ROOT))
             found[f"systems/{file.stem}"] = partial(dict, {path: partial(of_inputs, path, explained=MOST)})
     found |= {f"fleets/{name}": partial(of_fleet, name) for name in fleets.ALL}
+    found |= {f"read/{name}": partial(of_read_fleet, name) for name in READ}
     found |= {f"sessions/{name}": partial(dict, {name: each}) for name, each in sessions.ALL.items()}
     found |= {f"pairs/{pack}": partial(dict, {pack: partial(of_grid, pack)}) for pack in GRIDS}
     found |= {f"random/{pack}": partial(of_random, RECORDED, pack) for pack in PACKS.values()}
@@ -176,6 +177,18 @@ def of_fleet(name: str) -> Stanzas:
     """Return what is said of a large system."""
     form, fleet = fleets.ALL[name]
     return {f"{form.__name__}({fleet})": lambda: of_inputs(form(fleet).encode(), explained=2)}
+
+
+READ: Final = ("lines", "beside", "aliases", "copies", "attributes", "elements")
+"""Forms whose endpoints, made one by one where somebody reads them, are recorded too."""
+
+
+def of_read_fleet(name: str) -> Stanzas:
+    """Return the endpoints of a large system."""
+    form, fleet = fleets.ALL[name]
+    text = form(fleet).encode()
+    importer = "yaml" if text[:1] != b"<" else "bpmn"
+    return {f"{form.__name__}({fleet})": lambda: Writer("<bytes>").endpoints(cqos.read(text, importer=importer))}
 
 
 # Pairs that one judge judges one after the other.

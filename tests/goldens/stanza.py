@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         Changes,
         Counts,
         Edit,
+        Endpoint,
         Fact,
         Finding,
         Group,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
         PolicyComparison,
         Remedy,
         Side,
+        System,
     )
 
 Lines: TypeAlias = "list[str]"
@@ -64,6 +66,10 @@ class Writer:
             found += folded([[f"{sign} {line}" for line in each] for each in sorted(map(self._finding, findings))])
         return wrapped(found)
 
+    def endpoints(self, system: System) -> Lines:
+        """Return the endpoints that were read, with what they state."""
+        return wrapped(folded(map(self._endpoint, system.endpoints)))
+
     def finding(self, finding: Finding) -> Lines:
         """Return one finding."""
         return wrapped(self._finding(finding))
@@ -98,6 +104,20 @@ class Writer:
         severities = {severity: report.count(severity) for severity in Severity}
         found = _parts(report.endpoints, report.topics, pairs, severities, more)
         return f"{found}, part of a system" if report.partial else found
+
+    def _endpoint(self, endpoint: Endpoint) -> Lines:
+        label = f" labelled {variable(endpoint.label)}" if endpoint.label is not None else ""
+        like = f" (of {variable(endpoint.template)})" if endpoint.template is not None else ""
+        topic = "no topic" if endpoint.topic is None else variable(endpoint.topic)
+        ends = f"{variable(endpoint.id)} of {variable(endpoint.participant)}{label}{like}"
+        profiles = [f"{each.name}{self._at(each.place)}" for each in endpoint.profiles]
+        found = [
+            f"{endpoint.role} {ends} on {topic}{self._at(endpoint.place)}",
+            *(f"  like {each}" for each in profiles),
+        ]
+        for word, settings in (("", endpoint.settings), ("need ", endpoint.needs), ("overlay ", endpoint.overlay)):
+            found += [f"  {word}{name} = {each.text}{self._at(each.place)}" for name, each in settings.items()]
+        return found
 
     def _group(self, group: Group) -> Lines:
         codes = f" {' '.join(group.codes)}" if group.codes else ""
