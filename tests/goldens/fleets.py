@@ -240,6 +240,7 @@ _BESIDE: Final = """\
       line101/value: fast
       line102/valeu: {depth: 3}
       line103/Value: {}
+      line106/value: {needs: {loss_free: true}}
       /only: {}
     publishes:
       line110/value: {reliability: relaible}
@@ -264,6 +265,8 @@ _BESIDE: Final = """\
     publishes:
       tick/value: {deadline: 100ms, lifespan: 5s}
       tock/value: {deadline: 200ms, lifespan: 6s}
+      odd__name/value: {depth: 2}
+      _odd/value: {depth: 2}
   watch:
     subscribes:
       tick/value: {deadline: 1s, liveliness_lease_duration: infinite}
