@@ -307,6 +307,15 @@ checks:
   - {name: deep, where: {topic: "/line3?0/*"}, require: {depth: {at_least: 5}}, because: queues are long}
 severities: {ROS103: warning, ROS104: off}
 """
+_PROGRAM: Final = """\
+  program:
+    protocol: dds
+    publishes:
+      rt/line101/value: {durability: volatile}
+    subscribes:
+      rt/line100/value: {reliability: reliable, durability: transient_local}
+      rt/line102/value: {deadline: 10ms}
+"""
 _FILTERS: Final = """\
   watcher:
     subscribes:
@@ -320,6 +329,7 @@ _FILTERS: Final = """\
       state/2/b: {qos: 2}
 """
 WIRE: Final[Values] = {name: ROBOTS[name] for name in ("reliability", "durability", "deadline", "liveliness")}
+_CYCLONES: Final = "options: {ros2: {rmw: cyclonedds}, dds: {implementation: cyclonedds}}\n"
 _BROKER: Final = "brokers: {main: {profile: mosquitto}}\n"
 PLAIN: Final = Fleet("ros2", ROBOTS, head=_CYCLONE)
 ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
@@ -332,10 +342,7 @@ ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=4, times=160, seed=9, head=_CYCLONE)),
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
     "calls": (calls, Fleet("ros2", ROBOTS, seed=11, head=_CYCLONE)),
-    "wires": (
-        wires,
-        Fleet("ros2", WIRE, seed=12, head="options: {ros2: {rmw: cyclonedds}, dds: {implementation: cyclonedds}}\n"),
-    ),
+    "wires": (wires, Fleet("ros2", WIRE, seed=12, head=_CYCLONES, more=_PROGRAM)),
     "undecided": (lines, Fleet("ros2", UNDECIDED, seed=2)),
     "data": (lines, Fleet("dds", DATA, seed=3, head="options: {dds: {implementation: cyclonedds}}\n")),
     "messages": (lines, Fleet("mqtt", MESSAGES, seed=4, head=_BROKER)),
