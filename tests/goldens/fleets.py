@@ -236,26 +236,26 @@ _CYCLONE: Final = "options: {ros2: {rmw: cyclonedds}}\n"
 _BESIDE: Final = """\
   late:
     subscribes:
-      line100/value: {profile: sensor_data, needs: {latest: true}}
-      line101/value: fast
-      line102/valeu: {depth: 3}
-      line103/Value: {}
-      line106/value: {needs: {loss_free: true}}
+      line724/value: {profile: sensor_data, needs: {latest: true}}
+      line725/value: fast
+      line726/valeu: {depth: 3}
+      line727/Value: {}
+      line730/value: {needs: {loss_free: true}}
       /only: {}
     publishes:
-      line110/value: {reliability: relaible}
-      line111/value: {depth: null, lifespan: 1s}
-      line112/value: {depth: 3, lifespan: 2s}
+      line734/value: {reliability: relaible}
+      line735/value: {depth: null, lifespan: 1s}
+      line736/value: {depth: 3, lifespan: 2s}
       /tf_static: {}
       /rosout: {depth: 7}
   far:
     domain: 3
     publishes:
-      line120/value: {depth: 3}
-      line121/value: {reliability: best_effort}
-      line122/value: {depth: null, lifespan: 1s}
+      line728/value: {depth: 3}
+      line729/value: {reliability: best_effort}
+      line737/value: {depth: null, lifespan: 1s}
     subscribes:
-      line121/value: {depth: 3}
+      line729/value: {depth: 3}
   both:
     publishes:
       own/value: {depth: 3}
@@ -276,45 +276,47 @@ _BESIDE: Final = """\
 """
 _FACTS: Final = """\
 options: {ros2: {rmw: cyclonedds}}
-profiles:
-  fast: {depth: 2}
 topics:
-  /line106/value: {period: 10s, type: a/msg/B}
-  /line107/value: {external: true}
-  /line108/value: {latched: true}
-  /line109/value: {latched: true}
-  /line110/value: {period: 10s}
-  /line111/value: {period: 10s}
-  /line112/value: {period: 10s}
+  /line730/value: {period: 10s, type: a/msg/B}
+  /line731/value: {external: true}
+  /line732/value: {latched: true}
+  /line733/value: {latched: true}
+  /line734/value: {period: 10s}
+  /line735/value: {period: 10s}
+  /line736/value: {period: 10s}
 """
 _UNUSUAL: Final = """\
   unusual:
     subscribes:
-      line104/value: [{reliability: best_effort}, {durability: transient_local}]
+      line728/value: [{reliability: best_effort}, {durability: transient_local}]
     publishes:
       bad name: {depth: 3}
-      line105/value: {depth: {unknown: it is elsewhere}}
+      line729/value: {depth: {unknown: it is elsewhere}}
 """
-_AROUND: Final = """\
+_BRIDGE: Final = """\
 bridges:
   over:
     routes:
-      - from: {participant: talker100, topic: "/line1*/value"}
-        to: {participant: listener100, topic: "/far/*"}
+      - from: {participant: talker139, topic: "/line73*/value"}
+        to: {participant: listener139, topic: "/far/*"}
+"""
+_ACCEPTED: Final = """\
 accept:
-  - {rule: ROS101, topic: "/line2*", because: it is known}
+  - {rule: ROS103, topic: "/line73*", because: it is known}
+severities: {ROS105: warning, ROS304: off}
+"""
+_CHECKS: Final = """\
 checks:
-  - {name: deep, where: {topic: "/line3?0/*"}, require: {depth: {at_least: 5}}, because: queues are long}
-severities: {ROS103: warning, ROS104: off}
+  - {name: deep, where: {topic: "/line73*"}, require: {depth: {at_least: 5}}, because: queues are long}
 """
 _PROGRAM: Final = """\
   program:
     protocol: dds
     publishes:
-      rt/line101/value: {durability: volatile}
+      rt/line709/value: {durability: volatile}
     subscribes:
-      rt/line100/value: {reliability: reliable, durability: transient_local}
-      rt/line102/value: {deadline: 10ms}
+      rt/line708/value: {reliability: reliable, durability: transient_local}
+      rt/line710/value: {deadline: 10ms}
 """
 _FILTERS: Final = """\
   watcher:
@@ -338,7 +340,10 @@ ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "aliases": (aliases, PLAIN),
     "beside": (lines, Fleet("ros2", ROBOTS, seed=7, head=_CYCLONE, more=_BESIDE)),
     "facts": (lines, Fleet("ros2", ROBOTS, seed=7, head=_FACTS, more=_UNUSUAL)),
-    "around": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_AROUND)),
+    "bridge": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_BRIDGE)),
+    "accepted": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_ACCEPTED)),
+    "checks": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_CHECKS)),
+    "assumed": (lines, Fleet("ros2", ROBOTS, seed=8)),
     "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=4, times=160, seed=9, head=_CYCLONE)),
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
     "calls": (calls, Fleet("ros2", ROBOTS, seed=11, head=_CYCLONE)),

@@ -60,10 +60,11 @@ def _numbers(values: Sequence[str]) -> str:
     """Return the numbers that stand in one place of several texts, one after the other."""
     if len({*values}) == 1:
         return values[0]
-    for first in range(min(_LONGEST_PERIOD, len(values) - 1)):
-        periodic = _periodic(values[first:])
-        if periodic:
-            return f"{{{', '.join((*_runs(values[:first]), periodic))}}}"
+    for others in range(min(_LONGEST_PERIOD, len(values) - 1)):
+        first, last = _periodic(values[others:]), _periodic(values[: len(values) - others])
+        if first or last:
+            before, after = (values[:others], ()) if first else ((), values[len(values) - others :])
+            return f"{{{', '.join((*_runs(before), first or last, *_runs(after)))}}}"
     return f"{{{', '.join(_runs(values))}}}"
 
 
