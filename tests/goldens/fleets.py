@@ -173,6 +173,11 @@ def wires(fleet: Fleet) -> str:
     )
 
 
+def domains(fleet: Fleet) -> str:
+    """Return a system file in which every other one that listens is in another domain."""
+    return _ODD_LISTENER.sub(lambda found: f"{found[1]}    domain: 3\n{found[2]}", lines(fleet))
+
+
 def _file(fleet: Fleet, written: Callable[[Settings], str]) -> str:
     found = [_head(fleet)]
     pairs = [*fleet.pairs()]
@@ -307,7 +312,7 @@ severities: {ROS105: warning, ROS304: off}
 """
 _CHECKS: Final = """\
 checks:
-  - {name: deep, where: {topic: "/line73*"}, require: {depth: {at_least: 5}}, because: queues are long}
+  - {name: watched, where: {topic: "/line73*"}, require: {deadline: {at_most: 1s}}, because: silence is seen}
 """
 _PROGRAM: Final = """\
   program:
@@ -348,6 +353,7 @@ ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
     "calls": (calls, Fleet("ros2", ROBOTS, seed=11, head=_CYCLONE)),
     "wires": (wires, Fleet("ros2", WIRE, seed=12, head=_CYCLONES, more=_PROGRAM)),
+    "domains": (domains, Fleet("ros2", ROBOTS, seed=13, head=_CYCLONE)),
     "undecided": (lines, Fleet("ros2", UNDECIDED, seed=2)),
     "data": (lines, Fleet("dds", DATA, seed=3, head="options: {dds: {implementation: cyclonedds}}\n")),
     "messages": (lines, Fleet("mqtt", MESSAGES, seed=4, head=_BROKER)),
