@@ -27,7 +27,7 @@ ROBOTS: Final[Values] = {
     "liveliness": ("automatic", "manual_by_topic"),
     "liveliness_lease_duration": ("500ms", "1s", "infinite"),
     "history": ("keep_last", "keep_all"),
-    "depth": ("1", "10", "100"),
+    "depth": ("0", "1", "10", "100"),
 }
 UNDECIDED: Final[Values] = {
     **ROBOTS,

@@ -79,14 +79,45 @@ ROBOT: Final = b"""
 cqos: 1
 protocol: ros2
 options: {ros2: {rmw: cyclonedds}}
+participants:
+  lidar: {publishes: {/scan: {reliability: best_effort, deadline: 100ms}, /status: {depth: 1}}}
+  camera: {publishes: {/image: {reliability: best_effort}, /info: {depth: 3}}}
+  planner: {subscribes: {/scan: {reliability: best_effort}, /image: {reliability: best_effort}, /info: {}}}
+  display: {subscribes: {/status: {depth: 2}, /scan: {reliability: best_effort, deadline: 200ms}}}
+"""
+PROFILES: Final = b"""
+cqos: 1
+protocol: ros2
+options: {ros2: {rmw: cyclonedds}}
 profiles: {fast: {reliability: best_effort, depth: 2}, state: {durability: transient_local, depth: 1}}
 participants:
   lidar: {publishes: {/scan: {reliability: best_effort, deadline: 100ms}, /status: state}}
-  camera: {publishes: {/image: fast, /info: {depth: 3}}}
-  planner: {subscribes: {/scan: {reliability: best_effort}, /image: fast, /info: {}}}
+  camera: {publishes: {/image: fast}}
+  planner: {subscribes: {/scan: {reliability: best_effort}, /image: fast}}
   display: {subscribes: {/status: state, /scan: {reliability: best_effort, deadline: 200ms}}}
 """
-_ENDPOINTS_OF_A_ROBOT: Final[Mapping[str, Sequence[Edit]]] = {
+GARDEN: Final = b"""
+cqos: 1
+protocol: mqtt
+brokers: {main: {profile: mosquitto}}
+participants:
+  sensor: {client: {client_id: sensor}, publishes: {bed/1/moisture: {qos: 1}, bed/2/moisture: {qos: 1}}}
+  app: {client: {client_id: app}, subscribes: {bed/+/moisture: {qos: 1}, bed/1/moisture: {qos: 1}}}
+"""
+RELAY: Final = b"""
+cqos: 1
+protocol: ros2
+options: {ros2: {rmw: cyclonedds}}
+participants:
+  lidar: {domain: 1, publishes: {/scan: {deadline: 100ms}}}
+  inside: {domain: 1}
+  outside: {domain: 2}
+  display: {domain: 2, subscribes: {/scan: {needs: {latest: true}}}}
+bridges:
+  relay:
+    routes: [{from: {participant: inside, topic: /scan}, to: {participant: outside, topic: /scan}}]
+"""
+_OF_A_ROBOT: Final[Mapping[str, Sequence[Edit]]] = {
     "request more": [stating("planner/subscriber/scan", {"reliability": "reliable"})],
     "request what no one knows": [stating("planner/subscriber/scan", {"reliability": "relaible", "depht": "3"})],
     "request what is there": [stating("planner/subscriber/scan", {"reliability": "best_effort", "deadline": "1s"})],
@@ -98,10 +129,12 @@ _ENDPOINTS_OF_A_ROBOT: Final[Mapping[str, Sequence[Edit]]] = {
         added("display/extra", "subscriber", "/info", "display", {"durability": "transient_local"}),
     ],
     "leave": [removed("display/extra"), removed("camera/publisher/info")],
-    "use another profile": [stating("planner/subscriber/image", {}, profiles=(ProfileRef("state"),))],
     "do not be sure": [stating("camera/publisher/image", {"durability": "system_default", "depth": "1"})],
 }
-_ALL_OF_A_ROBOT: Final[Mapping[str, Sequence[Edit]]] = {
+_OF_PROFILES: Final[Mapping[str, Sequence[Edit]]] = {
+    "use another profile": [stating("planner/subscriber/image", {}, profiles=(ProfileRef("state"),))],
+    "request what no one knows": [stating("planner/subscriber/scan", {"reliability": "relaible"})],
+    "use no profile": [stating("display/subscriber/status", {"depth": "2"}, profiles=())],
     "another middleware": [done("set_option", "ros2", "rmw", "fastdds")],
     "any middleware": [done("set_option", "ros2", "rmw", None)],
     "another profile of that name": [done("put_profile", Profile("state", texts({"reliability": "best_effort"})))],
@@ -130,6 +163,17 @@ _OF_A_FLEET: Final[Mapping[str, Sequence[Edit]]] = {
     "what is open": [stating("listener130/subscriber/line580/value", {"reliability": "system_default"})],
     "all again": [done("set_option", "ros2", "rmw", "fastdds")],
 }
+_OF_A_GARDEN: Final[Mapping[str, Sequence[Edit]]] = {
+    "less for all that listen": [stating("sensor/publisher/bed/1/moisture", {"qos": "0"})],
+    "a filter that takes all": [stating("app/subscriber/bed/+/moisture", {"qos": "2"}, topic="#")],
+    "another topic": [added("light", "publisher", "bed/1/light", "sensor", {"retain": "true"})],
+    "a topic goes": [removed("sensor/publisher/bed/1/moisture")],
+}
+_OF_A_RELAY: Final[Mapping[str, Sequence[Edit]]] = {
+    "less before the bridge": [stating("lidar/publisher/scan", {"reliability": "best_effort"})],
+    "more behind it": [stating("display/subscriber/scan", {"deadline": "1s"})],
+    "nothing before it": [removed("lidar/publisher/scan")],
+}
 _OF_MESSAGES: Final[Mapping[str, Sequence[Edit]]] = {
     "a filter": [added("wide", "subscriber", "bed/+/+", "valve", {"qos": "2"})],
     "a topic": [stating("one/publisher/bed/2/moisture", {"qos": "0"}, topic="bed/4/moisture")],
@@ -157,7 +201,10 @@ _OF_ONE_WIRE: Final[Mapping[str, Sequence[Edit]]] = {
     "no program": [done("remove_participant", "old_program")],
 }
 ALL: Final[Mapping[str, Callable[[], Lines]]] = {
-    "robot": partial(played, ROBOT, {**_ENDPOINTS_OF_A_ROBOT, **_ALL_OF_A_ROBOT}),
+    "robot": partial(played, ROBOT, _OF_A_ROBOT),
+    "profiles": partial(played, PROFILES, _OF_PROFILES),
+    "garden": partial(played, GARDEN, _OF_A_GARDEN),
+    "relay": partial(played, RELAY, _OF_A_RELAY),
     "fleet": lambda: played(fleets.lines(fleets.PLAIN).encode(), _OF_A_FLEET),
     "messages": partial(played, f"{SYSTEMS}/wildcards.yaml", _OF_MESSAGES),
     "bridges": partial(played, f"{SYSTEMS}/bridges.yaml", _OF_BRIDGES),
