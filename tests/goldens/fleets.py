@@ -145,9 +145,15 @@ def crowds(fleet: Fleet) -> str:
         for end, (_, key) in enumerate(_ENDS):
             found.append(f"    {key}:\n")
             for topic in range(fleet.kinds):
-                stated = pairs[(topic + owner * (end + 1)) % fleet.kinds][end] | {"depth": str(owner)}
+                stated = pairs[(topic + owner * (end + 1)) % fleet.kinds][end]
+                stated = stated | {"depth": str(owner), "deadline": f"{_deadline(owner) if end else owner}ms"}
                 found.append(f"      line{FIRST + topic}/value: {_flow(stated)}\n")
     return "".join([*found, fleet.more])
+
+
+def _deadline(owner: int) -> int:
+    """Return what a subscriber of a crowd requests: most let all publishers through, and some few or none."""
+    return owner + 1000 if owner % 200 else owner - 90
 
 
 def copies(fleet: Fleet) -> str:
@@ -349,7 +355,7 @@ ALL: Final[Mapping[str, tuple[Callable[[Fleet], str], Fleet]]] = {
     "accepted": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_ACCEPTED)),
     "checks": (lines, Fleet("ros2", ROBOTS, seed=8, head=_CYCLONE, more=_CHECKS)),
     "assumed": (lines, Fleet("ros2", ROBOTS, seed=8)),
-    "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=4, times=160, seed=9, head=_CYCLONE)),
+    "crowds": (crowds, Fleet("ros2", ROBOTS, kinds=2, times=320, seed=9, head=_CYCLONE)),
     "copies": (copies, Fleet("ros2", ROBOTS, seed=10, head=_CYCLONE)),
     "calls": (calls, Fleet("ros2", ROBOTS, seed=11, head=_CYCLONE)),
     "wires": (wires, Fleet("ros2", WIRE, seed=12, head=_CYCLONES, more=_PROGRAM)),
