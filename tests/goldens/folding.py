@@ -75,9 +75,9 @@ def _periodic(values: Sequence[str]) -> str:
         steps = {later - each for each, later in zip(numbers, numbers[period:], strict=False)}
         if len(steps) == 1 and len(numbers) % period == 0:
             (step,) = steps
-            if period == 1:
-                return f"{values[0]}..{values[-1]}{'' if step == 1 else f'/{step}'}"
-            return f"{','.join(_runs(values[:period]))} +{step} x{len(numbers) // period}"
+            if period > 1:
+                return f"{','.join(_runs(values[:period]))} +{step} x{len(numbers) // period}"
+            return f"{values[0]}..{values[-1]}{'' if step == 1 else f'/{step}'}" if step else ""
     return ""
 
 
