@@ -5,7 +5,8 @@ python3 dev.py demo             check two example diagrams, one that fits and on
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
 python3 dev.py docs             build the documentation as a site into build/docs/site, and check every link in it
-python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
+python3 dev.py conformance      run pairs and designs on the middleware itself, record it, and write the pages docs/conformance*.md
+python3 dev.py tables [NAME]    write the tables of docs/paper.md (paper) and docs/incidents.md (incidents) again
 python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
 python3 dev.py goldens [ARGS]   record what C-QoS says of many systems as text (--check: compare; --against REV: with other code)
 python3 dev.py bench [ARGS]     measure what C-QoS costs beside the bare work (--scale 0.1: shorter; --only pairs files ...)
@@ -97,6 +98,7 @@ def main(arguments: list[str]) -> int:
         "lint": lint,
         "docs": docs,
         "conformance": conformance,
+        "tables": tables,
         "build": build,
         "bench": bench,
         "goldens": goldens,
@@ -175,9 +177,17 @@ def conformance(_: list[str]) -> int:
         ("guarantees", "cyclonedds", "fastdds", "mosquitto"),
         ("second_opinion", "record"),
         ("budgets",),
+        ("table", "20000", "2026"),
+        ("mqtt_table",),
     )
     steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
     return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])
+
+
+def tables(arguments: list[str]) -> int:
+    """Write the tables of the paper and of the public incidents again; return 1 if that fails."""
+    setup(everything=True)
+    return run_steps([("tables", [tool("python"), "-m", "tests.tables", *arguments])])
 
 
 def bench(arguments: list[str]) -> int:
@@ -261,13 +271,13 @@ def packages() -> list[str]:
 def pytest_command(arguments: list[str]) -> list[str]:
     """Pytest on all cores; ``arguments`` come last and win, and a bare ``--cov`` covers every package.
 
-    One process more than there are cores, because many tests wait for a service or for the middleware.
+    Three processes more than there are cores, because many tests wait for a service, a browser or the middleware.
     """
     covered = [f"--cov={name}" for project in projects() for name in packages_of(project)]
     rest = [argument for argument in arguments if argument != "--cov"]
     # Counting lines doubles the time, so it is off by default.
     coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
-    return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 1), "--dist", "worksteal", *coverage, *rest]
+    return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 3), "--dist", "worksteal", *coverage, *rest]
 
 
 def run_steps(steps: list[Step], beside: Sequence[list[Step]] = ()) -> int:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     import click
 
+    from cqos_core.model.entrance import EntranceFinder
     from cqos_core.model.report import Report
     from cqos_core.model.source import Claim, Inserter, Reader
     from cqos_core.model.style import Style
@@ -121,6 +122,8 @@ class ImporterInfo:
         options: what it adds to the command line.
         folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
             The reader then has the folder as the name of a source without bytes.
+        entrances: ``"module:function"``, an `EntranceFinder`: says how what no importer reads as it is named is read with
+            ``folders_with``; the module must be light.
     """
 
     name: str
@@ -136,6 +139,7 @@ class ImporterInfo:
     drawn: str = ""
     options: tuple[ImporterOption, ...] = ()
     folders_with: str = ""
+    entrances: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -148,6 +152,10 @@ class ImporterInfo:
     def load_drawn(self) -> DrawnForm | None:
         """Import what a drawing can state, where it is one."""
         return named(self.drawn) if self.drawn else None
+
+    def load_entrances(self) -> EntranceFinder:
+        """Import what finds entrances."""
+        return named(self.entrances)  # type: ignore[no-any-return]
 
     def load_inserter(self) -> Inserter | None:
         """Import what adds settings, where there is anything."""

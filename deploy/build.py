@@ -33,7 +33,7 @@ LICENSE = "LICENSE"
 PAGE = Path("cqos_core", "service", "page")
 TOOLS = ("cyclonedx-bom==7.5.0", "twine==7.0.0")
 USES = (
-    # the first example of README
+    # a workspace of ROS 2
     (
         *("cqos", "check", "examples/robot_workspace/src"),
         *("--launch", "bot:sim.launch.xml", "--option", "ros2.distro=jazzy"),

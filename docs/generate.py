@@ -2,6 +2,7 @@
 
 python docs/generate.py            write
 python docs/generate.py --rules    write pages of rules and codes only, which leaves files in git as they are
+python docs/generate.py --kept     write files in git only
 python docs/generate.py --check    fail if a help text in command.md or a figure differs, or a page cannot be made
 """  # noqa: INP001 - a script
 
@@ -46,12 +47,10 @@ HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w-]*) -->\n\n```text\n
 
 def main(arguments: list[str]) -> int:
     """Write or compare every derived file."""
-    wanted = dict(pages())
-    if "--check" in arguments:
-        wanted = {path: text for path, text in wanted.items() if path.parent != RULES}
-    if "--rules" in arguments:
-        wanted = {path: text for path, text in wanted.items() if path.parent == RULES}
-    looked = {*wanted, *(() if "--check" in arguments else RULES.glob("*.md"))}
+    rules = {} if "--kept" in arguments else dict(rule_pages())
+    kept = {} if "--rules" in arguments else dict(kept_pages())
+    wanted = kept if "--check" in arguments else {**rules, **kept}
+    looked = {*wanted, *(RULES.glob("*.md") if rules and "--check" not in arguments else ())}
     present = {path: path.read_text(encoding="utf-8") for path in looked if path.is_file()}
     stale = sorted(path for path in {*wanted, *present} if wanted.get(path) != present.get(path))
     for path in stale:
@@ -60,8 +59,8 @@ def main(arguments: list[str]) -> int:
         if stale:
             print("run: python docs/generate.py")  # noqa: T201
         return 1 if stale else 0
-    RULES.mkdir(exist_ok=True)
     for path in stale:
+        path.parent.mkdir(exist_ok=True)
         if path in wanted:
             path.write_text(wanted[path], encoding="utf-8")
         else:
@@ -69,8 +68,8 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def pages() -> Iterator[tuple[Path, str]]:
-    """Every derived file with its text."""
+def rule_pages() -> Iterator[tuple[Path, str]]:
+    """Every page of a rule or a code with its text; they are not in git."""
     packs = list(our_packs())
     for pack in packs:
         for bound in pack.bound_rules:
@@ -80,7 +79,11 @@ def pages() -> Iterator[tuple[Path, str]]:
     for code, info in CODES.items():
         yield RULES / f"{code}.md", as_markdown(code_page(info))
     yield RULES / "README.md", index(packs)
-    for name, drawn in figures(next(pack for pack in packs if pack.id == "ros2")):
+
+
+def kept_pages() -> Iterator[tuple[Path, str]]:
+    """Every derived file in git with its text."""
+    for name, drawn in figures(next(pack for pack in our_packs() if pack.id == "ros2")):
         yield DOCS / "img" / name, drawn
     yield DOCS / "incidents.md", incidents_page(incidents(ROOT / "examples" / "incidents" / "incidents.yaml"))
     yield DOCS / "known-nodes.md", known_nodes_page()

@@ -1,7 +1,8 @@
-"""The page of public incidents, from their index in examples/incidents; generate.py writes it."""
+"""The page of public incidents, from their index in examples/incidents; generate.py writes it, and `dev.py tables` both."""
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import yaml
@@ -20,8 +21,8 @@ RESULTS = {"found": "found", "partly": "in part", "missed": "missed"}
 INTRODUCTION = """# Public incidents
 
 This page compares C-QoS with {total} public threads in which quality of service kept data away. The list was written, and committed, before
-C-QoS read any of them. Each incident is rebuilt as files in our own words, in the folder `examples/incidents`. A test runs them all
-and compares with `incidents.yaml`, which this page is made of (`python docs/generate.py`).
+C-QoS read any of them. Each incident is rebuilt as files in our own words, in the folder `examples/incidents`. `python3 dev.py tables
+incidents` checks them all and writes the answers into `incidents.yaml` and this page. These are of C-QoS {version}; a test holds them.
 
 {summary}
 
@@ -30,7 +31,7 @@ thread says; where it does not name a value, the default stands. Where people ex
 samples, the rebuilt system states it as a requirement.
 
 **The fix** compares what closed the thread with what C-QoS offers. Where reliability differs, C-QoS first offers the stronger publisher,
-since the other fix weakens the design. Most threads were closed the other way, by a best effort subscription, because the driver belonged
+since the other fix asks for less. Most threads were closed the other way, by a best effort subscription, because the driver belonged
 to others.
 
 The threads were found by searches for incompatible QoS, lost messages and silent topics, so this is no random sample. The authors of C-QoS
@@ -48,7 +49,7 @@ def incidents(path: Path) -> list[dict[str, Any]]:
 
 def incidents_page(found: list[dict[str, Any]]) -> str:
     """Return the page as Markdown."""
-    parts = [INTRODUCTION.format(total=len(found), summary=_summary(found)).rstrip()]
+    parts = [INTRODUCTION.format(total=len(found), version=version("cqos-core"), summary=_summary(found)).rstrip()]
     for protocol, title in TITLES.items():
         mine = [each for each in found if each["protocol"] == protocol]
         lines = ["| incident | what happened | C-QoS | closed by |", "| --- | --- | --- | --- |"]
@@ -65,7 +66,7 @@ def _summary(found: list[dict[str, Any]]) -> str:
     lines.append(f"\nThe first run missed {len(later)} of the incidents that C-QoS now finds: {', '.join(later)}.")
     closed = [each["our_fix"] for each in found if each["result"] == "found"]
     counts = ", ".join(f"{closed.count(key)} by {text}" for key, text in list(FIXES.items())[:3])
-    lines.append(f"Of the threads with a found incident, {counts}.")
+    lines.append(f"The threads with a found incident were closed as follows: {counts}.")
     return "\n".join(lines)
 
 

@@ -8,7 +8,7 @@ A page is followed from top to bottom, in a folder of its own that has the examp
 - a `python` block with prompts is a doctest. All of a page share their variables;
 - a `sentence` block has one sentence of the rule language per line, in its one text form.
 
-`python -m tests.test_docs` writes the output of commands that have another one now into the pages.
+`python -m tests.test_docs [PAGE ...]` writes the output of commands and prompts that have another one now into the pages.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
@@ -38,11 +38,14 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLLOWED: tuple[str, ...] = (
     "README.md",
     "docs/quick-start.md",
+    "docs/verdicts.md",
     "docs/silent-topic.md",
     "docs/ci.md",
+    "docs/configuration.md",
     "docs/mixed-versions.md",
     "docs/behaviour.md",
     "docs/ros2-files.md",
+    "docs/ros2-bridges.md",
     "docs/repair.md",
     "docs/ros2-launch.md",
     "docs/ros2-workspace.md",
@@ -57,6 +60,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/paper.md",
     "docs/conditions.md",
     "docs/packs.md",
+    "docs/packs-python.md",
     "docs/pack-tutorial.md",
     "docs/plugins.md",
     "examples/README.md",
@@ -72,7 +76,7 @@ BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.
 
 
 class Said(NamedTuple):
-    """What a command of a page printed, beside what the page says at `start` to `end`."""
+    """What a command or a Python prompt of a page printed, beside what the page says at `start` to `end`."""
 
     command: str
     start: int
@@ -100,7 +104,7 @@ def follow(page: str, folder: Path) -> Iterator[Said]:
                 code, printed = execute(command, folder, code)
                 yield Said(command, start, end, text[start:end], printed)
         elif block["kind"] == "python":
-            run_doctest(block["text"], variables, page, text.count("\n", 0, block.start()), folder)
+            yield from run_doctest(block, variables, page, folder)
         elif block["kind"] == "sentence":
             for line in block["text"].splitlines():
                 assert str(parse(line)) == line
@@ -152,23 +156,45 @@ def without_ends(text: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
-def run_doctest(text: str, variables: dict[str, object], page: str, line: int, folder: Path) -> None:
+class Prompts(doctest.DocTestRunner):
+    """Runs Python prompts and keeps what each of them printed."""
+
+    def __init__(self) -> None:
+        super().__init__(verbose=False, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+        self.printed: list[tuple[doctest.Example, str]] = []
+
+    def report_success(self, out: object, test: object, example: doctest.Example, got: str) -> None:
+        self.printed.append((example, example.want))
+
+    def report_failure(self, out: object, test: object, example: doctest.Example, got: str) -> None:
+        self.printed.append((example, got))
+
+    def report_unexpected_exception(self, out: object, test: object, example: object, exc_info: Any) -> None:
+        raise exc_info[1]
+
+
+def run_doctest(block: re.Match[str], variables: dict[str, object], page: str, folder: Path) -> Iterator[Said]:
+    """Run the prompts of a block; yield what each of them prints."""
+    text = block["text"]
     assert ">>> " in text, f"{page}: a block of Python without a title has prompts, so that it can be executed"
-    test = doctest.DocTestParser().get_doctest(text, variables, page, page, line)
-    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE, verbose=False)
-    said: list[str] = []
+    test = doctest.DocTestParser().get_doctest(text, variables, page, page, 0)
+    runner = Prompts()
     before = Path.cwd()
     os.chdir(folder)
     try:
-        runner.run(test, out=said.append, clear_globs=False)
+        runner.run(test, clear_globs=False)
     finally:
         os.chdir(before)
     variables.update(test.globs)
-    assert not runner.failures, "".join(said)
+    lines = text.splitlines(keepends=True)
+    for example, got in runner.printed:
+        first = example.lineno + example.source.count("\n")
+        start = block.start("text") + len("".join(lines[:first]))
+        yield Said(example.source.rstrip(), start, start + len(example.want), example.want, got)
 
 
 def agrees(expected: str, actual: str) -> bool:
-    """Whether a command printed what the page says."""
+    """Whether a command printed what the page says; the output of a prompt that agrees is the page's own."""
     lines = (
         "(?:.*\n)*?" if line == "…" else re.escape(line).replace("…", ".*?") + "\n" for line in expected.splitlines()
     )
@@ -200,6 +226,14 @@ def test_a_page_can_be_followed(page, tmp_path):
         )
 
 
+def test_outputs_of_commands_and_prompts_are_renewed(tmp_path):
+    page = tmp_path / "page.md"
+    text = "```console\n$ echo one\n{}\n$ echo two…\n…\n```\n\n```python\n>>> def two():\n...     return 2\n>>> two()\n{}\n>>> 3\n3\n```\n"
+    page.write_text(text.format("none", "7"), encoding="utf-8")
+    rewrite(str(page))
+    assert page.read_text(encoding="utf-8") == text.format("one", "2")
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
@@ -223,6 +257,15 @@ def headings(file: Path) -> set[str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_pages_name_no_machine(page):
     assert not re.search(r"/(?:work|tmp|home|root|Users)/", page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.name)
+def test_a_page_is_read_in_one_go(page):
+    text = page.read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("|")]
+    assert len(lines) <= 300 or page.name == "command.md", (
+        "tables apart, a page has 300 lines at most: split it by reader"
+    )
 
 
 def test_every_page_is_in_the_index():
@@ -264,5 +307,5 @@ def test_the_map_of_the_house_has_every_room():
 
 
 if __name__ == "__main__":
-    for each in FOLLOWED:
+    for each in sys.argv[1:] or FOLLOWED:
         rewrite(each)

@@ -32,7 +32,7 @@ def folder(tmp_path, monkeypatch):
 def test_a_folder_is_searched_for_the_endings_that_importers_name(folder):
     found = find_files(["."], load_plugins())
     assert found.files == [File(path, ".") for path in ("./a.bpmn", "./b.yaml", "./deep/d.JSON")]
-    assert (found.skipped, found.problems) == (1, [])
+    assert (len(found.skipped), found.problems) == (1, [])
 
 
 def test_an_importer_limits_the_search_to_its_own_endings(folder):

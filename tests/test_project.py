@@ -264,7 +264,7 @@ def test_dev_script_can_tell_an_old_python_that_it_is_too_old():
     [
         (
             ["tset"],
-            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, docs, conformance, build, bench, goldens, run, setup\n",
+            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, docs, conformance, tables, build, bench, goldens, run, setup\n",
         ),
         (["demo", "--fast"], "dev.py: demo takes no arguments, found '--fast'\n"),
     ],

@@ -89,7 +89,8 @@ def _chosen(
     taken: dict[tuple[str, str], str] = {}
     chosen = []
     for error in errors:
-        for remedy in error.remedies:
+        # The smallest change may weaken the design; what is written for programs keeps its promises where it can.
+        for remedy in sorted(error.remedies, key=lambda each: (each.weakens, each.kind == "needs_code")):
             if (wanted == "configuration" and remedy.kind != "configuration") or remedy.breaks or remedy in before:
                 continue
             if remedy.policy not in policies or not alone.issuperset(remedy.members):

@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
-from cqos_core.matching.judge import assuming, refusing_worlds
+from cqos_core.matching.judge import assuming, refusing_values, refusing_worlds
 from cqos_core.model.memory import LONGEST_REMEMBERED, keep
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.bases import Draft
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.model.report import Finding
+    from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.bases import Override
@@ -45,8 +46,12 @@ def assumptions(
 
     ``paired`` are the ids of endpoints in pairs. A value under which an end of a pair cannot exist is not assumed.
     """
-    opened = {id(owner): found for owner in {*participants} if (found := tuple(_opened(owner)))}
-    concerned = [each for each in endpoints if id(each.participant) in opened] if opened else []
+    owners = {*participants}
+    opened = {id(owner): found for owner in owners if (found := tuple(_opened(owner)))}
+    unset = {id(owner): options for owner in owners if (options := tuple(_unset(owner)))}
+    every = [*endpoints] if opened or unset else []
+    paired = {*paired} if unset else paired
+    concerned = [each for each in every if id(each.participant) in opened]
     named: dict[str, _Open] = {}
     barred: dict[str, set[str]] = {}
     in_part = {owner: frozenset(each.name for each in found if each.partly) for owner, found in opened.items()}
@@ -60,10 +65,71 @@ def assumptions(
     for bound, each in _of_findings(concerned, findings, packs) if partly - named.keys() else ():
         read = _read_by(bound, each)
         named |= {o.name: o for o in opened[id(each.participant)] if o.partly and o.option in read}
+    for each, option, at in _of_unset(every, paired, unset):
+        refused = refusing_values(each.profile, each.endpoint.role, each.endpoint.observed, at)
+        refused |= _without_presets(each, option.option) if each.endpoint.profiles else _NONE
+        if refused:
+            named[option.name] = option
+            barred.setdefault(option.name, set()).update(refused)
     return tuple(
         Assumption(name, tuple(value for value in named[name].values if value not in barred.get(name, ())))
         for name in sorted(named)
     )
+
+
+def _unset(owner: ResolvedParticipant) -> Iterator[tuple[_Open, int]]:
+    """Yield the options of few values that nothing states and for which the pack assumes none."""
+    for at in _without_assumption(owner.pack):
+        if not any(at in layer.settings for layer in owner.layers):
+            policy = owner.pack.policies[at]
+            values = tuple(policy.domain.format(value) for value in policy.domain.candidates())
+            yield _Open(f"{owner.pack.id}.{policy.name}", policy.name, values, partly=False), at
+
+
+@lru_cache
+def _without_assumption(pack: RulePack) -> tuple[int, ...]:
+    return tuple(
+        at
+        for at, policy in enumerate(pack.policies)
+        if policy.level == "option" and policy.default is None and not policy.assume and policy.domain.candidates()
+    )
+
+
+def _without_presets(endpoint: Resolved, option: str) -> frozenset[str]:
+    """Return the values of an option under which a preset of an endpoint does not exist."""
+    pack, found = endpoint.pack, set()
+    for layer in endpoint.layers:
+        preset = pack.presets.get(layer.origin.removeprefix("preset "))
+        if preset is not None and preset.needs is not None and preset.needs[0] == option:
+            domain = pack.policies[pack.vocabulary.indices["option", option]].domain
+            found |= {domain.format(each) for each in domain.candidates() if each < domain.parse(preset.needs[1])}  # type: ignore[operator]
+    return frozenset(found)
+
+
+def _of_unset(
+    endpoints: Iterable[Resolved], paired: Iterable[str], unset: Mapping[int, Sequence[tuple[_Open, int]]]
+) -> Iterator[tuple[Resolved, _Open, int]]:
+    """Yield ends of pairs with each option that nothing states, once for ends that are alike."""
+    ends = frozenset(paired) if unset else _NONE
+    seen: set[tuple[object, ...]] = set()
+    for each in endpoints:
+        names = tuple(ref.name for ref in each.endpoint.profiles)
+        key = each.profile, each.endpoint.role, each.endpoint.observed, names
+        if id(each.participant) in unset and key not in seen and each.id in ends:
+            seen.add(key)
+            yield from ((each, option, at) for option, at in unset[id(each.participant)])
+
+
+def with_imported(found: tuple[Assumption, ...], system: System) -> tuple[Assumption, ...]:
+    """Return assumptions with those that importers made, save for options that the system states."""
+    if not system.assumed:
+        return found
+    named = {each.option: each.values for each in found}
+    stated = {f"{pack}.{name}" for pack, settings in system.options.items() for name in settings}
+    for option, values in system.assumed.items():
+        if option not in stated:
+            named[option] = tuple(each for each in named.get(option, values) if each in values)
+    return tuple(Assumption(option, named[option]) for option in sorted(named))
 
 
 def _opened(owner: ResolvedParticipant) -> Iterator[_Open]:

@@ -8,7 +8,7 @@ from itertools import chain, groupby
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.checking.assumptions import assumptions
+from cqos_core.checking.assumptions import assumptions, with_imported
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
@@ -146,7 +146,11 @@ def assemble(
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=later(lambda: assumptions(owners, chain(endpoints, bulk.endpoints()), paired, findings, packs)),
+        assumed=later(
+            lambda: with_imported(
+                assumptions(owners, chain(endpoints, bulk.endpoints()), paired, findings, packs), system
+            )
+        ),
     )
 
 

@@ -41,7 +41,7 @@ _CHANGED: Final = 1_024
 
 
 def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
-    """Return the changes of one value that make the rule pass; the best one first."""
+    """Return the changes of one value that make the rule pass; that of the fewest endpoints first."""
     bound, pair = spoken.bound, spoken.bound.scope == "pair"
     if bound.scope == "signal":
         return ()
@@ -194,10 +194,10 @@ def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Viola
 
 def _rank(remedy: Remedy) -> tuple[Any, ...]:
     return (
-        remedy.weakens,
-        remedy.kind == "needs_code",
         bool(remedy.breaks),
         len(remedy.members),
+        remedy.weakens,
+        remedy.kind == "needs_code",
         -(remedy.mends or 0),
         remedy.role != PUBLISHER,
         remedy.policy,

@@ -144,10 +144,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; every error becomes words on standard error."""
     if _COMPLETING in os.environ:  # a shell asks what could come next
         cli.main(prog_name="cqos")
-    this = Run()
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    this = Run(arguments=tuple(given))
     if os.environ.get("CQOS_DEBUG", "") not in {"", "0"}:
         this.debug_from_now_on()
-    code = _run(sys.argv[1:] if arguments is None else list(arguments), this)
+    code = _run(given, this)
     if not this.silent:
         for broken in load_plugins().broken:
             _say_lines(str(broken), "warning")

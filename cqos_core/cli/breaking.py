@@ -10,9 +10,10 @@ import click
 
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.entrances import entered_notes
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading import ReadingOptions, obstacles, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.files.opening import STDIN
 from cqos_core.files.revisions import NotThereError, at_same_paths
@@ -87,7 +88,7 @@ def breaking(
     with Progress("reading") as progress:
         loaded = reader.load(paths, progress.step)
         before = _old(reader, at_same_paths(old, paths), color)
-        if not _usable(loaded, color) or (before is not None and not _usable(before, color)):
+        if not _usable(loaded, color, paths) or (before is not None and not _usable(before, color, paths)):
             ctx.exit(UNUSABLE)
         progress.start("comparing")
         compared = list(_compare(reader, loaded, before, color, together=together)) if before is not None else []
@@ -112,9 +113,12 @@ def _old(reader: InputReader, paths: Sequence[str], color: str) -> Loaded | None
         return None
 
 
-def _usable(loaded: Loaded, color: str) -> bool:
-    say_problems(loaded.problems, color)
-    return not loaded.problems
+def _usable(loaded: Loaded, color: str, paths: Sequence[str]) -> bool:
+    problems = [*loaded.problems, *obstacles(loaded, paths)]
+    say_problems(problems, color)
+    for note in entered_notes(loaded, paths):
+        say(note, severity="note", choice=color)
+    return not problems
 
 
 def _compare(

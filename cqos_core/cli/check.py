@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.entrances import entered_notes
 from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest, refuse_absent
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.selection import counted
+from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
+from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.files.opening import STDIN, read_path
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
+    from cqos_core.cli.fixing import FixOutcome
     from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.problems import Problem
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
@@ -49,7 +53,8 @@ if TYPE_CHECKING:
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
 _NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
-_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
+_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
+_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES)
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
@@ -68,6 +73,7 @@ class CheckOptions:
     fail_on: str | None
     require_pairs: bool
     fix: bool
+    weaken: bool
     show_diff: bool
     proofs: str | None
     baseline: str | None
@@ -92,7 +98,7 @@ class CheckOptions:
     "formats",
     type=Registered("formatters"),
     multiple=True,
-    help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
+    help="How to write the report; `text` if not given. Several are possible, each with an --output after it.",
 )
 @click.option(
     "--output",
@@ -103,10 +109,11 @@ class CheckOptions:
 )
 @click.option(
     "--show",
-    type=click.Choice([*_SHOW, _NOT_CHECKED, _LOSSES]),
+    metavar=f"[{'|'.join(_SHOWN)}|CODES]",
     multiple=True,
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. "
-    "`subscribers` says of each one whether it gets nothing or loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
+    help="What text formats print, the rest is only counted: findings up to a severity, or of these rules only; warnings "
+    "(and errors) if not given, and a summary of more than ten. `subscribers` says of each one whether it gets nothing or "
+    "loses some publishers. Can be repeated. `json`, `jsonl` and `sarif` always hold everything.",
 )
 @click.option(
     "--select",
@@ -130,6 +137,7 @@ class CheckOptions:
     help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
     "again, and report what is left. Comments and layout stay; what was observed is never changed.",
 )
+@click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
 @click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --record FILE` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
@@ -195,11 +203,16 @@ def _once(
     if options.each and options.together:
         raise click.UsageError("--each and --together exclude each other.", ctx)
     select = counted(options.select, options.ignore, reader.context)
+    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+    if codes and any(each in _SHOW for each in options.show):
+        raise click.UsageError("--show takes severities or rules, not both.", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
+    if options.weaken and not (options.fix or options.show_diff):
+        raise click.UsageError("--weaken says which fixes --fix and --diff take, and neither is given.", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline))
+    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -258,9 +271,12 @@ class _Check:
 
     Attributes:
         counted: leaves the findings that count.
+        shown: the rules that --show names.
         loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
+        entered: what was taken without being named.
+        obstacles: why paths are not read although no file is wrong.
         empty: what to say of paths in which something was expected, and nothing could be checked.
         refused: why fixes were not written.
     """
@@ -269,14 +285,18 @@ class _Check:
     options: CheckOptions
     counted: Counted
     known: Baseline | None
+    shown: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
+    entered: list[str] = field(default_factory=list)
+    obstacles: list[Problem] = field(default_factory=list)
     empty: list[str] = field(default_factory=list)
     begun: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
+    fixes: list[FixOutcome] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
@@ -295,7 +315,9 @@ class _Check:
                 self._check(unit, progress.step if alone else lambda _done, _all: None, alone=alone)
             reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        if not self.loaded.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
+        self.entered, self.obstacles = entered_notes(self.loaded, paths), obstacles(self.loaded, paths)
+        unsaid = not self.loaded.problems and not self.obstacles and not self.empty
+        if unsaid and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
     def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
@@ -305,11 +327,10 @@ class _Check:
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.fixing import fixed
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff)
+            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
-            for note in done.notes:
-                self._note(note)
+            self.fixes.append(done)
             if done.refused:
                 self.refused.append(done.refused)
         if not report.endpoints and not report.partial:
@@ -334,7 +355,9 @@ class _Check:
         from cqos_core.remote.client import Client
 
         with Client(self.options.server) as client:
-            return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+            report = client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+        # The contract does not carry what importers assume.
+        return replace(report, assumed=with_imported(report.assumed, system)) if system.assumed else report
 
     def files(self) -> list[str]:
         """Return the files on which the result depends."""
@@ -348,11 +371,14 @@ class _Check:
         found = self.reports
         if self.known is not None:
             self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems(self.loaded.problems, self.options.color)
+        say_problems([*self.loaded.problems, *self.obstacles], self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        if self.loaded.problems or self.empty or self.refused or not written:
+        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.ways.open)
+        if unreadable or self.empty or self.refused or not written:
             return UNUSABLE
+        if self.loaded.ways.open:
+            return FINDINGS
         if self.options.write_baseline is not None:
             return CLEAN
         fail_on = self.options.fail_on
@@ -370,7 +396,7 @@ class _Check:
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
-        reports, problems = [each.report for each in self.reports], self.loaded.problems
+        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.options.quiet and sink.path == STDOUT:
                 continue
@@ -392,8 +418,10 @@ class _Check:
             width=width(),
             sources=self.sources,
             tool_version=headers("cqos-core")["Version"],
-            not_checked=_NOT_CHECKED in shown,
+            not_checked=_NOT_CHECKED in shown or "all" in shown,
             losses=_LOSSES in shown,
+            codes=self.shown,
+            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -413,7 +441,7 @@ class _Check:
         target = self.options.write_baseline
         if target is None:
             return True
-        if self.loaded.problems:
+        if self.loaded.problems or self.obstacles:
             self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.
@@ -435,6 +463,8 @@ class _Check:
         if self.begun:
             say(f"  help: write `{SMALLEST_SYSTEM}`", choice=self.options.color, lines=True)
         loaded = self.loaded
+        for note in self.entered:
+            self._note(note)
         for applies, text in (
             (self.how, self.how),
             (loaded.not_searched, f"not searched: {listed(loaded.not_searched)}; name such a folder to search it"),
@@ -448,6 +478,11 @@ class _Check:
         if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+        if self.fixes:
+            from cqos_core.cli.fixing import ended
+
+            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+                self._note(text)
 
     def _note(self, text: str) -> None:
         if not self.options.quiet:

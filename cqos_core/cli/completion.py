@@ -79,6 +79,8 @@ def _type_of(param: click.Parameter) -> Any:
         return kind
     if metavar.startswith("CODE") or param.name == "code":
         return _KnownWords(_rules, listed=metavar == "CODES")
+    if param.name == "show":
+        return _KnownWords(lambda: [*((word, "") for word in metavar.split("|")[:-1]), *_rules()])
     if metavar == "ID":
         return _KnownWords(lambda: _registered("packs"))
     return click.Path() if metavar.partition(".")[0] in _FILES else kind

@@ -78,7 +78,8 @@ def diff(
     reader = prepare(reading, (path_a, path_b))
     with Progress("reading"):
         loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((path_a, path_b), (path_b, path_a))]
-        if not all([usable(each, color, path) for each, path in zip(loaded, (path_a, path_b), strict=True)]):  # noqa: C419 - say all
+        paths = path_a, path_b
+        if not all([usable(each, color, path, named=paths) for each, path in zip(loaded, paths, strict=True)]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)

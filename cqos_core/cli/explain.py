@@ -1,4 +1,4 @@
-"""``cqos explain``: one pair, policy by policy."""
+"""``cqos explain``: whether one pair fits, why, and what to write."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
-from cqos_core.formatters.pair import endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
+from cqos_core.formatters.pair import SECTIONS, endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Group, Report, Severity
 from cqos_core.model.style import Style
@@ -45,6 +45,13 @@ _SCREEN = 24  # endpoints that are listed below an error
     help="Explain the lines that running programs print about incompatible endpoints; `-` is standard input. "
     "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
 )
+@click.option(
+    "--show",
+    type=click.Choice([*SECTIONS, "all"]),
+    multiple=True,
+    help="Print this instead of the short answer: all policies, what the subscriber gets under each fault, all findings with "
+    "their reasons. Can be repeated. `json` always holds everything.",
+)
 @click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
 @click.option("--budgets", is_flag=True, help="Show how much goes over links, and how much histories keep.")
 @reading_options
@@ -57,13 +64,14 @@ def explain(
     *,
     arguments: tuple[str, ...],
     log: str | None,
+    show: tuple[str, ...],
     chains: bool,
     budgets: bool,
     reading: ReadingOptions,
     form: str,
     color: str,
 ) -> None:
-    """Explain one publisher and one subscriber, policy by policy.
+    """Explain one publisher and one subscriber: whether they fit, why, and what to write.
 
     The last two arguments are the ids of the endpoints. All arguments before them are paths, which are one system. In
     place of an id, the name of a participant is enough if only one pair remains. Without ids, C-QoS lists the endpoints
@@ -77,6 +85,8 @@ def explain(
       cqos explain --log node.log system.yaml                what do the programs complain of?
       cqos explain --chains --budgets system.yaml            how old is data, and how much is it?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if show and (log is not None or chains or budgets):
+        raise click.UsageError("--show is about a pair, and goes with neither --log, --chains nor --budgets.", ctx)
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
 
@@ -109,18 +119,21 @@ def explain(
         ctx.exit(UNUSABLE)
     with Progress("explaining"):
         pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
-    style = _style(system, color)
-    emit((pair_as_json if form == "json" else pair_as_text)(pair, report := _report(pair, *ends), ends, style))
+    style, report = _style(system, color, reader.options.importer), _report(pair, *ends)
+    emit(pair_as_json(pair, report, ends, style) if form == "json" else pair_as_text(pair, report, ends, style, show))
     ctx.exit(UNUSABLE if loaded.problems else FINDINGS if report.fails() else CLEAN)
 
 
-def _style(system: System, color: str) -> Style:
+def _style(system: System, color: str, importer: str | None) -> Style:
+    from cqos_core.files.applying import replacements_of
+
     return Style(
         show=Severity.NOTE,
         color=colored(color, sys.stdout),
         width=width(),
         sources=system.sources,
         tool_version=version("cqos-core"),
+        replaced=lambda edits: replacements_of(system.sources, edits, importer),
     )
 
 

@@ -2,53 +2,119 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+import shlex
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.checking.checker import check_system
 from cqos_core.cli.streams import replace_files
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.files.units import Unit
-    from cqos_core.model.report import Report
+    from cqos_core.model.report import Finding, Report
     from cqos_core.model.system import System
 
 
+_LISTED: Final = 10
+_FEW: Final = 3  # commands
+
+
 class FixOutcome(NamedTuple):
-    """The system and the report after fixes, what changed as a diff, and what to say of it.
+    """The system and the report after fixes, and what changed as a diff.
 
     Attributes:
+        fixed: what was fixed, and how, one sentence each.
+        left: errors and warnings that need a decision, each with the reason.
+        repairable: whether `cqos repair` may propose a change for any of these.
+        weakening: whether --weaken fixes any of these.
+        files: of the system.
         refused: why nothing was written; empty where it was, or where nothing was to be written.
     """
 
     system: System
     report: Report
     diff: str
-    notes: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    repairable: bool = False
+    weakening: bool = False
+    files: tuple[str, ...] = ()
     refused: str = ""
 
 
 def fixed(
-    unit: Unit, system: System, reader: InputReader, counted: Callable[[Report], Report], *, write: bool
+    unit: Unit,
+    system: System,
+    reader: InputReader,
+    counted: Callable[[Report], Report],
+    *,
+    write: bool,
+    weaken: bool,
 ) -> FixOutcome:
-    """Apply fixes to the files of a system, in memory or, with ``write``, in place: to none where one of them changed meanwhile."""
+    """Apply fixes to the files of a system, in memory or, with ``write``, in place: to none where one of them changed meanwhile.
+
+    ``weaken``: also fixes that ask for less than the design does.
+    """
     from cqos_core.files.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
         return reader.again(unit.files, texts)
 
     done = fix_all(
-        system.sources, lambda texts: counted(check_system(read(texts), reader.context)), reader.options.importer
+        system.sources,
+        lambda texts: counted(check_system(read(texts), reader.context)),
+        reader.options.importer,
+        weaken=weaken,
     )
     if write:
         try:
             replace_files(done.edited.texts, done.edited.before)
         except CqosError as error:
             return FixOutcome(system, counted(check_system(system, reader.context)), "", refused=str(error))
-    verb = "fixed" if write else "would fix"
-    notes = [f"{verb} {finding.code}: {remedy.text}" for finding, remedy in done.applied]
-    notes += [f"not fixed, {finding.code} on `{finding.topic or '-'}`: {reason}" for finding, reason in done.left]
-    return FixOutcome(read({**system.sources, **done.edited.texts}), done.report, done.edited.diff(), tuple(notes))
+    return FixOutcome(
+        read({**system.sources, **done.edited.texts}),
+        done.report,
+        done.edited.diff(),
+        tuple(f"{finding.code}: {remedy.text}" for finding, remedy in done.applied),
+        tuple(f"{finding.code}{_on(finding)}: {reason}" for finding, reason in done.left),
+        any(finding.remedies or finding.verdict is not None for finding, _ in done.left),
+        any(
+            remedy.weakens and remedy.edits and not remedy.breaks and remedy.kind != "needs_code"
+            for finding, _ in done.left
+            for remedy in finding.remedies
+        ),
+        unit.files,
+    )
+
+
+def _on(finding: Finding) -> str:
+    return f" on `{finding.topic}`" if finding.topic is not None else ""
+
+
+def ended(outcomes: Sequence[FixOutcome], options: Sequence[str], *, write: bool) -> Iterator[str]:
+    """Yield what was fixed, what needs a decision, and the commands that propose one; ``options`` are those about reading."""
+    done = [outcome for outcome in outcomes if not outcome.refused]
+    verb, fixed = "fixed" if write else "would fix", [text for outcome in done for text in outcome.fixed]
+    left = [text for outcome in done for text in outcome.left]
+    for what, texts in ((f"{verb} ", fixed), ("needs a decision, ", left)):
+        yield from (f"{what}{text}" for text in texts[:_LISTED])
+        if len(texts) > _LISTED:
+            yield f"{what}{len(texts) - _LISTED} more"
+    if not left:
+        return
+    commands = [
+        f"`{shlex.join(['cqos', 'repair', *outcome.files, *options, '--diff'])}`"
+        for outcome in done
+        if outcome.repairable
+    ]
+    more = (
+        [f"{' and '.join(commands[:_FEW])} {'proposes' if len(commands) == 1 else 'propose'} changes"]
+        if commands
+        else []
+    )
+    more += ["--weaken lets --fix ask for less"] if any(outcome.weakening for outcome in done) else []
+    needs = "needs" if len(left) == 1 else "need"
+    yield "; ".join([f"{verb} {len(fixed)}, {len(left)} {needs} a decision", *more])

@@ -117,10 +117,12 @@ class Run:
     Attributes:
         debug: show tracebacks of internal errors.
         silent: do not speak of broken plugins.
+        arguments: the command line.
     """
 
     debug: bool = False
     silent: bool = False
+    arguments: tuple[str, ...] = ()
 
     def debug_from_now_on(self) -> None:
         """Show tracebacks, also of errors that become mere words."""

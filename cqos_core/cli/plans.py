@@ -40,6 +40,7 @@ class PlanRun:
     color: str
     fix: bool
     show_diff: bool
+    reasons: bool
 
 
 def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]], Callable[..., None]]:
@@ -58,17 +59,25 @@ def plan_command(words: PlanWords, what: str) -> Callable[[Callable[..., Make]],
             paths: tuple[str, ...],
             fix: bool,
             show_diff: bool,
+            show: str | None,
             form: str,
             reading: ReadingOptions,
             color: str,
             **own: Any,
         ) -> None:
-            ctx.exit(_carry_out(ctx, PlanRun(paths, reading, form, color, fix, show_diff), command(**own), words))
+            ctx.exit(
+                _carry_out(
+                    ctx, PlanRun(paths, reading, form, color, fix, show_diff, show == "reasons"), command(**own), words
+                )
+            )
 
         options = (
             click.argument("paths", nargs=-1, required=True, metavar="PATH..."),
             click.option("--fix", is_flag=True, help=f"Write the {what} to the files. Comments and layout stay."),
             click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing."),
+            click.option(
+                "--show", type=click.Choice(["reasons"]), help="Print the reasons and costs of each change, too."
+            ),
             *(form_option, reading_options, color_option, debug_option),
         )
         return functools.reduce(lambda inner, option: option(inner), reversed(options), run)
@@ -96,7 +105,8 @@ def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -
     elif run.form == "json":
         emit(plan_as_json(plan, written=run.fix and plan.confirmed))
     else:
-        emit(plan_as_text(plan, words, width(), color=colored(run.color, sys.stdout), written=run.fix))
+        color = colored(run.color, sys.stdout)
+        emit(plan_as_text(plan, words, width(), color=color, written=run.fix, reasons=run.reasons))
     for finding in plan.left if plan.confirmed else ():
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)

@@ -252,7 +252,7 @@ class _Session:
         for line in timeline(outcome.events):
             self.show(f"    {clean(line)}")
         self.show(self.paint(f"  {clean(runs.summary(outcome))}", "title"))
-        for code, message in runs.not_seen(trial, outcome):
+        for code, message in runs.not_seen(trial, outcome, self.where):
             self.show(f"  this run does not show {code}: {clean(message)}")
         wrong = runs.disagreements(trial, outcome, self.where)
         for each in wrong:

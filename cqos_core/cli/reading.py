@@ -9,8 +9,10 @@ from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from cqos_core.cli import UNUSABLE
+from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
 from cqos_core.cli.parameters import (
     READS_SYSTEMS,
     Assignment,
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.config import Config
-    from cqos_core.files.loading import Loaded
+    from cqos_core.files.loading import GivenSource, Loaded
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.source import Source
     from cqos_core.model.system import System
@@ -163,6 +165,22 @@ def with_importer_options(command: click.Command) -> click.Command:
     return command
 
 
+def options_given(ctx: click.Context) -> list[str]:
+    """Return the options about reading that the command line of a run has, as another command takes them."""
+    names = {each.name for each in fields(ReadingOptions)} | {_parameter(option) for _, option in _declared()}
+    words: list[str] = []
+    for param in ctx.command.params:
+        if param.name in names and ctx.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
+            value = ctx.params[param.name]
+            for each in value if isinstance(value, list | tuple) and not isinstance(value, Assignment) else [value]:
+                words += [param.opts[0]] if each is True else [param.opts[0], _as_given(each)]
+    return words
+
+
+def _as_given(value: str | Assignment) -> str:
+    return f"{value.name}={value.value}" if isinstance(value, Assignment) and value.owner == VARIABLES else str(value)
+
+
 _LAST = "no_config"
 
 
@@ -181,6 +199,7 @@ class InputReader:
     Attributes:
         config: of the project, or empty.
         context: the packs, those of --pack among them.
+        folders: what was read as one folder, by path.
     """
 
     options: ReadingOptions
@@ -189,6 +208,7 @@ class InputReader:
     switches: Mapping[str, Mapping[str, str]]
     _nearest: dict[str, InputReader] = field(default_factory=dict)
     _origins: dict[str, str] = field(default_factory=dict)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -209,11 +229,11 @@ class InputReader:
 
     def _load(self, paths: Sequence[str], step: Callable[[int, int], None]) -> Loaded:
         stdin = self._stdin() if STDIN in paths else None
-        self._refuse_options(paths)
-        return load_paths(
+        self._refuse_without_folder(paths)
+        loaded = load_paths(
             paths,
             self.options.importer,
-            self.switches,
+            self._switches_with_options(),
             stdin,
             protocol=lambda path: self.nearest(path).protocol,
             excluded=(
@@ -221,20 +241,42 @@ class InputReader:
                 *([patterns(excluded, ".")] if (excluded := self.options.excluded) else ()),
             ),
             step=step,
+            entering=True,
         )
+        self._refuse_without_effect(loaded)
+        self.folders.update(loaded.folders)
+        return loaded
 
-    def _refuse_options(self, paths: Sequence[str]) -> None:
-        """Refuse options of importers that would have no effect."""
+    def _switches_with_options(self) -> Mapping[str, Mapping[str, str]]:
+        """Return the switches, with options of the configuration below those of the command line."""
+        stated = {
+            f"{pack}.{name}": setting.text
+            for pack, settings in self.config.options.items()
+            for name, setting in settings.items()
+        }
+        return {**self.switches, OPTIONS: {**stated, **self.switches.get(OPTIONS, {})}} if stated else self.switches
+
+    def _refuse_without_folder(self, paths: Sequence[str]) -> None:
+        """Refuse the option of an importer that reads folders, where none is named."""
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
-            if first is None:
-                continue
-            if first.switch not in own:
+            if first is not None and first.switch in own and not any(map(os.path.isdir, paths)):
+                from cqos_core.cli.entrances import with_folder
+
+                command = with_folder(info, own[first.switch].split("\n")[0], paths)
+                message = f"{first.option} needs a folder among the paths, whose files are looked up; write `{command}`"
+                raise click.UsageError(message)
+
+    def _refuse_without_effect(self, loaded: Loaded) -> None:
+        """Refuse further options of such an importer, where it reads nothing."""
+        ways = [*loaded.ways.open, *(way for same in loaded.ways.taken.values() for way in same)]
+        for name, own in self.options.of_importers.items():
+            info = load_plugins().importers[name]
+            first = next((each for each in info.options if each.switch == info.folders_with), None)
+            if first is not None and first.switch not in own and info not in [way.importer for way in ways]:
                 other = next(each.option for each in info.options if each.switch in own)
                 raise click.UsageError(f"{other} has no effect without {first.option}.")
-            if not any(map(os.path.isdir, paths)):
-                raise click.UsageError(f"{first.option} needs a folder among the paths, whose files are looked up.")
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
         """Read ``paths`` as one system; without one, say why and end the command.
@@ -243,7 +285,7 @@ class InputReader:
         """
         with Progress("reading") as progress:
             loaded = self.load(paths, progress.step)
-        if not usable(loaded, color, partly=partly):
+        if not usable(loaded, color, named=paths, partly=partly):
             click.get_current_context().exit(UNUSABLE)
         return self.whole([system for _, system in loaded.systems]), loaded
 
@@ -255,7 +297,8 @@ class InputReader:
         """
         from cqos_core.files.applying import read_texts
 
-        return self.tried(read_texts(files, texts, self.options.importer, self.switches, self.protocol))
+        switches = self._switches_with_options()
+        return self.tried(read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders))
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -273,7 +316,8 @@ class InputReader:
 
             config = config_for(folder)
             same = config.path == self.config.path
-            self._nearest[folder] = self if same else _reader(self.options, config, self.switches)
+            other = self if same else _reader(self.options, config, self.switches)
+            self._nearest[folder] = other if same else replace(other, folders=self.folders)
         return self._nearest[folder]
 
     def _stdin(self) -> Source:
@@ -306,13 +350,25 @@ class InputReader:
         return system
 
 
-def usable(loaded: Loaded, color: str, path: str = "", *, partly: bool = False) -> bool:
-    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it."""
-    say_problems(loaded.problems, color)
-    if not loaded.systems and not loaded.problems:
+def usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] = (), partly: bool = False) -> bool:
+    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it.
+
+    ``named`` are all paths of the command.
+    """
+    problems = [*loaded.problems, *obstacles(loaded, named)]
+    say_problems(problems, color)
+    if not loaded.systems and not problems:
         where = f"{path}: " if path else ""
         say(f"{where}no file there is a design that C-QoS reads", severity="error", choice=color)
-    return bool(loaded.systems) and (partly or not loaded.problems)
+    for note in entered_notes(loaded, named):
+        say(note, severity="note", choice=color)
+    return bool(loaded.systems) and not loaded.ways.open and (partly or not problems)
+
+
+def obstacles(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
+    """Return why paths are not read although no file is wrong: a person has to choose, or run another command before."""
+    problems = open_problems(loaded, paths)
+    return problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
 
 
 def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:

@@ -54,12 +54,35 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     return Counted(_rules("--select", select, codes, names), _rules("--ignore", ignore, codes, names))
 
 
+def rules_of(option: str, values: Sequence[str], context: Context, words: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the beginnings of codes, in lower case, that an option names beside the ``words`` that it takes, too.
+
+    Raises:
+        click.BadParameter: one of the values is neither a word nor a rule.
+    """
+    if not values:
+        return ()
+    known = _known(context)
+    codes = grouped((text.lower(), code.lower()) for text, code in known)
+    return _rules(option, values, codes, {text for text, _ in known}, words)
+
+
 def _rules(
-    option: str, values: Sequence[str], codes: Mapping[str, Sequence[str]], names: Iterable[str]
+    option: str,
+    values: Sequence[str],
+    codes: Mapping[str, Sequence[str]],
+    names: Iterable[str],
+    words: Sequence[str] = (),
 ) -> tuple[str, ...]:
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
-        if not any(name.startswith(rule.lower()) for name in codes):
+        given = rule.lower()
+        if given not in codes and not any(code.startswith(given) for own in codes.values() for code in own):
+            if words:
+                raise refused(
+                    option,
+                    f"`{rule}` is neither {', '.join(words)} nor the code or name of a rule{nearest(rule, [*words, *names], listed=False)}",
+                )
             near = nearest(rule, names, listed=False)
             raise refused(option, f"no rule has the code or name `{rule}`{near}")
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
 
 STDOUT = "-"
-DEFAULT_FORMAT = "full"
+DEFAULT_FORMAT = "text"
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,6 +69,7 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
     """Write what is wrong with inputs to standard error, each with its place, the line there, and what to do."""
     # Most runs have no problem to show, and `--help` has none.
     from cqos_core.formatters.full import render_excerpt
+    from cqos_core.model.entrance import ProblemWithLines
     from cqos_core.model.style import Style
 
     sources: dict[str, bytes] = {}
@@ -83,7 +84,8 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
             if excerpt := render_excerpt(place, style):
                 say(excerpt, choice=choice, lines=True)
         if problem.help is not None:
-            for line, text in enumerate(wrap(clean(problem.help), width() - len("  help: ") - 1)):
+            further = map(clean, problem.lines if isinstance(problem, ProblemWithLines) else ())
+            for line, text in enumerate([*wrap(clean(problem.help), width() - len("  help: ") - 1), *further]):
                 say(f"{'        ' if line else '  help: '}{text}", choice=choice, lines=True)
 
 

@@ -17,6 +17,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
+from cqos_core.model.remarks import asks_less
 from cqos_core.model.report import Edit, Finding, Remedy, Report, Severity, Verdict
 from cqos_core.model.source import Inserter, Replacement, Source
 from cqos_core.model.system import System
@@ -114,8 +115,11 @@ def read_texts(
     importer: str | None = None,
     switches: Mapping[str, Mapping[str, str]] | None = None,
     protocol: str | None = None,
+    folders: Mapping[str, GivenSource] | None = None,
 ) -> list[System]:
     """Read sources by name with the bytes that ``texts`` has of them; other files that they include are opened.
+
+    ``folders`` are those of the names that are folders, as they were read before.
 
     Raises:
         InputError: with what is wrong with all of them.
@@ -125,9 +129,14 @@ def read_texts(
         if name in texts and name.startswith("<bytes"):
             return Source(name, texts[name])
         source = open_file(name, relative_to)
-        return replace(source, data=texts.get(source.name, source.data))
+        known = source.name if relative_to or name not in texts else name
+        return replace(source, data=texts.get(known, source.data))
 
-    given = [GivenSource(opener(name, ""), opener) for name in names]
+    whole = folders or {}
+    given = [
+        replace(whole[name], opener=opener) if name in whole else GivenSource(opener(name, ""), opener)
+        for name in names
+    ]
     found = read_together(given, importer, switches, protocol=protocol)
     problems = [problem for each in found if isinstance(each, InputError) for problem in each.problems]
     if problems:
@@ -153,7 +162,11 @@ class Fixed:
 
 
 def fix_all(
-    sources: Mapping[str, bytes], check: Callable[[Mapping[str, bytes]], Report], importer: str | None = None
+    sources: Mapping[str, bytes],
+    check: Callable[[Mapping[str, bytes]], Report],
+    importer: str | None = None,
+    *,
+    weaken: bool = False,
 ) -> Fixed:
     """Apply the first fix of each error and warning that weakens nothing, breaks nothing and needs no other program.
 
@@ -163,12 +176,15 @@ def fix_all(
         sources: the texts, by name.
         check: reads and checks texts.
         importer: reads all of them, if given.
+        weaken: also apply fixes that ask for less, or promise less, than the design does.
     """
     texts, report = dict(sources), check(sources)
     applied: list[tuple[Finding, Remedy]] = []
     refused: dict[object, str] = {}
     while len(applied) < _ROUNDS:
-        judged = [(finding, _best(finding)) for finding in _wanted(report) if _key(finding) not in refused]
+        judged = [
+            (finding, _best(finding, weaken=weaken)) for finding in _wanted(report) if _key(finding) not in refused
+        ]
         refused |= {_key(finding): reason for finding, (remedy, reason) in judged if remedy is None}
         chosen = [(finding, remedy) for finding, (remedy, _) in judged if remedy is not None]
         tried = _attempt(texts, report, chosen, check, importer)
@@ -197,14 +213,14 @@ def _key(finding: Finding) -> object:
     return finding.code, finding.topic, tuple(side.members for side in finding.sides)
 
 
-def _best(finding: Finding) -> tuple[Remedy | None, str]:
+def _best(finding: Finding, *, weaken: bool) -> tuple[Remedy | None, str]:
     """Return the fix to apply, or the reason why there is no such one."""
     if not finding.remedies:
         return None, finding.help or "no change of a single value fixes it"
     refused = []
     for remedy in finding.remedies:
         objections = (
-            (remedy.weakens, "weakens the design"),
+            (remedy.weakens and not weaken, asks_less(remedy)),
             (remedy.breaks, "makes other pairs worse"),
             (remedy.kind == "needs_code", "is a promise that the program must keep"),
             (not remedy.edits, "is of no file that can be edited"),

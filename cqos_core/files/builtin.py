@@ -50,6 +50,7 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     """The output formats of ``cqos check``."""
     for name, summary in (
+        ("text", "what is wrong, where and what to write, in at most eight lines per finding"),
         ("full", "one paragraph with excerpt and fixes per finding"),
         ("concise", "one line per finding"),
         ("statistics", "one line per rule, with the number of its findings"),
@@ -64,7 +65,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     ):
         module = "json_report" if name in {"json", "jsonl"} else name
         renderer = f"cqos_core.formatters.{module}:render_{name}"
-        people, plugins_have_it = name in {"full", "concise", "statistics"}, name in {"markdown", "statistics"}
+        people, plugins_have_it = name in {"text", "full", "concise", "statistics"}, name in {"markdown", "statistics"}
         register(FormatterInfo(name, summary, renderer, for_people=people, gives_way=plugins_have_it))
 
 

@@ -8,8 +8,10 @@ from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.files.entrances import Ways, find_ways, read_whole
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.model.rows import kinds_of
@@ -20,7 +22,9 @@ from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.files.entrances import Way
     from cqos_core.files.ignoring import Patterns
+    from cqos_core.model.entrance import Entrance
     from cqos_core.model.source import Claim
 
 
@@ -148,12 +152,14 @@ class GivenSource:
         opener: opens the files that it includes.
         importer: reads it; None: the one that claims it.
         protocol: what it means if it states none.
+        switches: of importers, over those of the run.
     """
 
     source: Source
     opener: Opener = no_files
     importer: str | None = None
     protocol: str | None = None
+    switches: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def read_together(
@@ -168,7 +174,7 @@ def read_together(
 
     Of a source that another of them includes, the system is empty: it is read as part of that.
     """
-    asked = [replace(each, importer=importer, protocol=protocol) for each in given]
+    asked = [replace(each, importer=each.importer or importer, protocol=protocol) for each in given]
     found = _read_all(asked, switches, others)
     pairs = zip(given, found, strict=True)
     parts = _parts({each.source.name: result for each, result in pairs if isinstance(result, System)})
@@ -196,7 +202,7 @@ def _read_all(
             return read_source(
                 each.source,
                 each.importer,
-                switches,
+                with_own(switches or {}, each.switches),
                 opener=each.opener,
                 protocol=each.protocol,
                 beside=beside,
@@ -212,6 +218,13 @@ def _read_all(
     beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
     found |= {n: read_one(n, beside) for n in later}
     return [found[n] for n in range(len(given))]
+
+
+def with_own(
+    switches: Mapping[str, Mapping[str, str]], own: Mapping[str, Mapping[str, str]]
+) -> dict[str, Mapping[str, str]]:
+    """Return switches of importers, with those of ``own`` over them."""
+    return {**switches, **{name: {**switches.get(name, {}), **each} for name, each in own.items()}}
 
 
 def _parts(read: Mapping[str, System]) -> dict[str, str]:
@@ -323,6 +336,9 @@ class Loaded:
         not_searched: folders that were passed over: generated, or excluded.
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
+        ways: how named paths are read that no importer reads as they are named.
+        folders: what was read as one folder, by path, so that it can be read again.
+        left: parts of systems that are not read because of such a way, each with its importer.
     """
 
     outcomes: list[FileOutcome] = field(default_factory=list)
@@ -330,6 +346,9 @@ class Loaded:
     not_searched: tuple[str, ...] = ()
     parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
+    ways: Ways = field(default_factory=Ways)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
+    left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
 
     @property
     def systems(self) -> list[tuple[str, System]]:
@@ -370,6 +389,7 @@ def load_paths(
     excluded: Sequence[Patterns] = (),
     step: Callable[[int, int], None] = lambda _done, _all: None,
     texts: Mapping[str, bytes] | None = None,
+    entering: bool = False,
 ) -> Loaded:
     """Read every path; directories are searched. Nothing is raised: problems are collected.
 
@@ -382,11 +402,18 @@ def load_paths(
         excluded: what a search of folders passes over.
         step: called after each file with the number of read files and the number of all.
         texts: bytes that count instead of those of files, by real path.
+        entering: read what `find_ways` finds, unless the caller states an importer or the switch for folders. Where a
+            person has to choose, only whole systems of folders are read.
     """
-    plugins = load_plugins()
+    plugins, named = load_plugins(), [*paths]
     reader = folder_reader(plugins, switches or {})
-    found, whole = _files([*paths], plugins, importer, excluded, folders_too=bool(reader))
-    loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
+    found, whole = _files(named, plugins, importer, excluded, reader)
+    not_searched, unsearched = tuple(found.not_searched), tuple(found.problems)
+    loaded = Loaded(skipped=len(found.skipped), not_searched=not_searched, unsearched=unsearched)
+    if entering and not reader and importer is None:
+        _enter(named, found, loaded, plugins)
+    ways = loaded.ways
+    folders = whole | {file.path for file in ways.taken}
     opener = with_texts(texts) if texts else open_file
     done = count(1)
     given: dict[int, GivenSource] = {}
@@ -395,6 +422,12 @@ def load_paths(
         try:
             if file.path in whole:
                 given[position] = GivenSource(Source(file.path, b""), opener, reader)
+                continue
+            if same := ways.taken.get(file):
+                given[position] = _through(same, file.path, opener)
+                continue
+            if file.path in ways.refused and file.named:
+                results[position] = _refused(file.path, ways.refused[file.path])
                 continue
             source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
             if source is not None:
@@ -406,10 +439,52 @@ def load_paths(
         except InputError as error:
             results[position] = error
         step(next(done), len(found.files))
+    loaded.folders = {each.source.name: each for each in given.values() if each.source.name in folders}
     read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
     results |= zip(given, read, strict=True)
     _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
     return loaded
+
+
+def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
+    """Find entrances, and put what is read through them in the place of what is named."""
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
+    entered = {way.path for same in ways.taken.values() for way in same}
+    kept = []
+    for file in found.files:
+        part = _part(file, plugins) if file.folder in ways.narrowed else None
+        if part is not None and not ways.covers(file.path):
+            loaded.left.append((file, part))
+        elif part is None and not (file.named and file.path in entered):
+            kept.append(file)
+    ways.leave_open({file.folder for file, _ in loaded.left})
+    # Without the entrance, what is named beside it would be a system that nobody has.
+    found.files = [] if ways.open and any(each.named for each in kept) else [*ways.taken, *kept]
+
+
+def _is_unclaimed(path: str, plugins: Plugins) -> bool:
+    """Whether there is a file that no importer reads; what else is wrong with it is found where it is read."""
+    try:
+        return recognise(read_path(path, HEAD), plugins) is None
+    except InputError:
+        return False
+
+
+def _refused(path: str, entrance: Entrance) -> InputError:
+    return InputError([ProblemWithLines("CQ003", entrance.message, Place(path), "write", entrance.commands)])
+
+
+def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
+    info = ways[0].importer
+    value = "\n".join(dict.fromkeys(way.entrance.value for way in ways))
+    return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {info.folders_with: value}})
+
+
+def _part(file: File, plugins: Plugins) -> ImporterInfo | None:
+    """Return the importer of a file, if it is a part of a system."""
+    info = recognise(read_path(file.path, HEAD), plugins)
+    return None if info is None or info.whole else info
 
 
 def _outcome(file: File, result: System | InputError) -> FileOutcome:
@@ -417,10 +492,14 @@ def _outcome(file: File, result: System | InputError) -> FileOutcome:
 
 
 def _files(
-    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], *, folders_too: bool
+    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], reader: str
 ) -> tuple[Found, set[str]]:
-    """Return what paths stand for, and the folders among them that are read whole."""
-    whole = {path for path in paths if os.path.isdir(path)} if folders_too else set()  # noqa: PTH112 - as in `find_files`
+    """Return what paths stand for, and the folders among them that the importer ``reader`` reads whole."""
+    if not reader:
+        return find_files(paths, plugins, importer, excluded), set()
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    every = find_files(folders if len(folders) > 1 else (), plugins, importer, excluded)
+    whole = {*read_whole(folders, every, plugins.importers[reader], plugins)}
     found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
     found.files[:0] = [File(path) for path in paths if path in whole]
     return found, whole

@@ -55,6 +55,7 @@ def merge(systems: Sequence[System]) -> System:
             if whole.severities.setdefault(rule, level) != level:
                 what = f"severity of `{rule}`"
                 _stated_differently(whole, what, whole.severities[rule], level, None, "the first holds")
+        _join_assumed(whole, system)
         whole.notes += system.notes
         whole.sources.update(system.sources)
     whole.flows = later(lambda: chain.from_iterable(system.flows for system in systems))
@@ -69,6 +70,12 @@ def merge(systems: Sequence[System]) -> System:
     if whole.protocol is None:
         _keep_protocols_of_profiles(whole, systems)
     return whole
+
+
+def _join_assumed(whole: System, system: System) -> None:
+    """Keep the values that all systems assume which assume any."""
+    for name, values in system.assumed.items():
+        whole.assumed[name] = tuple(each for each in whole.assumed.get(name, values) if each in values)
 
 
 def _keep_protocols_of_profiles(whole: System, systems: Sequence[System]) -> None:

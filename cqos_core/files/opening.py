@@ -139,13 +139,13 @@ class Found:
 
     Attributes:
         files: in order, each once.
-        skipped: how many foreign files were passed over in folders.
+        skipped: foreign files that were passed over in folders.
         not_searched: folders that were passed over: generated, excluded, behind a link that leads elsewhere, or too deep.
         problems: folders that cannot be searched.
     """
 
     files: list[File] = field(default_factory=list)
-    skipped: int = 0
+    skipped: list[File] = field(default_factory=list)
     not_searched: list[str] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
 
@@ -176,11 +176,11 @@ def find_files(
     return found
 
 
-def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
+def _files_below(root: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
     from cqos_core.files.walking import Skipped, walk  # single files need none
 
     skipped: list[Skipped] = []
-    for inner, folders, names in walk(folder, skipped):
+    for inner, folders, names in walk(root, skipped):
         ignored.enter(inner)
         kept = [name for name in sorted(folders) if not ignored(inner, name, is_folder=True)]
         found.not_searched += [os.path.join(inner, n) for n in sorted(folders) if n not in kept and n[0] != "."]  # noqa: PTH118
@@ -193,7 +193,7 @@ def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: 
             if name.lower().endswith(suffixes) and os.path.isfile(path):  # noqa: PTH113
                 yield path
             else:
-                found.skipped += 1
+                found.skipped.append(File(path, root))
     found.not_searched += [each.shown for each in skipped if not each.refused]
     found.problems += [
         Problem("CQ001", f"the folder cannot be searched: {each.cause}", Place(each.path))

@@ -127,6 +127,9 @@ class RevisionLoader(NamedTuple):
             renamed(loaded.not_searched),
             {renamed(part): renamed(whole) for part, whole in loaded.parts.items()},
             renamed(loaded.unsearched),
+            loaded.ways.renamed(names),
+            loaded.folders,
+            [(renamed(file), info) for file, info in loaded.left],
         )
 
     def _real(self, path: str, stack: ExitStack, names: dict[str, str]) -> str:

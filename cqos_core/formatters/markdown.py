@@ -6,15 +6,17 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.formatters import terminal, wording
+from cqos_core.formatters.causes import causes, same_cause
 from cqos_core.formatters.places import Places, relative
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.formatters.causes import Cause
+    from cqos_core.model.report import Report
     from cqos_core.model.style import Style
 
-_MOST: Final = 200  # findings: a summary of GitHub may have 1 MiB
+_MOST: Final = 200  # causes: a summary of GitHub may have 1 MiB
 # What is markup, a mention, an emoji or an address that becomes a link.
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>&#|~@!$:]|(?<=www)\.", re.IGNORECASE)
 _NAME = re.compile(r"`([^`]+)`")
@@ -34,25 +36,28 @@ def _section(report: Report, style: Style) -> Iterator[str]:
     counts = as_markdown(wording.counts(report, style))
     yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
     yield from ("", f"**{report.verdict}**{wording.beside(report)}: {counts}", "")
-    findings = [each for each in wording.shown(report, style) if each.accepted is None]
-    if findings:
+    found = causes([each for each in wording.shown(report, style) if each.accepted is None], style)
+    if found:
         yield from ("| | where | what | what to do |", "| - | ----- | ---- | ---------- |")
-        yield from (*_rows(findings[:_MOST], style), "")
-    if len(findings) > _MOST:
-        yield from (f"{len(findings) - _MOST} more findings are not listed.", "")
+        yield from (*_rows(found[:_MOST], style), "")
+    if rest := sum(len(cause.findings) for cause in found[_MOST:]):
+        yield from (f"{rest} more findings are not listed.", "")
 
 
-def _rows(findings: Sequence[Finding], style: Style) -> Iterator[str]:
-    places = Places(findings, style.sources)
-    for finding in findings:
+def _rows(found: Sequence[Cause], style: Style) -> Iterator[str]:
+    places = Places([finding for cause in found for finding in cause.findings], style.sources)
+    for cause in found:
+        finding = cause.first
         where = ""
         if finding.place is not None:
             place = places.exact(finding.place)
             where = relative(place.source, style) + (f":{place.line}" if place.line is not None else "")
         url = style.rule_url(finding.code)
         code = f"[{as_markdown(finding.code)}]({url})" if url else as_markdown(finding.code)
-        advice = "<br>".join(as_markdown(each) for each in wording.helps(finding))
-        yield f"| {finding.severity} {code} | {as_markdown(where)} | {as_markdown(finding.message)} | {advice} |"
+        advice = "<br>".join(as_markdown(each) for each in cause.helps)
+        more = [same_cause(cause, places)] if cause.more else []
+        what = "<br>".join(map(as_markdown, [finding.message, *more]))
+        yield f"| {finding.severity} {code} | {as_markdown(where)} | {what} | {advice} |"
 
 
 def as_markdown(text: str) -> str:

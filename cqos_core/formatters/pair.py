@@ -7,25 +7,34 @@ import textwrap
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.causes import causes
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
+from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
-from cqos_core.formatters.terminal import clean, paint
+from cqos_core.formatters.terminal import clean, hanging, paint
+from cqos_core.formatters.text import Page
 from cqos_core.model import report_form
 from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
+from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
-    from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
+    from cqos_core.formatters.terminal import Paint
+    from cqos_core.model.report import Fact, Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
     from cqos_core.model.style import Style
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
 
+SECTIONS: Final = ("policies", "guarantees", "findings")
+"""What `pair_as_text` has beside the answer: all policies, what the subscriber gets, all findings with their reasons."""
+_ANSWER: Final = 12
+"""The policies and findings of an answer have so many lines, or one finding."""
 _NARROWEST: Final = 40
 _VERDICTS: Final = frozenset({"compatible", "incompatible", "unknown"})
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
@@ -35,26 +44,84 @@ _VERDICT = _HEADER.index("verdict")
 # Text
 
 
-def pair_as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
-    """Return an explained pair for people: every policy, what the subscriber gets, and the findings."""
+def pair_as_text(
+    pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style, shown: Collection[str] = ()
+) -> str:
+    """Return an explained pair for people: its verdict, the policies that are compared, and what to do.
+
+    ``shown`` are the `SECTIONS` to print instead of the answer, or ``all``.
+    """
+    colors = paint(color=style.color)
+    lines = [*_about_pair(pair, ends, colors), ""]
+    if not shown:
+        lines += _answer(pair, report, ends, style)
+        return "\n".join(lines) + "\n"
+    if pair.hops:
+        lines += [*_way(pair), ""]
+    if not set(shown).isdisjoint({"policies", "all"}):
+        lines += [*_policies(pair.policies, ends, style), ""] if not pair.hops else []
+        lines += [*(f"{name} {value}" for name, value in pair.derived), ""] if pair.derived else []
+    if pair.guarantees and not set(shown).isdisjoint({"guarantees", "all"}):
+        lines += [*_gets(pair, style.width), ""]
+    if not set(shown).isdisjoint({"findings", "all"}):
+        return "\n".join(lines) + "\n" + render_full(report, style)
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def _about_pair(pair: PairReport, ends: tuple[Resolved, Resolved], colors: Paint) -> list[str]:
     publisher, subscriber = ends
+    where = f"over {plural(len(pair.hops) - 1, 'bridge')}" if pair.hops else ""
+    where = where or f"on {publisher.pack.title} topic `{clean(publisher.shown)}`"
+    return [
+        f"publisher {_named(publisher)}",
+        f"subscriber {_named(subscriber)}",
+        f"{where}: {colors(pair.verdict, pair.verdict)}",
+    ]
+
+
+def _policies(
+    comparisons: Iterable[PolicyComparison], ends: tuple[Resolved, Resolved], style: Style, *, origins: bool = True
+) -> list[str]:
+    """Return a table of policies; without the ``origins`` of their values, if so."""
     colors = paint(color=style.color)
 
     def color(piece: str, column: int) -> str:
         return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
 
-    lines = [f"publisher {_named(publisher)}", f"subscriber {_named(subscriber)}"]
-    if pair.hops:
-        lines += [f"over {plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
-    else:
-        rows = [row for comparison in pair.policies if (row := _row(comparison, publisher.pack)) is not None]
-        lines += [f"on {publisher.pack.title} topic `{clean(publisher.shown)}`", ""]
-        lines += [*table(_HEADER, rows, style.width, color), ""]
-    if pair.derived:
-        lines += [*(f"{name} {value}" for name, value in pair.derived), ""]
-    if pair.guarantees:
-        lines += [*_gets(pair, style.width), ""]
-    return "\n".join(lines) + "\n" + render_full(report, style)
+    say = wording.value if origins else _bare
+    rows = [row for each in comparisons if (row := _row(each, ends[0].pack, say)) is not None]
+    return table(_HEADER, rows, style.width, color)
+
+
+def _bare(fact: Fact) -> str:
+    return fact.value or '""'
+
+
+def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> list[str]:
+    """Return whether the ends fit and why, what to do, and with which option the rest is shown: a screen at most."""
+    compared = [each for each in pair.policies if each.verdict is not None]
+    codes = {code for each in compared for code in each.rules}
+    lines = _way(pair) if pair.hops else [*_compared(compared, ends, style)]
+    lines += [""] if lines else []
+    found = causes([each for each in report.findings if each.severity is not Severity.NOTE], style)
+    page = Page(style, Places([finding for cause in found for finding in cause.findings], style.sources))
+    said = 0
+    for cause in found:
+        own = page.answer(cause, codes)
+        if said and len(lines) + len(own) > _ANSWER:
+            break
+        said += 1
+        lines += own
+    lines += [""] if said else []
+    rest = len(report.findings) - said
+    hidden = (
+        (0 if pair.hops else len(pair.policies) - len(compared), "more policy", "more policies", "policies"),
+        (len(pair.guarantees), "guarantee under faults", "guarantees under faults", "guarantees"),
+        (rest, "more finding", "more findings", "findings"),
+    )
+    more = [f"{count} {one if count == 1 else many} (--show {word})" for count, one, many, word in hidden if count > 0]
+    lines += [*wording.assumed(report), *hanging(style.width, f"more: {', '.join([*more, 'all (--show all)'])}", 0)]
+    return lines
 
 
 def _way(pair: PairReport) -> list[str]:
@@ -115,13 +182,27 @@ def _named(endpoint: Resolved) -> str:
     return f"`{clean(endpoint.id)}`" + (f" ({clean(label)})" if label and label != endpoint.id else "")
 
 
-def _row(comparison: PolicyComparison, pack: RulePack) -> tuple[str, ...] | None:
+def _compared(comparisons: Sequence[PolicyComparison], ends: tuple[Resolved, Resolved], style: Style) -> Iterator[str]:
+    """Yield the policies that do not fit with their values, and the names of the others; all with their values where all fit."""
+    doubtful = [each for each in comparisons if each.verdict is not Verdict.COMPATIBLE]
+    fitting = [each.policy for each in comparisons if each.verdict is Verdict.COMPATIBLE]
+    if doubtful:
+        yield from _policies(doubtful, ends, style)
+    if doubtful and fitting:
+        yield from hanging(style.width, f"compatible: {', '.join(fitting)}", 0)
+    elif fitting:
+        yield from _policies(comparisons, ends, style, origins=False)
+
+
+def _row(
+    comparison: PolicyComparison, pack: RulePack, say: Callable[[Fact], str] = wording.value
+) -> tuple[str, ...] | None:
     """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
     policy = next(each for each in pack.policies if each.name == comparison.policy)
     facts = ((PUBLISHER, comparison.offered), (SUBSCRIBER, comparison.requested))
     if policy.derived and comparison.verdict is None and all(f is None or f.origin == "default" for _, f in facts):
         return None
-    offered, requested = ("" if f is None or role not in policy.roles else wording.value(f) for role, f in facts)
+    offered, requested = ("" if f is None or role not in policy.roles else say(f) for role, f in facts)
     verdict = "-" if comparison.verdict is None else comparison.verdict.value
     return comparison.policy, offered, requested, verdict, ", ".join(comparison.rules)
 

@@ -13,6 +13,8 @@ from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
 
 
@@ -33,8 +35,10 @@ class PlanWords:
     tried: str
 
 
-def plan_as_text(plan: RepairPlan, words: PlanWords, columns: int, *, color: bool, written: bool) -> str:
-    """Return a plan for people: each change with its reasons and costs, or what is in conflict."""
+def plan_as_text(
+    plan: RepairPlan, words: PlanWords, columns: int, *, color: bool, written: bool, reasons: bool = False
+) -> str:
+    """Return a plan for people: each change in two lines, or with its ``reasons`` and costs, or what is in conflict."""
     colors, wrapped = paint(color=color), partial(_indented, columns)
     if plan.confirmed and not plan.changes:
         return f"{words.nothing}\n"
@@ -51,20 +55,25 @@ def plan_as_text(plan: RepairPlan, words: PlanWords, columns: int, *, color: boo
     at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
     for change in plan.changes:
         lines.append(colors(clean(change.text), "title"))
+        places = [clean(str(at[edit.place])) for edit in change.edits]
+        if not reasons:
+            lines.append(f"  --> {'; '.join([*_few(places), clean(_in_short(change))])}")
+            continue
         lines += wrapped(clean(_about(change)), "  ")
-        lines += [f"  --> {clean(str(at[edit.place]))}" for edit in change.edits]
+        lines += [f"  --> {place}" for place in places]
         for reason in change.because:
             lines += wrapped(f"because of {clean(reason)}", "  ")
         for cost in change.costs:
             lines += wrapped(clean(cost), "  ")
         lines.append("")
+    lines += [] if reasons else [""]
     lines += [*conflicts, ""] if conflicts else []
-    done = "written" if written else "not written: --fix writes them, --diff prints them"
+    done = "written" if written else "not written"
     least = words.tried if plan.cut else words.least
     least = least if plan.proven else f"the time was too short to prove that {least}"
     remarks = [
-        *plan.costs,
-        *plan.grown,
+        *(plan.costs if reasons else ()),
+        *(plan.grown if reasons else ()),
         *(f"brings {each.severity}[{each.code}] {each.message}" for each in plan.brought),
     ]
     for remark in (*remarks, *plan.cut):
@@ -72,7 +81,22 @@ def plan_as_text(plan: RepairPlan, words: PlanWords, columns: int, *, color: boo
     lines += [""] if remarks or plan.cut else []
     total = f"{plural(len(plan.changes), 'change')} of weight {plan.weight}, {least}; checked again; {done}"
     lines += wrapped(total, "")
+    more = [] if written else ["--fix writes the changes", "--diff prints them"]
+    more += [] if reasons else ["--show reasons says why, and what each costs"]
+    lines += wrapped(f"more: {', '.join(more)}", "") if more else []
     return "\n".join(lines) + "\n"
+
+
+def _few(places: Sequence[str]) -> list[str]:
+    """Return the first of some places, and how many more there are."""
+    return [*places[:1], *([f"and {plural(len(places) - 1, 'more place')}"] if len(places) > 1 else [])]
+
+
+def _in_short(change: PlannedChange) -> str:
+    """Return what a change replaces, what else it means, and the rules because of which it is made."""
+    rules = list(dict.fromkeys(reason.partition(":")[0] for reason in change.because))
+    because = [f"because of {', '.join(rules)}"] if rules else []
+    return "; ".join([*_remarks(change), *because])
 
 
 def _indented(columns: int, text: str, indent: str) -> list[str]:
@@ -80,14 +104,17 @@ def _indented(columns: int, text: str, indent: str) -> list[str]:
 
 
 def _about(change: PlannedChange) -> str:
+    return "; ".join([*_remarks(change), f"weight {change.weight}"])
+
+
+def _remarks(change: PlannedChange) -> list[str]:
     parts = (
         (True, f"was {change.old}"),
         (change.kind == "needs_code", "a promise that the program must keep"),
         (change.weakens, "weaker than before"),
         (change.shared, "shared by several endpoints" if len(change.members) > 1 else "stands in a shared place"),
-        (True, f"weight {change.weight}"),
     )
-    return "; ".join(text for holds, text in parts if holds)
+    return [text for holds, text in parts if holds]
 
 
 def plan_as_json(plan: RepairPlan, *, written: bool) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pipeline import context
+from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
 
@@ -108,5 +109,5 @@ def _finding(problem: Problem) -> Finding:
         severity=Severity.ERROR,
         message=problem.message,
         sides=(Side("system", (), place=problem.place),),
-        help=problem.help,
+        help="\n".join((problem.help or "", *problem.lines)) if isinstance(problem, ProblemWithLines) else problem.help,
     )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.remarks import plural
+from cqos_core.model.remarks import asks_less, plural
 from cqos_core.model.report import Severity, Verdict
 
 if TYPE_CHECKING:
@@ -66,23 +67,27 @@ def value(fact: Fact) -> str:
 
 
 def shown(report: Report, style: Style) -> list[Finding]:
-    """The findings a text format prints: up to the severity asked for; accepted ones only together with the notes."""
+    """The findings a text format prints: of the rules asked for, else up to a severity; accepted ones only with the notes."""
     return [
         finding
         for finding in report.findings
-        if finding.severity.rank <= style.show.rank and (finding.accepted is None or style.show is Severity.NOTE)
+        if (
+            any(code.lower().startswith(style.codes) for code in (finding.code, *finding.more_codes))
+            if style.codes
+            else finding.severity.rank <= style.show.rank and (finding.accepted is None or style.show is Severity.NOTE)
+        )
     ]
 
 
 def helps(finding: Finding) -> list[str]:
-    """What to do, best first, one sentence each; plain remedies that are alternatives share a sentence."""
-    sentences = [] if finding.help is None else [finding.help]
-    plain = [remedy.text for remedy in finding.remedies if not _remarks(remedy)]
-    costly = [fix(remedy) for remedy in finding.remedies if _remarks(remedy)]
-    if plain:
-        sentences.append(", or ".join(plain))
+    """What to do, in the order of the remedies, one sentence each; plain ones that follow each other share a sentence."""
+    sentences: list[str] = []
+    for costly, remedies in groupby(finding.remedies, key=lambda remedy: bool(_remarks(remedy))):
+        texts = [fix(remedy) for remedy in remedies]
+        sentences += texts if costly else [", or ".join(texts)]
     # All of them are alternatives: without the word, the second line would read as a second thing to do.
-    return sentences + [text if number == 0 and not plain else f"or {text}" for number, text in enumerate(costly)]
+    found = [f"or {text}" if number else text for number, text in enumerate(sentences)]
+    return found if finding.help is None else [finding.help, *found]
 
 
 def message_and_helps(finding: Finding) -> str:
@@ -98,7 +103,7 @@ def fix(remedy: Remedy) -> str:
 
 def _remarks(remedy: Remedy) -> str:
     remarks = (
-        (remedy.weakens, "weakens the design"),
+        (remedy.weakens, asks_less(remedy)),
         (remedy.kind == "needs_code", "the program must keep this promise"),
         (remedy.breaks, f"makes {plural(remedy.breaks or 0, 'other pair')} worse"),
     )

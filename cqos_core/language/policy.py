@@ -95,7 +95,7 @@ class Policy(Term):
         entities: what it is set on, in the words of the standard, where that is more than an endpoint.
         changeable: whether it may change while the endpoint lives; None where the standard does not say.
         stronger: which of its values promise or demand more: ``higher``, ``lower``, or empty where neither does. A fix that
-            moves the other way weakens the design, says so, and comes last.
+            moves the other way weakens the design, and says so.
         derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
         follows: names of the policies that a derived one follows from, where a fix may change them.
         together: it follows from several endpoints, also from those on other topics.

@@ -13,6 +13,7 @@ from cqos_core.matching.rule_set import EndRules, MeetingsLeftOpen, PairRules, T
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.reader import depends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -316,6 +317,26 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
         for world, result in _answer(bound, values, values).outcome.worlds
         if result is (bound.rule.kind == "forbids")
     )
+
+
+@lru_cache(maxsize=_CACHE)
+def refusing_values(profile: QosProfile, role: str, observed: bool, at: int) -> frozenset[str]:  # noqa: FBT001 - a cache key
+    """Return the values of the option at an index, which nothing states, under which an endpoint does not exist or is refused."""
+    pack, option = profile.pack, profile.pack.policies[at]
+    names = [option.domain.format(value) for value in option.domain.candidates()]
+    found: set[str] = set()
+    for bound in _errors_that_read(pack, role, observed, at):
+        values = list(values_of_role(bound, profile, role))
+        values[at] = depends(pack, option, names)
+        worlds = _answer(bound, tuple(values), tuple(values)).outcome.worlds
+        found |= {world.partition("=")[2] for world, result in worlds if result is (bound.rule.kind == "forbids")}
+    return frozenset(found)
+
+
+@lru_cache(maxsize=_CACHE)
+def _errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
+    rules = (*of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
+    return tuple(each for each in rules if each.rule.severity == "error" and at in each.bound.own)
 
 
 @lru_cache(maxsize=_CACHE)

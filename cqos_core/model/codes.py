@@ -1,7 +1,7 @@
 """Codes of the core: what it reports about inputs, models, matching and configuration. Permanent, like rule codes.
 
 ``codes.json`` has them. CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles
-alone); CQ2xx: settings and profiles; CQ4xx: names and matching; CQ5xx: bridges; CQ6xx: accepted exceptions and the team's own rules;
+alone, CQ062 a choice to make); CQ2xx: settings and profiles; CQ4xx: names and matching; CQ5xx: bridges; CQ6xx: accepted exceptions and the team's own rules;
 CQ7xx: plugins at fault; CQ8xx: chains and budgets; BP1xx: behaviour.
 """
 

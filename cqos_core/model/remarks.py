@@ -11,6 +11,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from cqos_core.model.report import Remedy
     from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Place
 
@@ -19,6 +20,11 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     SUBSCRIBER: ("requests", "request"),
 }
 """What a side does, as a verb of it and as an imperative."""
+
+
+def asks_less(remedy: Remedy) -> str:
+    """Return how a fix that weakens the design does so: ``asks for less``, or ``promises less`` of a publisher."""
+    return "promises less" if remedy.role == PUBLISHER else "asks for less"
 
 
 def core_finding(

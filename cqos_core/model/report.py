@@ -141,7 +141,7 @@ class Remedy:
         mends: how many pairs it turns from worse to better, and `breaks` from better to worse, on the whole
             topic; None where there are too many to count.
         text: the change in words: ``offer `reliable` on drone/req_weather``.
-        weakens: it promises or demands less than the design does now; such remedies come last.
+        weakens: it promises or demands less than the design does now; applied only where the caller allows that.
         edits: the change as new texts; none where no file states the endpoints, or its format has no place for it.
         costs: memory and traffic that it multiplies, one sentence each.
     """
@@ -170,7 +170,8 @@ class Finding:
         topic: the signal's topic, or None.
         verdict: what it does to its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
         sides: primary first (the requesting side); the other sides are context.
-        remedies: ranked, may be empty; they are computed when they are first read.
+        remedies: alternatives, may be empty; those that make other pairs worse come last, else the fewest endpoints first. They
+            are computed when they are first read.
         notes: short further sentences: the order of the values, what the verdict depends on, worlds.
         because: the rule's reason. `clause`: where the standard says so.
         pairs: how many pairs this finding speaks of (0 for endpoint findings).

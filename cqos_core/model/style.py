@@ -25,6 +25,8 @@ class Style:
     Attributes:
         show: findings up to this severity are printed in full by the text formats (``warning``: notes are counted only).
         not_checked: list in the text formats what no check of the protocols can see, rather than count it.
+        codes: beginnings of the codes of rules, in lower case: if any, the text formats print the findings of these rules only.
+        listed: the caller asked for all that is shown, so the text format gives no summary in place of it.
         losses: list in the text formats which subscribers get nothing, or lose some of their publishers.
         color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
         width: columns of the terminal, for the text formats.
@@ -44,6 +46,8 @@ class Style:
     tool_version: str = ""
     not_checked: bool = False
     losses: bool = False
+    codes: tuple[str, ...] = ()
+    listed: bool = False
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing

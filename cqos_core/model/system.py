@@ -457,6 +457,7 @@ class System:
         processes: the processes of `flows` that no pool shows, by name, as participants: those that call them, in any file, run them.
         partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
         hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
+        assumed: values of options that an importer took because nothing states the option, by its name with the pack.
     """
 
     name: str = ""
@@ -480,6 +481,7 @@ class System:
     links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
+    assumed: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 NAMED: Final = {

@@ -541,7 +541,7 @@ def test_equal_topics_of_several_files_are_tests_of_their_own(cqos, files):
 
 def test_advice_of_a_code_is_help_and_its_reason_is_why(cqos, files):
     (files / "alone.yaml").write_text("cqos: 1\nprotocol: ros2\nparticipants: {a: {subscribes: {/t: {}}}}\n")
-    done = cqos("check", "alone.yaml")
+    done = cqos("check", "alone.yaml", "--format", "full")
     finding = done.out[done.out.index("warning[CQ401]") :]
     finding = " ".join(finding[: finding.index("see:")].split())
     assert finding.endswith(
@@ -582,7 +582,7 @@ def robot(files):
 def test_a_part_alone_is_one_line(cqos):
     done = cqos("check", "snapshot.txt")
     assert "warning" not in done.out
-    assert "\nsnapshot.txt: part of a system: 1 endpoint read, 1 without partner in it; name the files " in done.out
+    assert "snapshot.txt: part of a system: 1 endpoint read, 1 without partner in it; name the files " in done.out
     report = json.loads(cqos("check", "snapshot.txt", "--format", "json").out)
     assert (report["partial"], report["counts"]["unmatched"]) == (True, 1)
 
@@ -620,8 +620,10 @@ def test_what_cannot_be_seen_is_counted_once_and_the_total_is_the_last_line(cqos
     for number in range(3):
         (files / f"fits{number}.yaml").write_text(FITS)
     done = cqos("check", "--each", "fits0.yaml", "fits1.yaml", "fits2.yaml")
-    assert done.out.count("not checked: ") == 1
+    assert "not checked: " not in done.out
     assert done.out.splitlines()[-1].startswith("total: 3 systems: 3 compatible: ")
+    full = cqos("check", "--each", "fits0.yaml", "fits1.yaml", "fits2.yaml", "--format", "full")
+    assert full.out.count("not checked: ") == 1
     listed = cqos("check", "fits0.yaml", "--show", "not-checked", "--show", "notes").out
     assert "listed with" not in listed
     assert "access control" in listed
@@ -651,3 +653,39 @@ def test_files_can_be_excluded(cqos, files):
     done = cqos("check", "designs")
     assert done.code == 0
     assert "note: not searched: designs/old" in done.err
+
+
+# --- what is shown ---
+
+
+def test_concise_keeps_what_was_perhaps_meant(cqos, files):
+    (files / "near.yaml").write_text(
+        "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/x/odom: {}}}, b: {subscribes: {/odom: {}, /x/odom: {}}}}\n"
+    )
+    full = cqos("check", "near.yaml", "--format", "full").out
+    concise = cqos("check", "near.yaml", "--format", "concise").out
+    assert "help: did you mean `/x/odom`?" in full
+    assert "; did you mean `/x/odom`?" in concise
+
+
+def test_findings_of_rules_are_shown_by_their_codes(cqos):
+    done = cqos("check", "clashes.yaml", "--show", "ros101")
+    assert (done.code, done.out.count("error[ROS101]")) == (1, 1)
+    none = cqos("check", "clashes.yaml", "--show", "ROS305")
+    assert none.code == 1, "what is shown changes no verdict"
+    assert "there is no finding of the rules that --show names" in none.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--show", "errrors"), "did you mean `errors`?"),
+        (("--show", "durabil"), "nor the code or name of a rule"),
+        (("--select", "durabil"), "no rule has the code or name `durabil`"),
+        (("--show", "errors", "--show", "ROS101"), "severities or rules, not both"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(cqos, arguments, said):
+    done = cqos("check", "clashes.yaml", *arguments)
+    assert done.code == 2
+    assert said in " ".join(done.err.split())

@@ -16,7 +16,7 @@ def row(text, policy):
 
 def test_every_policy_with_values_origins_verdict_and_rules(cqos, monkeypatch):
     monkeypatch.setenv("COLUMNS", "160")
-    done = cqos("explain", "clashes.yaml", *ENDS)
+    done = cqos("explain", "clashes.yaml", *ENDS, "--show", "all")
     assert done.code == 1
     assert row(done.out, "policy") == ["policy", "offered", "requested", "verdict", "rules"]
     assert row(done.out, "reliability") == ["reliability", "best_effort", "reliable", "incompatible", "ROS101"]
@@ -41,7 +41,7 @@ def test_an_end_has_no_value_of_a_policy_of_the_other_role_and_derived_defaults_
     monkeypatch.setenv("COLUMNS", "160")
     text = "{cqos: 1, protocol: mqtt, participants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {}}}}}"
     (files / "mqtt.yaml").write_text(text)
-    done = cqos("explain", "mqtt.yaml", "a", "b")
+    done = cqos("explain", "mqtt.yaml", "a", "b", "--show", "policies")
     assert row(done.out, "retain") == ["retain", "false", "(default)", "-"]
     assert row(done.out, "retain_handling") == ["retain_handling", "send", "(default)", "-"]
     assert done.out.count("closing_message") == 0
@@ -50,7 +50,50 @@ def test_an_end_has_no_value_of_a_policy_of_the_other_role_and_derived_defaults_
 def test_a_pair_that_fits(cqos):
     done = cqos("explain", "fits.yaml", *ENDS)
     assert done.code == 0
-    assert "compatible: 1 topic, 1 pair judged, no findings" in done.out
+    assert done.out.splitlines()[2] == "on ROS 2 topic `/scan`: compatible"
+    assert "compatible: 1 topic, 1 pair judged, no findings" in cqos("explain", "fits.yaml", *ENDS, "--show", "all").out
+
+
+USUAL = [
+    ("smart_agriculture_incompatible.bpmn", "Drone_ThrowReq", "Station_CatchReq"),
+    ("mobile_robot.yaml", "lidar_driver/publisher/scan", "safety_monitor/subscriber/scan"),
+    ("mobile_robot.yaml", "lidar_driver/publisher/scan", "obstacle_detector/subscriber/scan"),
+    ("delivery_robot.yaml", "lidar/publisher/scan", "planner/subscriber/scan"),
+    ("mqtt_greenhouse.yaml", "controller/publisher/bed/2/valve/set", "valves/subscriber/bed/+/valve/set"),
+]
+
+
+@pytest.mark.parametrize(("file", "publisher", "subscriber"), USUAL)
+def test_the_answer_is_a_screen_and_ends_with_what_else_is_shown(cqos, file, publisher, subscriber):
+    path = EXAMPLE.with_name(file)
+    done = cqos("explain", path, publisher, subscriber)
+    lines = done.out.splitlines()
+    assert len(lines) <= 20
+    verdict = lines[2].rpartition(": ")[2]
+    assert verdict == json.loads(cqos("explain", path, publisher, subscriber, "--format", "json").out)["verdict"]
+    more = " ".join(done.out[done.out.index("more: ") :].split())
+    assert "9 guarantees under faults (--show guarantees)" in more
+    assert more.endswith("all (--show all)")
+
+
+def test_the_answer_names_what_does_not_fit_and_what_to_write(cqos):
+    out = cqos("explain", "clashes.yaml", *ENDS).out
+    assert row(out, "reliability") == ["reliability", "best_effort", "reliable", "incompatible", "ROS101"]
+    assert "\ncompatible: durability, deadline, " in out
+    assert "\n  help: offer reliability `reliable` on lidar/publisher/scan\n  write: line 6: " in out
+
+
+@pytest.mark.parametrize("other", [("--chains",), ("--budgets",), ("--log", "-")])
+def test_sections_of_a_pair_go_with_nothing_else(cqos, other):
+    assert cqos("explain", "clashes.yaml", "--show", "all", *other, stdin="").code == 2
+
+
+def test_each_section_is_shown_on_request(cqos):
+    whole = cqos("explain", "clashes.yaml", *ENDS, "--show", "all").out
+    for section, begins in (("policies", "policy "), ("guarantees", "guarantee "), ("findings", "error[ROS101] ")):
+        own = cqos("explain", "clashes.yaml", *ENDS, "--show", section).out.partition("\n\n")[2]
+        assert own.startswith(begins)
+        assert own in whole
 
 
 def test_the_order_of_the_ids_does_not_matter(cqos):
@@ -157,7 +200,8 @@ def test_readable_files_are_explained_and_the_others_reported(cqos):
 @pytest.mark.parametrize(("columns", "widest"), [(200, 200), (100, 100), (90, 90), (20, 87)])
 def test_long_values_are_broken_in_a_narrow_terminal(cqos, monkeypatch, columns, widest):
     monkeypatch.setenv("COLUMNS", str(columns))
-    lines = cqos("explain", "clashes.yaml", *ENDS).out.partition("\n\n")[2].partition("\n\n")[0].splitlines()
+    shown = cqos("explain", "clashes.yaml", *ENDS, "--show", "policies").out
+    lines = shown.partition("\n\n")[2].partition("\n\n")[0].splitlines()
     verdict = lines[0].index("verdict")
     assert max(map(len, lines)) <= widest
     assert all(line[verdict - 1 : verdict].strip() == "" for line in lines)

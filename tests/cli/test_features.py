@@ -72,7 +72,7 @@ def test_nothing_that_is_installed_is_absent():
     assert [absent(kind) for kind in KINDS] == [{}] * len(KINDS)
 
 
-# README
+# README and the page about installing
 
 EXTRAS = {
     "audit": "bulk",
@@ -84,11 +84,11 @@ EXTRAS = {
     "snapshot dds": "snapshot",
     "suggest": "repair",
 }
-"""The extras that commands need, or features of them that README shows."""
+"""The extras that commands need, or features of them that the pages show."""
 
 
-def test_the_lines_of_readme_install_every_command_that_it_names():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_lines_of_the_docs_install_every_command_that_they_name():
+    text = "\n".join((ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/install.md"))
     named = set(re.findall(r"(?:`|^\$ )cqos ((?:snapshot )?[a-z][a-z-]*)", text, re.MULTILINE)) - {"packs"}
     assert named >= {"check", "audit", "repair", "suggest", "prove", "snapshot dds", "modeler", "lsp"}
     commands = load_plugins().commands
@@ -105,7 +105,7 @@ def test_the_lines_of_readme_install_every_command_that_it_names():
         assert load_plugins().owner("commands", name).split()[0] in installed
         if name in EXTRAS:
             feature = features()[EXTRAS[name]]
-            assert (feature.distribution, feature.extra) in extras, f"README adds no line for `cqos {name}`"
+            assert (feature.distribution, feature.extra) in extras, f"no line is for `cqos {name}`"
 
 
 def test_every_line_of_documentation_installs_what_exists():

@@ -57,7 +57,9 @@ def test_cases_beside_a_pack_run(cqos, pack):
 def test_guarantees_of_a_pack_in_yaml_are_explained_by_fault(cqos, pack, tmp_path):
     design = "cqos: 1\nprotocol: horn\nparticipants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {}}}}\n"
     (tmp_path / "s.yaml").write_text(design)
-    out = cqos("explain", tmp_path / "s.yaml", "a/publisher/t", "b/subscriber/t", "--pack", pack).out
+    out = cqos(
+        "explain", tmp_path / "s.yaml", "a/publisher/t", "b/subscriber/t", "--pack", pack, "--show", "guarantees"
+    ).out
     (row,) = [line.split() for line in out.splitlines() if line.strip().startswith("max_gap")]
     assert row[:5] == ["max_gap", "1s", "unknown", "1s", "none"]
 

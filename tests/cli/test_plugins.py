@@ -110,6 +110,33 @@ def register_formatters(register):
 """
 
 
+DEPOT = """
+from cqos_core.model.entrance import Entrance
+from cqos_core.plugins import ImporterInfo, ImporterOption, hookimpl
+
+@hookimpl
+def register_importers(register):
+    option = ImporterOption("--plan", "plan", "FILE", "the plan of a depot")
+    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folders_with="plan", entrances="depot_plugin:find"))
+    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", folders_with="plan", entrances="no_such_module:find"))
+
+def claims(name, head):
+    return False
+
+def read(source, context):
+    from cqos_core.model.system import Endpoint, Participant, System
+    name = context.options["depot"]["plan"]
+    ends = [Endpoint(id=f"{name}/{role}", role=role, topic="/t", participant=name) for role in ("publisher", "subscriber")]
+    return System(name=name, protocol="ros2", participants={name: Participant(name)}, endpoints=ends)
+
+def find(path, files):
+    plans = [each.rpartition("/")[2] for each in files or () if each.endswith(".plan")]
+    if len(plans) == 1:
+        return [Entrance(path, "1 plan", plans[0], f"{path} has one plan")]
+    return [Entrance(path, f"{len(plans)} plans", choices=tuple(plans))] if plans else []
+"""
+
+
 def install(folder, name, text, version="1.2.3"):
     """Put a distribution with one plugin where Python finds it."""
     (folder / f"{name}.py").write_text(text)
@@ -141,6 +168,21 @@ def test_what_plugins_add_is_used(forked, plugins, files):
     assert forked("check", "table.csv", "fits.yaml", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
     assert forked("convert", "table.csv", "--to", "names", **plugins)[:2] == (0, "lidar\nplanner\n")
     assert forked("greet", "world", **plugins)[:2] == (5, "hello world\n")
+
+
+def test_an_importer_of_a_plugin_finds_what_it_reads_in_a_folder(forked, plugins, files):
+    install(files / "site", "depot_plugin", DEPOT)
+    (files / "depot").mkdir()
+    (files / "depot" / "a.plan").write_text("")
+    done = forked("check", "depot", "--format", "concise", **plugins)
+    assert done.out.startswith("a.plan: compatible: 1 topic, 1 pair judged, ")
+    assert "depot has one plan, so it is checked, as `cqos check depot --format concise --plan a.plan` does" in done.err
+    assert "importer `ruin` of depot_plugin 1.2.3" in done.err
+    (files / "depot" / "b.plan").write_text("")
+    open_choice = forked("check", "depot", **plugins)
+    assert open_choice.code == 1
+    assert "depot: 2 plans, and --plan names none" in open_choice.err
+    assert "\n          cqos check depot --plan a.plan\n" in open_choice.err
 
 
 def test_commands_of_plugins_stand_in_the_help(forked, plugins):

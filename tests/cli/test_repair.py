@@ -44,6 +44,19 @@ def test_a_diagram_is_repaired_and_checked_again(cqos, files):
     assert cqos("check", name).code == 0
 
 
+def test_a_change_takes_two_lines_and_its_reasons_are_shown_on_request(cqos, files):
+    shutil.copy(EXAMPLES / "mobile_robot.yaml", files)
+    short = cqos("repair", "mobile_robot.yaml").out
+    changes = len(json.loads(cqos("repair", "mobile_robot.yaml", "--format", "json").out)["changes"])
+    assert short.count("\n  --> ") == changes
+    assert short.count("\n") <= 2 * changes + 6
+    assert "because of ROS101\n" in short
+    assert " ".join(short.split()).endswith("--show reasons says why, and what each costs")
+    reasons = cqos("repair", "mobile_robot.yaml", "--show", "reasons").out
+    assert "because of ROS101: a best_effort publisher never sends" in reasons
+    assert reasons.count("weight ") == changes + 1
+
+
 def test_parameters_of_nodes_and_settings_of_rviz_are_edited(cqos, files):
     shutil.copytree(EXAMPLES / "robot_directory", files / "robot")
     done = cqos("repair", "--fix", "robot")

@@ -31,12 +31,12 @@ def folder(tmp_path):
 def test_an_empty_default_is_shown_as_an_empty_text(folder):
     listed = run(["packs", "links", "--pack", "pack.yaml"], folder).out
     assert 'default ""\n' in listed
-    explained = run(["explain", "system.yaml", "a", "b", "--pack", "pack.yaml"], folder).out
+    explained = run(["explain", "system.yaml", "a", "b", "--pack", "pack.yaml", "--show", "all"], folder).out
     assert '"" (default)' in explained
 
 
 def test_a_fact_that_nothing_states_is_no_default(folder):
-    explained = run(["explain", "system.yaml", "a", "b", "--pack", "pack.yaml"], folder).out
+    explained = run(["explain", "system.yaml", "a", "b", "--pack", "pack.yaml", "--show", "all"], folder).out
     assert "requested here: unknown (not stated)" in explained
     assert "unknown (default)" not in explained
 

@@ -9,7 +9,6 @@ import atexit
 import shutil
 import subprocess
 import sys
-from datetime import datetime, timezone
 from functools import cache
 from importlib.metadata import version
 from itertools import product
@@ -21,6 +20,7 @@ from cqos_core.api import read
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_dds.prove.fast import PROVER
+from tests.conformance.origin import build_of, origin
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 DOCUMENT: Final = ROOT / "docs" / "conformance-budgets.md"
@@ -126,7 +126,7 @@ def main() -> int:
     if lacking is not None:
         sys.stderr.write(f"budgets are not measured: {lacking}\n")
         return 0
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    made = origin()
     rows = [row(case) for case in CASES]
     DOCUMENT.write_text(
         f"""# Conformance of budgets
@@ -136,7 +136,7 @@ reader on the loopback interface of a network namespace of their own. The bytes 
 them, with what the reader sends back. `history` is the memory of a writer that keeps its last samples, divided by their number. [Time and budgets](time-and-budgets.md) says how C-QoS
 computes the figures.
 
-Measured on {datetime.now(timezone.utc).date().isoformat()}, commit {commit.stdout[:12]}. Nothing in these runs is random, so they have no seed.
+Measured on {made["date"]}, {build_of(made)}. Nothing in these runs is random, so they have no seed.
 
 | implementation | kind | size of a sample | MTU | computed | measured | difference |
 | -------------- | ---- | ---------------- | --- | -------- | -------- | ---------- |

@@ -9,11 +9,9 @@ from __future__ import annotations
 import json
 import os
 import platform
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import datetime, timezone
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -24,6 +22,7 @@ from cqos_core.analysis.proving.runs import claims, disagreements, kept_by, name
 from cqos_core.api import read
 from cqos_core.matching.pipeline import context
 from cqos_core.packs.guarantee import FAULTS
+from tests.conformance.origin import build_of, origin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -136,14 +135,12 @@ def _whole(word: str) -> str:
 def record(names: Iterable[str]) -> int:
     """Run all designs on implementations, record what comes out, and return how often that contradicts C-QoS."""
     recorded = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.exists() else {}
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     wrong = 0
     for on in names:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))
         recorded[on] = {
-            "commit": commit.stdout.strip(),
-            "date": datetime.now(timezone.utc).date().isoformat(),
+            **origin(),
             "machine": f"{platform.system()} on {platform.machine()} with {os.cpu_count()} processors",
             "by": runs[0].pop("by"),
             "runs": runs,
@@ -178,7 +175,7 @@ def document() -> str:
 
 def _when(one: Mapping[str, Any]) -> str:
     kept = [each["kept"][word] for each in one["runs"] for word in SHOWN if each["kept"][word] is not None]
-    where = f"on {one['date']}, {one['machine']}, commit {one['commit'][:12]}"
+    where = f"on {one['date']}, {one['machine']}, {build_of(one)}"
     return f"{len(one['runs'])} runs {where}. {sum(kept)} of {len(kept)} guarantees were kept."
 
 

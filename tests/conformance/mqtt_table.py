@@ -6,6 +6,7 @@ python -m tests.conformance.mqtt_table    write it; the tests compare it
 from __future__ import annotations
 
 from functools import cache
+from importlib.metadata import version as cqos_version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -40,8 +41,8 @@ DEPARTURES: Final = {
 
 INTRODUCTION: Final = """# Conformance with Mosquitto
 
-Written by `python -m tests.conformance.mqtt_table` from what Eclipse Mosquitto {version} does when it is run; the tests fail
-where the pack differs from it, save in the departures below.
+Written by `python -m tests.conformance.mqtt_table` from what Eclipse Mosquitto {version} does when it is run, compared
+with C-QoS {cqos}; the tests fail where the pack differs from it, save in the departures below.
 
 Clients of both versions of MQTT publish and subscribe on loopback. Compared is what the pack predicts (with the preset
 `mosquitto` and, for late join, absence and shares, by a stated need) with what arrives: whether, with which QoS and RETAIN
@@ -83,7 +84,7 @@ def document() -> str:
         for each in sections()
     ]
     parts = [
-        INTRODUCTION.format(version=version()),
+        INTRODUCTION.format(version=version(), cqos=cqos_version("cqos-core")),
         _table(("question", "cases", "agree", "departures"), [(a, b, f"{int(c):,}", d) for a, b, c, d in rows]),
     ]
     departures = [

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -29,6 +28,7 @@ from cqos_core.files.merging import merge
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
+from tests.conformance.origin import origin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -124,7 +124,6 @@ def proofs(trials: Iterable[tuple[str, Trial]]) -> Iterator[Proof]:
 
 def record(number: int, seed: int, names: Sequence[str]) -> int:
     """Run random pairs of implementations, and the examples; write down what comes out, and return how many differ."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     recorded = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.exists() else {}
     wrong = 0
     for name in names:
@@ -135,7 +134,7 @@ def record(number: int, seed: int, names: Sequence[str]) -> int:
         wrong += sum(bool(each.wrong) for each in found)
         times = [each.seconds for each in found]
         recorded[name] = {
-            "commit": commit.stdout.strip(),
+            **origin(),
             "seed": seed,
             "by": sorted({each.outcome.by for each in found}),
             "seconds": {"median": round(median(times), 1), "most": round(max(times), 1), "limit": LIMIT},

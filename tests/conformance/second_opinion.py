@@ -2,15 +2,14 @@
 
 python -m tests.conformance.second_opinion             write it from what was recorded
 python -m tests.conformance.second_opinion record      first ask SPIN about all designs, and record its answers
+python -m tests.conformance.second_opinion more        first ask SPIN about the designs that are not recorded
 """
 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +21,7 @@ from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version
 from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, SLOW, column_of, table, titles
 from tests.conformance.guarantees import RECORDED as RUNS_RECORDED
+from tests.conformance.origin import build_of, origin
 from tests.conformance.test_guarantees_mosquitto import BROKER_FAULTS, FAULTS, KEPT, RUNS, design
 
 if TYPE_CHECKING:
@@ -62,8 +62,8 @@ LIMITS: Final = """## Limits of the model
   expire, it promises nothing about order after a broker has restarted, and it promises no freedom from duplicates over QoS 1."""
 
 
-def _needing(needs: Design, publication: Design, subscription: Design, *more: Design, **broker: Any) -> Design:
-    return design(publication, {**subscription, "needs": needs}, *more, **broker)
+def _needing(needs: Design, publication: Design, subscription: Design, *more: Design, **stated: Any) -> Design:
+    return design(publication, {**subscription, "needs": needs}, *more, **stated)
 
 
 def _with_will() -> Design:
@@ -83,13 +83,41 @@ TIMED_DESIGNS: Final = {
     "a gap of 20 ms, QoS 0": _needing({"max_gap": "20ms"}, {"qos": 0}, {"qos": 0}),
     "a Will": _with_will(),
 }
+_REPAIRED: Final = {"options": {"repair_time": "20ms"}}
+STATED_DESIGNS: Final = {
+    "an age of 61 s": _needing({"max_age": "61s"}, _EXPIRES, {"qos": 1}, KEPT, KEPT),
+    "an age of 61 s, expiry_delay 2 s": _needing(
+        {"max_age": "61s"}, _EXPIRES, {"qos": 1}, KEPT, KEPT, broker={"expiry_delay": "2s"}
+    ),
+    "an age of 62 s, expiry_delay 2 s": _needing(
+        {"max_age": "62s"}, _EXPIRES, {"qos": 1}, KEPT, KEPT, broker={"expiry_delay": "2s"}
+    ),
+    "an age of 62 s, taken every 1 s": _needing(
+        {"max_age": "62s"}, _EXPIRES, {"qos": 1, "taken_every": "1s"}, KEPT, KEPT
+    ),
+    "a gap of 40 ms, QoS 1, repair_time 20 ms": _needing({"max_gap": "40ms"}, {"qos": 1}, {"qos": 1}, **_REPAIRED),
+    "a gap of 60 ms, QoS 1, repair_time and taken every 20 ms": _needing(
+        {"max_gap": "60ms"}, {"qos": 1}, {"qos": 1, "taken_every": "20ms"}, **_REPAIRED
+    ),
+    "a gap of 39 ms, QoS 0, repair_time 19 ms": _needing(
+        {"max_gap": "39ms"}, {"qos": 0}, {"qos": 0}, options={"repair_time": "19ms"}
+    ),
+}
+"""Designs that state the facts on which an age or a gap rests, under the faults under which SPIN is asked about these."""
+STATED_FAULTS: Final = (None, Fault("subscriber_restart", 0.4))
 
 
 def cases() -> list[Case]:
-    """Return all designs, each with each fault: those that run on Mosquitto, and those whose needs are times."""
-    faults = (*FAULTS, *BROKER_FAULTS)
-    timed = [(name, own, fault) for name, own in TIMED_DESIGNS.items() for fault in faults]
+    """Return all designs, each with its faults: those that run on Mosquitto, and those whose needs are times."""
+    groups = ((TIMED_DESIGNS, (*FAULTS, *BROKER_FAULTS)), (STATED_DESIGNS, STATED_FAULTS))
+    timed = [(name, own, fault) for designs, faults in groups for name, own in designs.items() for fault in faults]
     return [*((name, own, fault) for (name, own), fault in RUNS), *timed]
+
+
+def missing(recorded: dict[str, Any]) -> list[Case]:
+    """Return the cases that are not recorded."""
+    known = {(each["design"], each["fault"]) for each in recorded["runs"]}
+    return [case for case in cases() if (case[0], LINK if case[2] is None else str(case[2])) not in known]
 
 
 def ask(case: Case, spin: Spin) -> dict[str, Any]:
@@ -115,16 +143,22 @@ def ask(case: Case, spin: Spin) -> dict[str, Any]:
 
 def record(some: Iterable[Case], spin: Spin) -> dict[str, Any]:
     """Ask about designs, and return what is recorded."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         runs = list(pool.map(lambda case: ask(case, spin), some))
     return {
         "by": f"SPIN {version()}",
-        "commit": commit.stdout.strip(),
-        "date": datetime.now(timezone.utc).date().isoformat(),
+        **origin(),
         "messages": spin.messages,
         "runs": runs,
     }
+
+
+def record_more(spin: Spin) -> dict[str, Any]:
+    """Ask about the designs that are not recorded, and return what is recorded with them."""
+    earlier = json.loads(RECORDED.read_text(encoding="utf-8"))
+    new = record(missing(earlier), spin)
+    assert new["by"] == earlier["by"], f"{new['by']} is another version: record all designs"
+    return {**earlier, "more": {**new, "runs": len(new["runs"])}, "runs": [*earlier["runs"], *new["runs"]]}
 
 
 def document() -> str:
@@ -159,7 +193,9 @@ def document() -> str:
 
 
 def _when(recorded: dict[str, Any], kept: int, given: int) -> str:
-    where = f"{len(recorded['runs'])} models on {recorded['date']}, commit {recorded['commit'][:12]}"
+    where = f"{len(recorded['runs'])} models on {recorded['date']}, {build_of(recorded)}"
+    if more := recorded.get("more"):
+        where += f", {more['runs']} of them on {more['date']}, {build_of(more)}"
     return f"{where}. {kept} of {given} guarantees that C-QoS gives hold in all runs of the model."
 
 
@@ -202,8 +238,8 @@ def _answers(one: dict[str, Any], seen: dict[tuple[str, str], dict[str, Any]], w
 
 if __name__ == "__main__":
     wrong = 0
-    if sys.argv[1:] == ["record"]:
-        found = record(cases(), Spin(shows=False))
+    if sys.argv[1:] in (["record"], ["more"]):
+        found = record(cases(), Spin(shows=False)) if sys.argv[1] == "record" else record_more(Spin(shows=False))
         RECORDED.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
         wrong = sum(len(each["contradicted"]) for each in found["runs"])
     DOCUMENT.write_text(document(), encoding="utf-8")

@@ -42,8 +42,8 @@ _LISTED: Final = 12
 
 INTRODUCTION: Final = """# Conformance with Cyclone DDS
 
-Written by `python -m tests.conformance.table` from what Eclipse Cyclone DDS {version} does when it is run; the tests fail
-where this page or a pack differs from it.
+Written by `python -m tests.conformance.table` from what Eclipse Cyclone DDS {version} does when it is run, compared with
+C-QoS {cqos}; the tests fail where this page or a pack differs from it.
 
 A writer and a reader are created with the settings of each pair, on loopback, with a data type that is final. Compared
 is whether each can be created, whether they match, and which policy Cyclone DDS names as the reason where they do not.
@@ -112,7 +112,12 @@ def record(number: int, seed: int) -> None:
         one = section(running(), random_pairs(number, seed, subject), subject)
         for text in one.disagreements[:_LISTED]:
             sys.stderr.write(f"{text}\n")
-        recorded[protocol] = {"seed": seed, "Cyclone DDS": version("cyclonedds"), **figures(one)}
+        recorded[protocol] = {
+            "seed": seed,
+            "Cyclone DDS": version("cyclonedds"),
+            "C-QoS": version("cqos-core"),
+            **figures(one),
+        }
     RECORDED.write_text(json.dumps(recorded, indent=2) + "\n", encoding="utf-8")
 
 
@@ -121,9 +126,9 @@ def document() -> str:
     of_dds = [(name, seen(protocol, name)) for protocol, name in ALL_SECTIONS if protocol == "dds"]
     of_ros2 = [(name, seen(protocol, name)) for protocol, name in ALL_SECTIONS if protocol == "ros2"]
     recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
-    larger = ("pairs", "seed", "Cyclone DDS", "match", "not created", "agree")
+    larger = ("pairs", "seed", "Cyclone DDS", "C-QoS", "match", "not created", "agree")
     parts = [
-        INTRODUCTION.format(version=version("cyclonedds")),
+        INTRODUCTION.format(version=version("cyclonedds"), cqos=version("cqos-core")),
         OF_DDS,
         _table((*HEADER, "departures"), [[name, *_counted(one), f"{len(_apart(one)):,}"] for name, one in of_dds]),
         OF_ROS2,

@@ -52,7 +52,7 @@ def design(
     return {
         "cqos": 1,
         "protocol": "mqtt",
-        "options": {"mqtt": {"protocol_version": more.pop("version", "5.0")}},
+        "options": {"mqtt": {"protocol_version": more.pop("version", "5.0"), **more.pop("options", {})}},
         "brokers": {"main": {"profile": "mosquitto", "persistence": True, **more.pop("broker", {})}},
         "topics": {"t": {"period": "20ms"}},
         "participants": {

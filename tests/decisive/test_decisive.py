@@ -1,6 +1,6 @@
 """C-QoS decides: correct designs are known to be correct, and what is refused carries a fix as text for its file.
 
-`python -m tests.decisive.test_decisive` writes the tables of docs/decisive.md.
+`python -m tests.decisive.test_decisive` writes the tables of docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Finding, Report
 
 ROOT: Final = Path(__file__).parents[2]
-PAGE: Final = ROOT / "docs/decisive.md"
+PAGE: Final = ROOT / "docs/benchmarks.md"
 TABLE: Final = re.compile(r"<!-- (?P<name>\w+) -->\n\n.*?(?=\n\n)", re.DOTALL)
 DESIGNS: Final = sorted((Path(__file__).parent / "designs").iterdir())
 EXAMPLES: Final = {

@@ -52,12 +52,12 @@ def test_each_fix_removes_only_its_own_mistake(number, tmp_path):
 
 def test_the_way_of_the_map_is_explained_hop_by_hop():
     ends = ["localization/publisher/map", "dashboard/subscriber/carrier/map"]
-    shown = run(["explain", EXAMPLE, *ends], Path.cwd()).out
+    shown = run(["explain", EXAMPLE, *ends, "--show", "all"], Path.cwd()).out
     first, *_ = shown.partition("\n\nguarantee")
     assert first.splitlines() == [
         "publisher `localization/publisher/map`",
         "subscriber `dashboard/subscriber/carrier/map`",
-        "over 2 bridges",
+        "over 2 bridges: compatible",
         "",
         "1. localization/publisher/map to zenoh_bridge_ros2dds (carrier)/subscriber/map on ros2 topic `/map`: compatible",
         "   then over bridge zenoh_bridge_ros2dds (carrier)",

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft4Validator, Draft202012Validator
 
+from cqos_core.formatters.causes import causes
 from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import render_full
@@ -27,6 +28,7 @@ from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.several import together
 from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.terminal import clean
+from cqos_core.formatters.text import render_text
 from cqos_core.model.encoding import decode
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.model.style import Style
@@ -148,6 +150,7 @@ styles = st.builds(
 )
 
 RENDERERS = [
+    render_text,
     render_full,
     render_concise,
     render_json,
@@ -239,6 +242,8 @@ def test_text_says_each_finding_and_does_nothing_to_the_terminal(render, separat
         for finding in report.findings
         if finding.severity.rank <= style.show.rank and (finding.accepted is None or accepted_too)
     ]
+    if separator == "\n":
+        shown = causes(shown, style)
     loose = separator == "\n" and report.partial and (report.unmatched > 0 or not report.endpoints)
     assumed = len(report.assumed) if separator == "\n" else 0
     assert text.removesuffix("\n").count(separator) == len(shown) + loose + assumed
@@ -452,8 +457,20 @@ def test_a_suggestion_of_rdjson_changes_the_bytes_that_the_fix_changes(before, o
 def test_markdown_shows_names_as_they_are(report, style):
     text = render_markdown(report, style)
     rows = [line for line in text.split("\n") if line.startswith(("| error", "| warning", "| note"))]
-    assert len(rows) == sum(len(stands(part, style)) for part in report.parts or (report,))
+    assert len(rows) == sum(len(causes(stands(part, style), style)) for part in report.parts or (report,))
     for row in rows:
         plain = re.sub(r"</?code>|<br>|&#\d+;", "", row)
         assert plain.count("|") == 5
         assert not set(plain) & set("<>&`*_[]~@#!\\")
+
+
+# --- HTML ---
+
+
+@for_any(reports | several, styles)
+def test_each_link_of_the_page_leads_to_one_place(report, style):
+    text = render_html(report, style)
+    anchors = re.findall(r'(?<=[\s"])id="([^"]*)"', text)
+    assert len({*anchors}) == len(anchors)
+    assert all(re.fullmatch(r"[A-Za-z0-9-]+", anchor) for anchor in anchors)
+    assert {*re.findall(r'href="#([^"]*)"', text)} <= {*anchors}

@@ -60,7 +60,7 @@ def test_fixes_are_changes_of_the_files(tmp_path):
     (added,) = request["artifactChanges"][0]["replacements"]
     assert added["deletedRegion"] == {"startLine": 5, "startColumn": 23, "endLine": 5, "endColumn": 23}
     assert added["insertedContent"] == {"text": " {reliability: best_effort}"}
-    assert request["description"]["text"].endswith("(weakens the design)")
+    assert request["description"]["text"].endswith("(asks for less)")
 
 
 def test_without_files_there_are_no_fixes():

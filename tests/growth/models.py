@@ -317,7 +317,7 @@ MODELS: Final = {
     team_checks: 50,
     topics: 200,
     unknown_participants: 150,
-    unknown_profiles: 75,
+    unknown_profiles: 150,
     unknown_settings: 50,
     wild_partitions: 100,
 }

@@ -72,7 +72,7 @@ def exponent(points: Sequence[Point]) -> float:
 @pytest.mark.explored
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
 def test_calls_grow_like_the_input_and_the_output(model):
-    points = counted(model, MODELS[model] + 4)
+    points = counted(model, MODELS[model] // 2 + 4)
     assert exponent(points) <= LIMIT, points
 
 

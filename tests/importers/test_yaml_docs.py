@@ -11,7 +11,8 @@ from cqos_core.importers.yaml_form import DOCUMENT
 from cqos_core.importers.yaml_system import read
 from cqos_core.model.source import ReadContext, Source
 
-PAGE = (Path(__file__).parents[2] / "docs" / "yaml-form.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = "\n".join((DOCS / name).read_text(encoding="utf-8") for name in ("yaml-form.md", "configuration.md"))
 BLOCKS = re.findall(r"^```(yaml|toml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 
 

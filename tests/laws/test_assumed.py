@@ -30,10 +30,11 @@ INSTALLED = context()
 
 
 def left_open(pack: RulePack, system: System) -> Iterator[Policy]:
-    """The options of a pack for which a few values are assumed, while the system states none."""
+    """The options of a pack that have few values, while the system states none."""
     stated = {normal for name in system.options.get(pack.id, {}) if (normal := pack.find("option", name)) is not None}
     for index, policy in enumerate(pack.policies):
-        if policy.level == "option" and policy.default is None and policy.assume and index not in stated:
+        few = policy.assume or policy.domain.candidates()
+        if policy.level == "option" and policy.default is None and few and index not in stated:
             yield policy
 
 
@@ -53,9 +54,10 @@ def law(system: System, pack: RulePack, where: Context) -> Iterator[str]:
     named = {each.option: each.values for each in report.assumed}
     for policy in left_open(pack, system):
         name = f"{pack.id}.{policy.name}"
-        assumed = named.get(name, policy.assume)
-        if not set(assumed) <= set(policy.assume):
-            yield f"{name} is assumed to be {policy.assume}, the report names {assumed}"
+        possible = policy.assume or tuple(map(policy.domain.format, policy.domain.candidates()))
+        assumed = named.get(name, possible)
+        if not set(assumed) <= set(possible):
+            yield f"{name} is assumed to be {possible}, the report names {assumed}"
         for value in (policy.domain.format(value) for value in policy.domain.candidates()):
             after = verdicts(completed(system, pack, policy.name, value), where)
             turned = [
@@ -85,6 +87,21 @@ def test_what_a_verdict_rests_on_is_named(protocol, offered, requested, assumed)
     assert [each.values for each in report.assumed] == ([] if assumed is None else [assumed])
     if protocol == "ros2":
         assert check_pair(protocol, offered, requested, {"rmw": "cyclonedds"}).assumed == ()
+
+
+@pytest.mark.parametrize(
+    ("requested", "assumed"),
+    [
+        ({"reliability": "best_available"}, ("iron", "jazzy", "kilted", "lyrical", "rolling")),
+        ({"intra_process": "true"}, None),
+        ({"intra_process": "true", "durability": "transient_local"}, ("jazzy", "kilted", "lyrical", "rolling")),
+    ],
+)
+def test_distributions_in_which_an_end_does_not_exist_are_not_assumed(requested, assumed):
+    report = check_pair("ros2", {"durability": "transient_local"}, requested)
+    assert {each.option: each.values for each in report.assumed}.get("ros2.distro") == assumed
+    stated = check_pair("ros2", {"durability": "transient_local"}, requested, {"distro": "rolling"})
+    assert "ros2.distro" not in {each.option for each in stated.assumed}
 
 
 def test_several_systems_name_an_assumption_once():

@@ -67,6 +67,8 @@ def test_a_remedy_does_what_it_says(words: Vocabulary, data):
         endpoint.dialect = "yaml"  # fixes use the words of the YAML form
     before = check_system(system, WHERE)
     for finding in before.findings:
+        order = [(bool(remedy.breaks), len(remedy.members)) for remedy in finding.remedies]
+        assert order == sorted(order), "the fix of the fewest endpoints comes first"
         for remedy in finding.remedies:
             if not set(remedy.members) <= {endpoint.id for endpoint in system.endpoints}:
                 continue  # a part of a service, which has no settings of its own

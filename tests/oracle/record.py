@@ -10,16 +10,15 @@ python -m tests.oracle.record more         first record what has changed since: 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections import Counter
-from datetime import datetime, timezone
 from pathlib import Path
 from random import Random
 from typing import Any, Final
 
 from tests.behaviour.drawing import model
 from tests.behaviour.test_cases import cases
+from tests.conformance.origin import build_of, origin
 from tests.oracle.checks import CHECKED, POSSIBLE, Oracle, cause, faults, follows, holds, is_reported, lacks
 from tests.oracle.random_models import random_model
 
@@ -67,7 +66,7 @@ Written by `python -m tests.oracle.record` from random runs of a simulator. The 
 flow of a model. It knows nothing of the analysis. Tasks take any time, also for ever. Timers are never early. Gateways choose freely.
 Signals arrive late or get lost.
 
-Recorded on {date}, commit {commit}. {more}Runs have the seeds from 0, random models the seeds from {first}.
+Recorded on {date}, {build}. {more}Runs have the seeds from 0, random models the seeds from {first}.
 
 ## Findings and runs
 
@@ -192,7 +191,7 @@ def document() -> str:
     total = sum(sum(row) for row in counted.values())
     return PAGE.format(
         date=one["date"],
-        commit=one["commit"][:12],
+        build=build_of(one),
         more=MORE.format(one["more"][:12]) if "more" in one else "",
         first=FIRST_SEED,
         models=len(shown["claims"]),
@@ -223,11 +222,10 @@ def _table(header: list[str], rows: list[list[str]]) -> str:
 
 def record(runs: int, models: int, before: dict[str, Any] | None = None) -> None:
     """Run everything and record it, or what has changed since ``before``."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    made = origin()
     recorded = {
-        "date": datetime.now(timezone.utc).date().isoformat(),
-        "commit": before["commit"] if before else commit.stdout.strip(),
-        **({"more": commit.stdout.strip()} if before else {}),
+        **made,
+        **({"commit": before["commit"], "cqos": before["cqos"], "more": made["commit"]} if before else {}),
         "examples": examples(runs, before and before["examples"]),
         "random": recall(models),
     }

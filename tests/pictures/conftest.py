@@ -7,8 +7,26 @@ from pathlib import Path
 import pytest
 
 from tests.browser import WAIT
+from tests.command import run
 
 AXE = Path(__file__).resolve().parents[2] / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
+
+
+def page(tmp_path, text, *options, name="system.yaml"):
+    """Return the page of a system, as the command writes it."""
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    done = run(["check", name, "--format", "html", *options], tmp_path)
+    assert done.code in {0, 1}, done.err
+    return done.out
+
+
+def open_all(opened):
+    """Show everything on a page: nothing filtered out or closed, and the whole graph."""
+    opened.get_by_role("button", name="everything", exact=True).click()
+    opened.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    for last in opened.locator(".graph").all():
+        if last.locator("label").count():
+            last.locator("label").last.click()
 
 
 @pytest.fixture

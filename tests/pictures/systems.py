@@ -36,6 +36,15 @@ bridges:
       - from: {participant: gateway, topic: /battery, depth: 5}
         to: {participant: gateway_mqtt, topic: fleet/r1/battery, qos: 0}
 """
+CORRECT = """\
+cqos: 1
+system: fine
+protocol: ros2
+options: {ros2: {rmw: cyclonedds, distro: jazzy}}
+participants:
+  lidar: {publishes: {scan: {}}}
+  planner: {subscribes: {scan: {}}}
+"""
 HOSTILE = (
     "<script>alert(1)</script>",
     '"><img src=x onerror=alert(2)>',
@@ -60,6 +69,14 @@ participants:
   {script}:
     subscribes: {{{image}: {{reliability: {quotes}}}}}
 """
+
+
+def grid(*publishers, subscribers=("reliable", "best_effort")):
+    """Return a system with one topic; each publisher and subscriber is stated by its reliability."""
+    lines = ["cqos: 1", "system: grid", "protocol: ros2", "participants:"]
+    for verb, ends in (("publishes", publishers), ("subscribes", subscribers)):
+        lines += [f"  {verb}_{number}: {{{verb}: {{scan: {{reliability: {end}}}}}}}" for number, end in enumerate(ends)]
+    return "\n".join([*lines, ""])
 
 
 def large(participants, topics):

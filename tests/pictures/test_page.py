@@ -1,4 +1,7 @@
-"""`--format html`, made by the command and opened in Chromium."""
+"""`--format html`, made by the command and opened in Chromium: what the page says, and that it can be read.
+
+`test_report_use.py` tries how a person uses it.
+"""
 
 import json
 import os
@@ -10,18 +13,10 @@ import pytest
 from tests.browser import missing
 from tests.command import run
 from tests.modeler.conftest import ROOT
-from tests.pictures.conftest import AXE
+from tests.pictures.conftest import AXE, open_all, page
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 
 WIDE = {"width": 1280, "height": 900}
-
-
-def page(tmp_path, text, *options, name="system.yaml"):
-    """The page of a system, as the command writes it."""
-    (tmp_path / name).write_text(text, encoding="utf-8")
-    done = run(["check", name, "--format", "html", *options], tmp_path)
-    assert done.code in {0, 1}, done.err
-    return done.out
 
 
 class Tags(HTMLParser):
@@ -55,6 +50,7 @@ def test_axe_finds_nothing(tmp_path, shown, system, theme):
     (tmp_path / "system.yaml").write_text(text, encoding="utf-8")
     run(["check", "system.yaml", "--format", "html", "--output", "out.html"], tmp_path)
     opened = shown((tmp_path / "out.html").read_text(encoding="utf-8"), color_scheme=theme)
+    open_all(opened)
     if not AXE.is_file():
         missing("axe-core")
     opened.evaluate(AXE.read_text(encoding="utf-8"))
@@ -65,9 +61,12 @@ def test_axe_finds_nothing(tmp_path, shown, system, theme):
 def test_a_page_names_everything_a_reader_needs(tmp_path, shown):
     opened = shown(page(tmp_path, FLEET))
     assert opened.title() == "robot-to-cloud: incompatible"
-    row = opened.locator(".matrix tr", has_text="/scan")
-    assert "publishes, incompatible" in row.text_content()
-    assert "1 error" in row.text_content()
+    topic = opened.locator(".topics .entry", has_text="/scan")
+    assert "incompatible" in topic.locator("summary").text_content()
+    assert "1 publisher, 1 subscriber 1 error" in topic.locator("summary").text_content()
+    assert "robot/publisher/scan → planner/subscriber/scan ROS101" in topic.locator(".pair").text_content()
+    owner = opened.locator(".owners .entry", has_text="planner")
+    assert "▼✕ /scan, subscribes, incompatible" in owner.locator(".uses").text_content()
     assert opened.locator(".path li .what").all_text_contents() == [
         "robot/publisher/battery",
         "/battery",
@@ -81,70 +80,72 @@ def test_a_page_names_everything_a_reader_needs(tmp_path, shown):
     finding = opened.locator(".finding", has_text="ROS101")
     assert finding.locator("mark").all_text_contents() == ["reliable", "/scan"]
     assert "reliability: best_effort" in finding.locator(".diff .came").last.text_content()
-    # Each node of the graph leads to a row or a column.
-    for link in opened.locator(".node").all():
-        assert opened.locator(link.get_attribute("href")).count() == 1
+    # Each link within the page leads to one place.
+    links = opened.locator("a[href^='#']").evaluate_all("each => each.map(one => one.getAttribute('href').slice(1))")
+    places = opened.locator("[id]").evaluate_all("each => each.map(one => one.id)")
+    assert len(places) == len({*places})
+    assert {*links} <= {*places}
+    assert opened.locator(".node:not([href])").count() == 0
 
 
 def test_search_filter_and_theme(tmp_path, shown):
     opened = shown(page(tmp_path, FLEET))
-    rows = opened.locator(".matrix tbody tr:not([data-out])")
-    assert rows.count() == 5
-    opened.get_by_role("button", name="only what is wrong").click()
-    assert rows.count() == 3
+    topics = opened.locator(".topics .entry:not([data-out])")
+    assert topics.count() == 3
+    assert opened.locator(".topics .more").text_content().startswith("2 not shown.")
     opened.get_by_label("Find topics").fill("fleet battery")
-    assert rows.count() == 1
-    assert re.fullmatch(r"\d+ of \d+ rows and findings are shown", opened.locator(".found").text_content())
-    # A link to what is filtered out shows it.
-    opened.evaluate("location.hash = document.querySelector('.finding[data-out]').id")
-    opened.wait_for_function("!document.querySelector('[data-out]')")
+    assert topics.count() == 1
+    assert re.fullmatch(r"\d+ of \d+ shown", opened.locator(".found").text_content())
+    opened.locator(".topics .more button").click()
+    assert topics.count() == 5
+    assert opened.locator("[data-out]").count() == 0
+    assert not opened.locator(".more").first.is_visible()
+    opened.get_by_role("button", name="only what is wrong").click()
+    assert topics.count() == 3
     before = opened.evaluate("getComputedStyle(document.body).backgroundColor")
     opened.get_by_role("button", name="Change between light and dark").click()
     assert opened.evaluate("getComputedStyle(document.body).backgroundColor") != before
-    opened.locator(".node.topic").first.focus()
+    opened.locator(".stage:visible .node.topic").first.focus()
     assert opened.locator(".dim").count() > 0
 
 
 def test_without_javascript_all_of_it_can_be_read(tmp_path, shown):
     text = page(tmp_path, FLEET)
     plain = shown(text, java_script_enabled=False)
-    assert not plain.locator(".tools").is_visible()
+    assert not any(each.is_visible() for each in plain.locator(".tools, .zoom, .more, .keys, button").all())
     for each in (
-        "Summary",
-        "Graph",
-        "Topics and participants",
         "Findings",
+        "Graph",
+        "Topics",
+        "Participants and bridges",
         "Requirements and guarantees",
         "Not checked",
     ):
-        assert plain.get_by_role("heading", name=each).is_visible()
-    assert plain.locator(".finding").count() > 3
+        assert plain.get_by_role("heading", name=each, exact=True).is_visible()
+    # Nothing is filtered out, and a click opens what is closed.
+    entries = plain.locator(".entry")
+    assert entries.count() == 18
+    for each in entries.all():
+        assert not each.locator(".opened").is_visible()
+        each.locator("summary").first.click()
+        assert each.locator(".opened").is_visible()
+    # The graph grows: choices need no script.
+    assert plain.locator(".stage").count() == 4
+    for number, name in enumerate(("errors", "+ warnings", "+ neighbours", "everything")):
+        plain.locator(".graph").get_by_text(name, exact=True).click()
+        assert [each.is_visible() for each in plain.locator(".stage").all()] == [at == number for at in range(4)]
+    plain.emulate_media(media="print")
+    assert plain.locator(".reasons").first.is_visible()
 
 
-@pytest.mark.parametrize("width", [360, 1280])
+@pytest.mark.parametrize("width", [320, 390, 1280])
 def test_no_page_is_wider_than_its_window(tmp_path, shown, width):
     long = "a/name/that/does/not/end/" * 6
     text = large(20, 100).replace("topic_017", f"{long}topic").replace("node_03", f"node_{'03_' * 40}")
     opened = shown(page(tmp_path, text), viewport={"width": width, "height": 900})
     assert opened.evaluate("document.documentElement.scrollWidth") == width
-    names = opened.locator(".matrix tbody th span")
-    assert {box["height"] for box in (names.nth(at).bounding_box() for at in range(2, 6))} == {
-        names.nth(3).bounding_box()["height"]
-    }
-    head = opened.locator(".matrix th.name span[title*='03_03']")
-    assert "…" in head.text_content()
-
-
-def test_the_heads_of_a_long_table_stay_in_view(tmp_path, shown):
-    opened = shown(page(tmp_path, large(20, 100)))
-    last = opened.locator(".matrix tbody th").last
-    last.scroll_into_view_if_needed()
-    head, frame = (
-        opened.locator(each).bounding_box() for each in (".matrix thead th >> nth=4", ".scroll:has(.matrix)")
-    )
-    assert abs(head["y"] - frame["y"]) < 2
-    assert last.bounding_box()["y"] > head["y"] + head["height"] - 2
-    assert frame["height"] < 900
+    open_all(opened)
+    assert opened.evaluate("document.documentElement.scrollWidth") == width
 
 
 def test_pairs_that_get_the_same_have_one_table(tmp_path):
@@ -152,8 +153,8 @@ def test_pairs_that_get_the_same_have_one_table(tmp_path):
         "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {s: {}, t: {}}}\n  b: {subscribes: {s: {}, t: {}}}\n"
     )
     written = page(tmp_path, text)
-    assert written.count('<section class="requirement"') == 1
-    assert "The same for <code>a/publisher/t → b/subscriber/t</code>" in written
+    assert written.count('class="entry requirement') == 1
+    assert re.search(r'The same for <code id="[\w-]+">a/publisher/t → b/subscriber/t</code>', written)
 
 
 def test_an_empty_part_promises_no_table(tmp_path):
@@ -207,8 +208,9 @@ def test_of_ten_thousand_endpoints_a_page_says_what_it_leaves_out(tmp_path):
     assert "<dd>10," in once
     assert len(once) < 2_000_000
     assert "3,500 topics not shown" in once
+    assert re.search(r"1,[89]\d\d participants not shown", once)
     assert "participants are not drawn" in once
-    assert re.search(r"[\d,]+ more findings are not listed here", once) or once.count('<section class="finding') < 200
+    assert re.search(r"[\d,]+ more findings are not listed here", once) or once.count('class="entry finding') < 200
 
 
 def test_several_systems_have_an_overview(tmp_path, shown):
@@ -218,8 +220,17 @@ def test_several_systems_have_an_overview(tmp_path, shown):
     done = run(["check", ".", "--format", "html"], tmp_path)
     opened = shown(done.out)
     rows = opened.locator("section", has_text="All systems").first.locator("tbody tr")
-    assert [each.split()[0] for each in rows.all_text_contents()] == ["robot-to-cloud✕", "fine✓"] or rows.count() == 2
-    assert opened.locator("article.system").count() == 2
+    assert [" ".join(each.split()) for each in rows.all_text_contents()] == [
+        "robot-to-cloud✕ incompatible",
+        "fine✓ compatible",
+    ]
+    assert [each.is_visible() for each in opened.locator("article.system").all()] == [True, False]
+    opened.get_by_role("button", name="everything", exact=True).click()
+    assert [each.is_visible() for each in opened.locator("article.system").all()] == [True, True]
+    # The graph of a system that was filtered out at first has a size, too.
+    second = opened.locator("article.system").last
+    second.get_by_role("button", name="Larger").click()
+    assert second.locator("output").text_content() == "125 %"
     ids = opened.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
     assert len(ids) == len({*ids})
 
@@ -265,10 +276,9 @@ def test_other_files_are_no_runs(tmp_path, text):
 
 SCREENS = {
     "report": (FLEET, "body", "light"),
-    "report-dark": (FLEET, "body", "dark"),
-    "report-finding": (FLEET, ".findings", "light"),
+    "report-finding": (FLEET, ".finding", "light"),
     "report-guarantees-dark": (FLEET, ".requirement", "dark"),
-    "report-large": (large(20, 100), "body", "light"),
+    "report-large": (large(20, 100), ".graph", "light"),
 }
 
 
@@ -277,6 +287,8 @@ def test_the_screens_of_the_docs(tmp_path, shown, name):
     """`CQOS_SCREENSHOTS=1` writes them there: pixels depend on the fonts of a machine."""
     text, where, theme = SCREENS[name]
     opened = shown(page(tmp_path, text), color_scheme=theme, viewport=WIDE)
+    for each in opened.locator(f"{where} > summary").all()[:1]:
+        each.click()
     opened.locator(where).first.evaluate("each => each.scrollIntoView({ block: 'start' })")
     folder = ROOT / "docs" / "img" if os.environ.get("CQOS_SCREENSHOTS") else tmp_path
     file = folder / f"{name}.png"

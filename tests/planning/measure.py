@@ -1,4 +1,4 @@
-"""Measures repairs of random systems, and suggestions for them: ``python -m tests.planning.measure``. docs/repair.md has its figures."""
+"""Measures repairs of random systems, and suggestions for them: ``python -m tests.planning.measure``. docs/benchmarks.md has its figures."""
 
 from __future__ import annotations
 

@@ -218,8 +218,9 @@ def test_a_pair_that_cannot_be_judged_does_not_end_the_stream(client):
         ["examples/smart_agriculture_incompatible.bpmn"],
         ["examples/mobile_robot.yaml", "--option", "ros2.rmw=zenoh", "--show", "notes"],
         ["examples/smart_agriculture.yaml", "examples/smart_agriculture.bpmn", "--each"],
+        ["examples/robot_workspace"],
     ],
-    ids=["one file", "with options", "each"],
+    ids=["one file", "with options", "each", "workspace"],
 )
 def test_the_command_prints_the_same_with_a_server(form, paths, service, capsysbinary, monkeypatch):
     monkeypatch.chdir(ROOT)

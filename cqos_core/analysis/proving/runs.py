@@ -401,14 +401,22 @@ def _refuses(finding: Finding, where: Context) -> bool:
     return of_pack and finding.severity is Severity.ERROR and finding.verdict is not Verdict.UNKNOWN
 
 
-def not_seen(trial: Trial, outcome: Outcome) -> list[tuple[str, str]]:
-    """Return code and message of each error about a pair that the middleware connects all the same.
+def not_seen(trial: Trial, outcome: Outcome, where: Context) -> list[tuple[str, str]]:
+    """Return code and message of each error about a pair that a run of it does not show.
 
     What is not guaranteed need not be lost in a run that is this short.
     """
     if trial.report.verdict is not Verdict.INCOMPATIBLE or not outcome.arrived:
         return []
-    return [(each.code, each.message) for each in trial.report.findings if each.verdict is Verdict.INCOMPATIBLE]
+    wrong = [each for each in trial.report.findings if each.verdict is Verdict.INCOMPATIBLE]
+    return [(each.code, each.message) for each in wrong if not _shows(each, trial.plan, outcome, where)]
+
+
+def _shows(finding: Finding, plan: Plan, outcome: Outcome, where: Context) -> bool:
+    """Whether a run breaks the guarantee that a finding says is not given."""
+    word = getattr(where.find_rule(finding.code), "guarantee", "")
+    whole = str(plan.early) if word == "late_join" else "yes"
+    return bool(word) and kept_by(word, whole, plan, outcome) is False
 
 
 def claims(report: PairReport, fault: Fault | None) -> dict[str, str]:

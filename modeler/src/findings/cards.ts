@@ -137,6 +137,6 @@ function fix(page: Page, view: View, finding: Finding, remedy: Remedy): HTMLElem
       page.diagram.edit(fresh);
       page.workspace.regions.announce(`${words}. Undo takes it back.`, 'info');
     }
-  }, { class: remedy === finding.remedies[0] ? 'fix-button primary' : 'fix-button' });
+  }, { class: remedy === finding.remedies.find((each) => !each.weakens) ? 'fix-button primary' : 'fix-button' });
   return make('div', { class: 'fix' }, apply, note);
 }

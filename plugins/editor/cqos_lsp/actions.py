@@ -34,7 +34,7 @@ def actions(
     *,
     notes: bool,
 ) -> list[CodeAction]:
-    """Return what fixes the findings that stand in a range, the best fix of each first.
+    """Return what fixes the findings that stand in a range, the smallest fix of each first.
 
     Args:
         analysis: of the text as it is.
@@ -50,10 +50,14 @@ def actions(
         if not _touches(finding, path, extent, analysis, units):
             continue
         fixed = [each for each in given if each.code == finding.code and each.message.startswith(finding.message)]
-        for number, remedy in enumerate(finding.remedies):
+        harmless = (
+            each for each in finding.remedies if not each.weakens and not each.breaks and each.kind != "needs_code"
+        )
+        best = next(harmless, None)
+        for remedy in finding.remedies:
             edit = _edit(remedy, analysis, units, uris)
             if edit is not None:
-                preferred = number == 0 and not remedy.weakens and not remedy.breaks and remedy.kind != "needs_code"
+                preferred = remedy is best
                 title = f"{finding.code}: {wording.fix(remedy)}"
                 found.append(CodeAction(title, CodeActionKind.QuickFix, fixed, is_preferred=preferred, edit=edit))
         found += _acceptance(finding, fixed, analysis, units, uris)

@@ -89,12 +89,12 @@ SERVER_KEEP_ALIVE: Final = Policy(
     "server_keep_alive",
     Seconds(65_535),
     "infinite",
-    "The longest keep alive that it allows; it takes the place of a longer one of a client of 5.0.",
-    "MQTT 5.0, 3.2.2.3.14",
+    "The longest keep alive that it allows; it takes the place of a longer one of a client of 5.0. 0 turns the keep alive of all clients "
+    "of 5.0 off.",
+    "MQTT 5.0, 3.2.2.3.14 and 3.1.2.10",
     level="broker",
     aliases=("max_keepalive",),
-    words={"off": "infinite"},
-    zero="off",
+    words={"off": "0s"},
     stronger="lower",
 )
 BROKER_RECEIVE_MAXIMUM: Final = Policy(

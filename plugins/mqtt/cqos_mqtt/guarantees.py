@@ -22,7 +22,6 @@ from cqos_core.packs import (
     offered,
     publisher,
     requested,
-    stated,
     subscriber,
     topic,
 )
@@ -93,7 +92,9 @@ WAITS_LONG_ENOUGH: Final = define(
 # running it.
 PINGS_EVERY: Final = define("pings_every", least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE)))
 PINGS: Final = define(
-    "pings", (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
+    "pings",
+    ((publisher(KEEP_ALIVE) < "infinite") & (in_3_1_1(publisher) | (broker(SERVER_KEEP_ALIVE) > "0s")))
+    | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite") & (broker(SERVER_KEEP_ALIVE) > "0s")),
 )
 # The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
 # session cuts the delay short. The
@@ -353,16 +354,15 @@ ABSENCE_AND_TIME: Final = (
         | (
             (offered(EXPIRY) <= MAX_AGE)
             & (OLDEST <= MAX_AGE)
-            & define(
-                "oldest_taken_in_time",
-                ~stated(requested(TAKEN_EVERY)) | (OLDEST + requested(TAKEN_EVERY) <= MAX_AGE),
-            )
+            # No expiry ends a message that has left the broker: it waits in the client until its program takes it.
+            & define("oldest_taken_in_time", OLDEST + requested(TAKEN_EVERY) <= MAX_AGE)
         ),
         code="MQTT502",
         name="age-too-long",
         because="messages may wait in the broker until they expire and until its clock shows it, and then for the program to take them",
         clause="MQTT 5.0, MQTT-3.3.2-5; C-QoS, Mosquitto by running it",
-        help="state `expiry_delay` of the broker: how much later than their expiry it still delivers messages",
+        help="state `expiry_delay` of the broker, how much later than their expiry it still delivers messages, and `taken_every` of the "
+        "subscription",
         fixes=("message_expiry_interval",),
     ),
     gives(

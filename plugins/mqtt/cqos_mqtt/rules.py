@@ -33,6 +33,7 @@ from cqos_mqtt.broker_policies import (
     BROKER_PACKET_SIZE,
     GRANTED_QOS,
     IDENTIFIER_AVAILABLE,
+    IMPLEMENTATION,
     INFLIGHT,
     MAXIMUM_QOS,
     NEWEST,
@@ -40,12 +41,14 @@ from cqos_mqtt.broker_policies import (
     QUEUED,
     QUEUED_BYTES,
     RETAIN_AVAILABLE,
+    SERVER_KEEP_ALIVE,
     SHARED_AVAILABLE,
     UPGRADES,
     WILDCARD_AVAILABLE,
 )
 from cqos_mqtt.conditions import IMPLIED, in_3_1_1, keeps_session
 from cqos_mqtt.connection_policies import (
+    KEEP_ALIVE,
     PACKET_SIZE,
     RECEIVE_MAXIMUM,
 )
@@ -251,6 +254,19 @@ CAPABILITIES: Final = (
         because="the broker refuses the connection, because it does not speak the version",
         clause="MQTT 3.1.1, MQTT-3.1.2-2; MQTT 5.0, MQTT-3.1.2-2",
         severity="error",
+    ),
+    forbids(
+        in_3_1_1(participant)
+        & (broker(IMPLEMENTATION) == "mosquitto")
+        & (broker(SERVER_KEEP_ALIVE) > "0s")
+        & (participant(KEEP_ALIVE) > broker(SERVER_KEEP_ALIVE)),
+        code="MQTT214",
+        name="keep-alive-above-limit",
+        says="{endpoint} speaks MQTT 3.1.1 with keep alive {keep_alive}, and the broker allows at most {server_keep_alive}",
+        because="the broker cannot tell a client of 3.1.1 another keep alive: Mosquitto refuses the connection since 2.0.12",
+        clause="Mosquitto, ChangeLog of 2.0.12, and mosquitto.conf(5), max_keepalive",
+        fixes=("keep_alive", "server_keep_alive"),
+        help="let the client ping at least so often, or raise the limit of the broker",
     ),
 )
 

@@ -25,16 +25,19 @@ KEPT = {"clean_start": False, "session_expiry_interval": 3600, "stores_session":
 WHERE = context(())
 
 
-def system(publication, subscription, publisher=None, subscriber=None):
+def system(publication, subscription, publisher=None, subscriber=None, heard=None, **broker):
     own = {
         "cqos": 1,
         "protocol": "mqtt",
         "options": {"mqtt": {"protocol_version": "5.0"}},
-        "brokers": {"main": {"profile": "mosquitto", "persistence": True}},
+        "brokers": {"main": {"profile": "mosquitto", "persistence": True, **broker}},
         "topics": {"t": {"period": "1s"}},
         "participants": {
             "p": {"client": publisher or {}, "publishes": {"t": publication}},
-            "s": {"client": subscriber or {}, "subscribes": {"t": {"taken_every": "0ms", **subscription}}},
+            "s": {
+                "client": subscriber or {},
+                "subscribes": {"t": {"taken_every": "0ms", **subscription}, **(heard or {})},
+            },
         },
     }
     return named(read(json.dumps(own).encode(), importer="yaml"), WHERE)
@@ -71,6 +74,16 @@ def test_a_counterexample_is_read_back_in_words():
 
 
 @asks
+@pytest.mark.parametrize(("server", "holds"), [("infinite", True), ("0", False)])
+def test_the_model_sends_no_will_where_the_broker_turns_keep_alive_off(server, holds):
+    client, needs = {"keep_alive": 10, "will": {"topic": "gone", "qos": 1}}, {"liveness": "30s"}
+    own = system({"qos": 1}, {"qos": 1, "needs": needs}, client, heard={"gone": {"qos": 1}}, server_keep_alive=server)
+    trial, outcome = ask(own)
+    assert outcome.answers["liveness"] is holds
+    assert disagreements(trial, outcome, WHERE) == []
+
+
+@asks
 def test_a_retained_message_of_qos_0_is_lost_at_a_break():
     """The fact behind MQTT330: the session goes on, and its client need not subscribe again."""
     _, outcome = ask(system({"qos": 1, "retain": True}, {"qos": 0}, KEPT, KEPT), Fault("link_outage", 2.0))
@@ -99,6 +112,17 @@ def test_spin_reads_what_convert_writes(tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert "9 never claims" in done.stdout
+
+
+def test_pairs_that_the_model_cannot_show_are_left_out():
+    one = {"client_id": "one"}
+    exported = write(system({"qos": 1}, {"qos": 1}, one, one), ExportContext(WHERE.find_pack))
+    assert exported.expressed == 0
+    assert "has the id `one` of another client" in exported.notes[0]
+    client = {"will": {"topic": "gone"}}
+    exported = write(system({}, {}, client, heard={"gone": {}}), ExportContext(WHERE.find_pack))
+    assert exported.expressed == 1
+    assert "a Will is published by the broker" in exported.notes[0]
 
 
 def test_what_is_no_mqtt_is_left_out():

@@ -4,10 +4,13 @@ import asyncio
 
 import pytest
 
-from cqos_core.analysis.proving import End, NotRunnableError, Plan
+from cqos_core.analysis.proving import End, NotRunnableError, Outcome, Plan
+from cqos_core.analysis.proving.runs import not_seen, prepare
+from cqos_core.api import read as read_system
+from cqos_core.matching.pipeline import context
 from cqos_mqtt.prove import packets
 from cqos_mqtt.prove.mosquitto import program
-from cqos_mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection
+from cqos_mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection, ensure_runnable
 
 
 @pytest.mark.parametrize("value", [0, 1, 127, 128, 16_383, 16_384, 2_097_151, 2_097_152, 268_435_455])
@@ -72,6 +75,7 @@ def test_values_of_a_broker_become_its_configuration():
         ("shared_subscription_available", "false"),
         ("autosave_interval", "each_message"),
         ("maximum_packet_size", "10"),
+        ("server_keep_alive", "0s"),
         ("session_expiry_interval", "90s"),
     ],
 )
@@ -92,6 +96,51 @@ def test_a_client_connects_with_what_is_stated():
         "publisher",
     )
     assert (own.five, own.clean, own.client_id, own.keep_alive, own.will) == (False, False, "x", 0, None)
+
+
+ONE_ID = """
+cqos: 1
+protocol: mqtt
+participants:
+  server: {client: {client_id: server}, publishes: {news: {qos: 1}}}
+  first: {client: {client_id: window}, subscribes: {news: {qos: 1}}}
+  second: {client: {client_id: window}, subscribes: {news: {qos: 1}}, publishes: {old: {}}}
+  third: {client: {client_id: other}, subscribes: {news: {qos: 1}, old: {}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("publisher", "subscriber", "named"),
+    [
+        ("server/publisher/news", "first/subscriber/news", "first/subscriber/news"),
+        ("second/publisher/old", "third/subscriber/old", "second/publisher/old"),
+        ("server/publisher/news", "third/subscriber/news", None),
+    ],
+)
+def test_clients_with_one_id_are_not_run(publisher, subscriber, named):
+    """A run starts one of them, so it would contradict MQTT410."""
+    where = context()
+    plan = prepare(read_system(ONE_ID.encode(), importer="yaml"), publisher, subscriber, where, "mosquitto").plan
+    if named is None:
+        ensure_runnable(plan)
+        return
+    with pytest.raises(NotRunnableError, match=f"`{named}` has the id `window`"):
+        ensure_runnable(plan)
+
+
+@pytest.mark.parametrize(("arrived", "codes"), [(range(1, 20), []), (range(20), ["MQTT101"])])
+def test_a_loss_in_a_run_shows_the_need_that_is_not_met(arrived, codes):
+    own = """
+cqos: 1
+protocol: mqtt
+participants:
+  p: {publishes: {t: {qos: 0}}}
+  s: {subscribes: {t: {needs: {loss_free: true}}}}
+"""
+    where = context()
+    trial = prepare(read_system(own.encode(), importer="yaml"), "p/publisher/t", "s/subscriber/t", where, "mosquitto")
+    outcome = Outcome("Mosquitto", (), matched=True, sent=tuple(range(20)), arrived=tuple(arrived))
+    assert [code for code, _ in not_seen(trial, outcome, where)] == codes
 
 
 @pytest.mark.skipif(program() is None, reason="Mosquitto is not installed: apt-get install mosquitto")

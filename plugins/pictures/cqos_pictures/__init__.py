@@ -18,5 +18,5 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 @hookimpl
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     """Register the HTML page."""
-    summary = "one HTML file with graph, topics, guarantees and findings"
+    summary = "one HTML file with findings, graph, topics and guarantees"
     register(FormatterInfo("html", summary, "cqos_pictures.page:render_html", gives_way=True))

@@ -18,7 +18,8 @@ _LETTER: Final = 7.0
 _SMALL: Final = 5.9
 _WIDEST: Final = 26  # letters of a name in a box
 _HEIGHT: Final = {"participant": 38.0, "bridge": 38.0, "topic": 26.0}
-_ROOM: Final = {"participant": 54.0, "bridge": 54.0, "topic": 38.0}
+_ROOM: Final = {"participant": 54.0, "bridge": 54.0, "topic": 42.0}
+_TOUCHED: Final = 40.0  # a finger needs so much
 _GAP: Final = 84.0
 _NARROW: Final = 52.0  # between columns, if there are many
 _MANY: Final = 8
@@ -82,8 +83,6 @@ def drawn(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
         "lines": sorted(curves, key=lambda each: (each["rank"], each["path"])),
         "nodes": boxes,
         "many": not named,
-        "left_out": list(graph.left_out),
-        "with_topics": any(node.kind == "topic" for node in graph.nodes),
     }
 
 
@@ -117,6 +116,8 @@ def _box(
         "target": targets.get(node.key, ""),
         "x": _px(x),
         "y": _px(y - height / 2),
+        "touch_y": _px(y - _TOUCHED / 2),
+        "touched": _px(_TOUCHED),
         "width": _px(width),
         "height": _px(height),
         "round": "13" if node.kind == "topic" else "5",

@@ -3,55 +3,74 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.formatters import wording
+from cqos_core.formatters.causes import causes, places_of, same_cause
+from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
+from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
-from cqos_pictures.words import some, spoken
+from cqos_pictures.graph import is_wrong
+from cqos_pictures.words import some, spoken, state
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.formatters.causes import Cause
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Finding, Remedy, Report, Severity
     from cqos_core.model.style import Style
+    from cqos_pictures.anchors import Anchors
+    from cqos_pictures.graph import Key, Usage
 
-MOST_FINDINGS: Final = 200
+_MOST_FINDINGS: Final = 200
 _MOST_FIXED: Final = 60  # findings: for each fix its file is read again
 _MOST_EXCERPTS: Final = 6
 _LONGEST: Final = 240
 
 
+class FindingLink(NamedTuple):
+    """A finding as other parts of the page name it; ``target`` is the link to it."""
+
+    severity: Severity
+    code: str
+    rule: str
+    target: str
+
+
 class Findings:
-    """Prepares the findings of one report; each has a number, which is its anchor."""
+    """Prepares the findings of one report."""
 
-    def __init__(self, report: Report, style: Style, first: int) -> None:
-        """Take the worst findings, up to `MOST_FINDINGS`; ``first`` is the number of the first of them."""
-        self.all = report.findings
-        shown = sorted(report.findings, key=lambda each: (each.accepted is not None, each.severity.rank))
-        self.shown = shown[:MOST_FINDINGS]
+    def __init__(self, report: Report, style: Style, anchors: Anchors) -> None:
+        """Take the worst findings; the rest is counted."""
+        # In the order of the report, so that findings with one fingerprint keep their anchors when others are accepted.
+        found = [(each, anchors.give("finding", each.code, fingerprint(each))) for each in report.findings]
+        found.sort(key=lambda each: (each[0].accepted is not None, each[0].severity.rank))
+        self._shown = found[:_MOST_FINDINGS]
         self._style = style
-        self._places = Places(self.shown, style.sources)
+        self._places = Places([each for each, _ in self._shown], style.sources)
         self._texts: dict[str, list[str]] = {}
-        self.anchors = {id(each): f"f{number}" for number, each in enumerate(self.shown, first)}
 
-    def of_topic(self) -> dict[str, list[tuple[Severity, str]]]:
-        """Return severity and anchor of the findings about each topic."""
-        found: dict[str, list[tuple[Severity, str]]] = {}
-        for each in self.shown:
-            for topic in (each.topic, *each.more_topics):
-                if topic is not None and each.accepted is None:
-                    found.setdefault(topic, []).append((each.severity, self.anchors[id(each)]))
-        return found
+    def links(self, used: Usage) -> dict[Key, list[FindingLink]]:
+        """Return the findings about each topic and owner that nobody accepted."""
+        return grouped(
+            (key, FindingLink(each.severity, each.code, each.name, f"#{anchor}"))
+            for each, anchor in self._shown
+            if each.accepted is None
+            for key in used.named(each)
+        )
 
-    def data(self) -> list[dict[str, Any]]:
-        """Return all of them."""
-        return [self._finding(each, number) for number, each in enumerate(self.shown)]
+    def data(self, own: Mapping[Key, str]) -> list[dict[str, Any]]:
+        """Return all of them; ``own`` has the anchors of topics."""
+        return [
+            {"anchor": anchor, **self._finding(each, number, own)} for number, (each, anchor) in enumerate(self._shown)
+        ]
 
-    def _finding(self, finding: Finding, number: int) -> dict[str, Any]:
+    def _finding(self, finding: Finding, number: int, own: Mapping[Key, str]) -> dict[str, Any]:
         style = self._style
         topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
         linked = style.documentation.startswith(("https://", "http://"))
@@ -59,28 +78,41 @@ class Findings:
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
         helps = wording.helps(replace(finding, remedies=tuple(plain)))
-        notes = [spoken(each) for each in (*_notes(finding), *finding.notes)]
+        notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
+        because = [] if finding.because in finding.message else spoken(finding.because)
+        excerpts = list(self._excerpts(finding))
         return {
-            "anchor": self.anchors[id(finding)],
+            "state": state(wrong=is_wrong(finding)),
+            "place": self._position(finding),
             "severity": finding.severity.value,
             "code": finding.code,
             "name": finding.name,
             "link": f"{style.documentation.rstrip('/')}/rules/{finding.code}" if linked else "",
             "message": spoken(finding.message),
             "accepted": finding.accepted or "",
-            "excerpts": list(self._excerpts(finding)),
+            "excerpts": excerpts,
+            "has_excerpts": bool(excerpts),
             "helps": [spoken(each) for each in helps],
             "diffs": [each for each in changes if each],
             "notes": notes,
             "has_notes": bool(notes),
-            "because": [] if finding.because in finding.message else spoken(finding.because),
+            "because": because,
             "clause": finding.clause,
-            "topics": some(topics, 6),
-            "topics_word": "" if not topics else "Topic" if len(topics) == 1 else "Topics",
+            "reason_word": "Reason" if because else "Clause" if finding.clause else "",
+            "has_fixes": bool(helps or any(changes)),
+            "topics": [
+                {"topic": topic, "target": f"#{own['topic', topic]}" if ("topic", topic) in own else ""}
+                for topic in some(topics, 6)
+            ],
             "pairs": count,
-            "has_about": bool(topics or count),
         }
+
+    def _position(self, finding: Finding) -> str:
+        """Return file and line of a finding, else its topic."""
+        if finding.place is None:
+            return finding.topic or ""
+        return wording.position(replace(self._places.exact(finding.place), column=None))
 
     def _excerpts(self, finding: Finding) -> Iterator[dict[str, Any]]:
         """Yield lines of sources with everything in them that the finding points at."""
@@ -121,6 +153,23 @@ class Findings:
             return []
         pieces = [{"marked": False, "text": text[line - 1].rstrip("\r").replace("\t", "    ")[:_LONGEST]}]
         return [{"number": line, "hit": False, "pieces": pieces, "labels": []}]
+
+    @cached_property
+    def _causes(self) -> dict[int, Cause]:
+        return {
+            id(each): cause
+            for cause in causes([each for each, _ in self._shown], self._style)
+            for each in cause.findings
+        }
+
+    def _same_cause(self, finding: Finding) -> Iterator[str]:
+        """Yield which other findings have the same cause; all but the first name only the first."""
+        cause = self._causes[id(finding)]
+        if finding is not cause.first:
+            where = places_of([cause.first], self._places)
+            yield f"the same cause as {cause.first.code} {where}".rstrip()
+        elif cause.more:
+            yield same_cause(cause, self._places)
 
     def _text(self, source: str) -> list[str]:
         if source not in self._texts:

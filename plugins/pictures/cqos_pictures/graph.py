@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import field
-from itertools import product
+from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.model.report import Report, Verdict
+    from cqos_core.model.report import Finding, Report
     from cqos_pictures.picture_parts import Picture, PicturedEnd
 
 MOST_TOPICS: Final = 24
@@ -23,6 +23,13 @@ _MOST_LINES: Final = 240
 
 Key = tuple[str, str]
 """Kind and name of a node: ``participant``, ``bridge`` or ``topic``."""
+_Loud = tuple[int, Severity]
+"""The number of a finding in its report, with its severity."""
+_NONE: Final = frozenset[_Loud]()
+_LOUD: Final[Mapping[Verdict | None, Severity]] = {
+    Verdict.INCOMPATIBLE: Severity.ERROR,
+    Verdict.UNKNOWN: Severity.WARNING,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +80,9 @@ class Usage:
         roles: of an owner on a topic; ``ends`` has every endpoint by its id.
         verdicts: the worst, by owner and topic, and by owner, topic and role.
         owners, topics: with the worst verdict of each, in the order of their names.
+        wrong: owners and topics with a verdict other than compatible, and those that an error or a warning names; the
+            severity is that of the worst.
+        sends, takes: the errors and warnings that name an owner or a topic where samples leave it, and where they arrive.
     """
 
     ends: Mapping[str, PicturedEnd]
@@ -81,7 +91,9 @@ class Usage:
     owners: dict[Key, Verdict | None] = field(default_factory=dict)
     topics: dict[str, Verdict | None] = field(default_factory=dict)
     protocols: dict[Key, set[str]] = field(default_factory=dict)
-    counts: Counter[Key] = field(default_factory=Counter)
+    wrong: dict[Key, Severity] = field(default_factory=dict)
+    sends: dict[Key, set[_Loud]] = field(default_factory=dict)
+    takes: dict[Key, set[_Loud]] = field(default_factory=dict)
 
     def note(self, end: PicturedEnd, topic: str, verdict: Verdict | None) -> None:
         """Count one endpoint on one topic, with the worst verdict of its pairs there."""
@@ -92,7 +104,28 @@ class Usage:
         self.owners[owner] = worse(self.owners.get(owner), verdict)
         self.topics[topic] = worse(self.topics.get(topic), verdict)
         self.protocols.setdefault(owner, set()).add(end.protocol)
-        self.counts[owner] += 1
+
+    def note_finding(self, finding: Finding, loud: _Loud) -> None:
+        """Remember on which lines the ends are that a finding names."""
+        for end in self._ends_of(finding):
+            way = (owner_of(end), ("topic", end.topic))
+            source, target = way if end.role == PUBLISHER else way[::-1]
+            self.sends.setdefault(source, set()).add(loud)
+            self.takes.setdefault(target, set()).add(loud)
+
+    def named(self, finding: Finding) -> list[Key]:
+        """Return the owners and topics that a finding is about, each once."""
+        ends = self._ends_of(finding)
+        members = [member for side in finding.sides for member in side.members]
+        owners = [owner_of(end) for end in ends]
+        owners += [(kind, member) for member in members for kind in ("participant", "bridge")]
+        topics = [finding.topic, *finding.more_topics, *(end.topic for end in ends)]
+        found = [key for key in owners if key in self.owners]
+        found += [("topic", topic) for topic in topics if topic in self.topics]
+        return [*dict.fromkeys(found)]
+
+    def _ends_of(self, finding: Finding) -> list[PicturedEnd]:
+        return [self.ends[member] for side in finding.sides for member in side.members if member in self.ends]
 
 
 def owner_of(end: PicturedEnd) -> Key:
@@ -107,10 +140,11 @@ def worse(one: Verdict | None, other: Verdict | None) -> Verdict | None:
 
 def ranked(found: Mapping[str, Verdict | None] | Mapping[Key, Verdict | None]) -> list[tuple[object, Verdict | None]]:
     """Return what was found, the worst first, then by name."""
-    return sorted(found.items(), key=lambda each: (-_rank(each[1]), each[0]))
+    return sorted(found.items(), key=lambda each: (-rank(each[1]), each[0]))
 
 
-def _rank(verdict: Verdict | None) -> int:
+def rank(verdict: Verdict | None) -> int:
+    """Return how bad a verdict is; None is less than all."""
     return -1 if verdict is None else verdict.rank
 
 
@@ -126,13 +160,25 @@ def usage(report: Report, picture: Picture) -> Usage:
     for end in picture.ends:
         if end.id not in paired:
             found.note(end, end.topic, None)
+    judged = (*found.owners.items(), *((("topic", name), verdict) for name, verdict in found.topics.items()))
+    named = [(key, _LOUD[verdict]) for key, verdict in judged if verdict in _LOUD]
+    for number, finding in enumerate(report.findings):
+        if is_wrong(finding):
+            found.note_finding(finding, (number, finding.severity))
+            named += [(key, finding.severity) for key in found.named(finding)]
+    found.wrong |= sorted(named, key=lambda each: -each[1].rank)
     return found
+
+
+def is_wrong(finding: Finding) -> bool:
+    """Whether a finding is an error or a warning that nobody accepted."""
+    return finding.accepted is None and finding.severity is not Severity.NOTE
 
 
 def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> DrawnGraph:
     """Return the graph of a system, bounded: its worst owners, and topics as nodes if they are few."""
     used = used or usage(report, picture)
-    owners = sorted(used.owners, key=lambda each: (-_rank(used.owners[each]), -used.counts[each], each))
+    owners = list(dict.fromkeys((*_partners(report, used), *sorted(used.owners))))
     kept = dict.fromkeys(sorted(owners[:_MOST_OWNERS]))
     left_out = [f"{len(owners) - _MOST_OWNERS} participants are not drawn"] if len(owners) > _MOST_OWNERS else []
     nodes = [_node(each, used, picture) for each in kept]
@@ -140,7 +186,7 @@ def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Dra
         nodes += [DrawnNode("topic", name, "", verdict) for name, verdict in sorted(used.topics.items())]
         lines = list(_lines_over_topics(used, kept))
     else:
-        lines = sorted(_lines_between(report, used, kept), key=lambda each: (-_rank(each.verdict), -len(each.topics)))
+        lines = sorted(_lines_between(report, used, kept), key=lambda each: (-rank(each.verdict), -len(each.topics)))
     joined = {end for line in lines[:_MOST_LINES] for end in (line.source, line.target)}
     if left_out:
         alone = [node for node in nodes if node.key not in joined]
@@ -150,6 +196,46 @@ def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Dra
         left_out.append(f"{len(lines) - _MOST_LINES} connections are not drawn")
     lines = sorted(lines[:_MOST_LINES], key=lambda each: (each.source, each.target))
     return DrawnGraph(tuple(nodes), tuple(lines), tuple(left_out))
+
+
+def _partners(report: Report, used: Usage) -> Iterator[Key]:
+    """Yield owners, those of the worst pairs first, and both ends of a pair together."""
+    for group in sorted(report.groups, key=lambda each: -rank(each.verdict)):
+        for pair in zip_longest(group.publishers, group.subscribers):
+            yield from (owner_of(used.ends[name]) for name in pair if name in used.ends)
+
+
+def stages(graph: DrawnGraph, used: Usage) -> list[tuple[str, DrawnGraph]]:
+    """Return the graph as it grows, each stage with its name: what has errors, warnings too, neighbours too, everything."""
+    loud = _wrong_part(graph, used, {Severity.ERROR})
+    wrong = _wrong_part(graph, used, {*_LOUD.values()})
+    core = {node.key for node in wrong.nodes}
+    beside = [line for line in graph.lines if line.source in core or line.target in core]
+    near = _part(graph, core | _ends(beside), beside)
+    grown = [("errors", loud), ("warnings", wrong), ("neighbours", near)]
+    # A stage without a node is no choice, and neither is one that adds nothing to the one before, or lacks nothing.
+    parts = [_part(graph, (), ()), *(part for _, part in grown)]
+    kept = [each for each, before in zip(grown, parts, strict=False) if each[1] not in (before, graph)]
+    return [*kept, ("everything", graph)] if graph.nodes else []
+
+
+def _wrong_part(graph: DrawnGraph, used: Usage, severities: set[Severity]) -> DrawnGraph:
+    """Return the nodes and lines with such verdicts, and those that findings of such severities name."""
+    lines = []
+    for line in graph.lines:
+        found = {each[1] for each in used.sends.get(line.source, _NONE) & used.takes.get(line.target, _NONE)}
+        if _LOUD.get(line.verdict) in severities or found & severities:
+            lines.append(line)
+    named = {key for key, severity in used.wrong.items() if severity in severities}
+    return _part(graph, named | _ends(lines), lines)
+
+
+def _part(graph: DrawnGraph, keys: Container[Key], lines: Sequence[Line]) -> DrawnGraph:
+    return DrawnGraph(tuple(node for node in graph.nodes if node.key in keys), tuple(lines), graph.left_out)
+
+
+def _ends(lines: Iterable[Line]) -> set[Key]:
+    return {end for line in lines for end in (line.source, line.target)}
 
 
 def _node(owner: Key, used: Usage, picture: Picture) -> DrawnNode:

@@ -1,30 +1,31 @@
-"""``--format html``: one file that needs nothing else, with a picture of each system, its topics, findings and guarantees."""
+"""``--format html``: one file that needs nothing else, with the findings, a picture, topics and guarantees of each system."""
 
 from __future__ import annotations
 
 import hashlib
 from base64 import b64encode
-from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_pictures import tables
+from cqos_pictures.anchors import Anchors, scopes
 from cqos_pictures.drawing import drawn
-from cqos_pictures.findings import MOST_FINDINGS, Findings
-from cqos_pictures.graph import graph_of, usage
+from cqos_pictures.findings import Findings
+from cqos_pictures.graph import graph_of, is_wrong, stages, usage
 from cqos_pictures.picture import picture_of
 from cqos_pictures.picture_parts import Picture, PicturedEnd
 from cqos_pictures.template import data_file, rendered
-from cqos_pictures.words import WORDS, counted, some, spoken, symbol
+from cqos_pictures.topics import listed, owner_entries, topic_entries
+from cqos_pictures.words import counted, some, spoken, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.report import Report
     from cqos_core.model.style import Style
-    from cqos_pictures.graph import Key
+    from cqos_pictures.graph import DrawnGraph, Key, Usage
 
 _MOST_SYSTEMS: Final = 20
 _BAR: Final = 600
@@ -33,8 +34,8 @@ _BAR: Final = 600
 def render_html(report: Report, style: Style) -> str:
     """Return a page with everything of the report that a person can take in; what is left out is counted."""
     parts = sorted(report.parts or (report,), key=lambda each: -each.verdict.rank)
-    numbers = count(1)
-    systems = [_system(each, style, numbers) for each in parts[:_MOST_SYSTEMS]]
+    scope = scopes(parts)
+    systems = [_system(each, style, Anchors(scope[id(each)])) for each in parts[:_MOST_SYSTEMS]]
     name = wording.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
     sheet, script = data_file("style.css"), data_file("script.js")
     values = {
@@ -46,6 +47,7 @@ def render_html(report: Report, style: Style) -> str:
         "systems": systems,
         "more_systems": _listed(parts[_MOST_SYSTEMS:]),
         "single": not report.parts,
+        "wrong": any(map(_is_wrong, parts)),
         "style_hash": _hash(sheet),
         "script_hash": _hash(script),
     }
@@ -56,6 +58,10 @@ def render_html(report: Report, style: Style) -> str:
 
 def _hash(text: str) -> str:
     return b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _is_wrong(report: Report) -> bool:
+    return report.verdict is not Verdict.COMPATIBLE or any(map(is_wrong, report.findings))
 
 
 def _head(report: Report) -> dict[str, Any]:
@@ -80,62 +86,87 @@ def _head(report: Report) -> dict[str, Any]:
 
 
 def _tiles(report: Report) -> Iterator[dict[str, str]]:
-    counts = [(report.topics, "topic"), (report.endpoints, "endpoint"), (report.pair_count, "pair")]
-    counts += [(report.count(severity), severity.value) for severity in Severity]
-    accepted = sum(finding.accepted is not None for finding in report.findings)
+    counts = [(number, severity.value) for severity in Severity if (number := report.count(severity))]
+    counts += [(report.topics, "topic"), (report.endpoints, "endpoint"), (report.pair_count, "pair")]
     for number, noun in counts:
-        kind = noun if noun in {*Severity} and number else "plain"
+        kind = noun if noun in {*Severity} else "plain"
         yield {"count": f"{number:,}", "noun": noun if number == 1 else f"{noun}s", "kind": kind}
-    if accepted:
+    if accepted := sum(finding.accepted is not None for finding in report.findings):
         yield {"count": f"{accepted:,}", "noun": "accepted", "kind": "plain"}
 
 
 def _listed(reports: list[Report]) -> list[dict[str, str]]:
-    return [{"name": wording.heading(each), "verdict": each.verdict.value} for each in reports]
+    return [
+        {"name": wording.heading(each), "verdict": each.verdict.value, "state": state(wrong=_is_wrong(each))}
+        for each in reports
+    ]
 
 
-def _system(report: Report, style: Style, numbers: Iterator[int]) -> dict[str, Any]:
+def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
     """Return the data of one system."""
     checked = style.checked(report)
     picture = picture_of(report, *checked) if checked else _from_ids(report)
     used = usage(report, picture)
-    # Owners and topics are pointed at by anchors, since names may hold anything.
-    anchors: dict[Key, str] = {owner: f"p{next(numbers)}" for owner in sorted(used.owners)}
-    anchors |= {("topic", topic): f"t{next(numbers)}" for topic in sorted(used.topics)}
-    findings = Findings(report, style, next(numbers) * (MOST_FINDINGS + 1))
-    table = tables.matrix(report, used, anchors, findings.of_topic())
-    shown = {each["anchor"] for each in (*table["rows"], *table["columns"])}
     graph = graph_of(report, picture, used)
-    required = tables.requirements(picture)
-    data = findings.data()
+    own = {key: anchors.give(*key) for key in listed(used, {node.key for node in graph.nodes})}
+    findings = Findings(report, style, anchors)
+    required = tables.requirements(picture, anchors)
+    data = findings.data(own)
+    links = findings.links(used)
+    anchor = anchors.give("system", report.system)
+    drawings = _stages(graph, used, own, anchor)
+    topics = topic_entries(report, used, own, anchors, links)
+    owners = owner_entries(used, own, links)
     return {
-        "anchor": f"s{next(numbers)}",
+        "anchor": anchor,
         "name": wording.heading(report) or "system",
+        "state": state(wrong=_is_wrong(report)),
         "sources": some(report.sources, 12),
         "partial": report.partial,
         "unmatched": report.unmatched,
         "assumed": [*wording.assumed(report)],
         "not_checked": [spoken(each) for each in report.not_checked],
         **_head(report),
-        "graph": drawn(graph, {key: f"#{name}" for key, name in anchors.items() if name in shown}),
+        "graph": drawings,
         "has_graph": bool(graph.nodes),
-        "has_matrix": bool(table["rows"]),
-        "matrix": table,
+        "topics": topics,
+        "has_topics": bool(topics["entries"]),
+        "owners": owners,
+        "bridged": any(kind == "bridge" for kind, _ in used.owners),
+        "has_owners": bool(owners["entries"]),
         "findings": data,
-        "finding_count": len(report.findings),
+        "findings_many": len(data) > 1,
         "findings_left": f"{len(report.findings) - len(data):,}" if len(report.findings) > len(data) else "",
-        "severities": [
-            {"severity": severity.value, "count": number}
-            for severity in Severity
-            if (number := sum(each.severity is severity for each in findings.shown))
-        ],
         "required": required,
         "states_needs": (stated := any(path.needs for path in picture.paths)),
         "shows_kinds": bool(required) and not stated,
         "paths_left": counted(picture.left_out, "pair") if picture.left_out else "",
         "runs": tables.runs(picture),
         "has_runs": bool(picture.runs),
-        "verdict_word": WORDS[report.verdict],
+    }
+
+
+def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) -> dict[str, Any]:
+    """Return the drawings of a graph as it grows; without a node there is none."""
+    targets = {key: f"#{name}" for key, name in own.items()}
+    found = [
+        {
+            **drawn(part, targets),
+            "number": number,
+            "stage": name,
+            "step": name if name == "everything" or not number else f"+ {name}",
+            "first": not number,
+            "marker": f"{anchor}-{number}",
+        }
+        for number, (name, part) in enumerate(stages(graph, used))
+    ]
+    kinds = {node.kind for node in graph.nodes}
+    return {
+        "stages": found,
+        "grows": len(found) > 1,
+        "topic_nodes": "topic" in kinds,
+        "bridge_nodes": "bridge" in kinds,
+        "left_out": list(graph.left_out),
     }
 
 

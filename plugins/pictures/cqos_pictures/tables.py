@@ -1,109 +1,45 @@
-"""Tables of the page: topics and participants, requirements hop by hop, guarantees under faults, recorded runs."""
+"""Tables of the page: requirements hop by hop, guarantees under faults, recorded runs."""
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.proofs import timeline
 from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity
+from cqos_core.model.report import Verdict
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
-from cqos_pictures.drawing import short
-from cqos_pictures.graph import ranked
-from cqos_pictures.words import WORDS, counted, some, symbol
+from cqos_pictures.graph import rank
+from cqos_pictures.words import WORDS, some, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.model.report import Guarantee, Report
-    from cqos_pictures.graph import Key, Usage
+    from cqos_core.model.report import Guarantee
+    from cqos_pictures.anchors import Anchors
     from cqos_pictures.picture_parts import Picture, RequirementPath
 
-MOST_ROWS: Final = 200
-MOST_COLUMNS: Final = 40
-_ARROWS: Final = {"publisher": "▲", "subscriber": "▼"}
-_VERBS: Final = {"publisher": "publishes", "subscriber": "subscribes"}
 _MOST_LINES: Final = 60
 _MOST_CODES: Final = 4
 
 
-def matrix(
-    report: Report, used: Usage, anchors: Mapping[Key, str], findings: Mapping[str, list[tuple[Severity, str]]]
-) -> dict[str, Any]:
-    """Return topics as rows and owners of endpoints as columns, the worst first; ``findings`` are those of topics."""
-    topics = [str(name) for name, _ in ranked(used.topics)]
-    by_rank = sorted(used.owners, key=lambda each: (-used.counts[each], each))
-    columns = sorted(by_rank[:MOST_COLUMNS], key=lambda each: (each[0] == "bridge", each[1]))
-    pairs = Counter[str]()
-    for group in report.groups:
-        pairs[group.topic] += group.pairs
-    rows = []
-    for topic in topics[:MOST_ROWS]:
-        verdict = used.topics[topic]
-        about = findings.get(topic, [])
-        counts = [
-            {"severity": severity.value, "count": len(found), "many": len(found) > 1, "target": f"#{found[0]}"}
-            for severity in Severity
-            if (found := [anchor for each, anchor in about if each is severity])
-        ]
-        rows.append(
-            {
-                "topic": topic,
-                "anchor": anchors.get(("topic", topic), ""),
-                "verdict": WORDS[verdict],
-                "symbol": symbol(verdict),
-                "pairs": f"{pairs[topic]:,}",
-                "counts": counts,
-                "cells": [_cell(used, owner, topic) for owner in columns],
-            }
-        )
-    return {
-        "columns": [
-            {"kind": kind, "name": name, "short": short(name), "anchor": anchors[kind, name]} for kind, name in columns
-        ],
-        "rows": rows,
-        "left_out": [
-            f"{counted(len(found) - most, noun)} not shown"
-            for found, most, noun in ((topics, MOST_ROWS, "topic"), (by_rank, MOST_COLUMNS, "participant"))
-            if len(found) > most
-        ],
-    }
-
-
-def _cell(used: Usage, owner: Key, topic: str) -> dict[str, Any]:
-    roles = [role for role in _ARROWS if role in used.roles.get((owner, topic), ())]
-    parts = [
-        {
-            "arrow": _ARROWS[role],
-            "says": f"{_VERBS[role]}, {WORDS[used.verdicts[owner, topic, role]]}",
-            "verdict": WORDS[used.verdicts[owner, topic, role]],
-            "mark": symbol(used.verdicts[owner, topic, role]),
-        }
-        for role in roles
-    ]
-    return {"parts": parts}
-
-
-def requirements(picture: Picture) -> list[dict[str, Any]]:
+def requirements(picture: Picture, anchors: Anchors) -> list[dict[str, Any]]:
     """Return pairs with what their subscribers require and get, over every hop; pairs that get the same together."""
     found: dict[str, dict[str, Any]] = {}
     for path in picture.paths:
         data = _requirement(path)
         if data is None:
             continue
+        anchor = anchors.give("guarantees", "", path.publisher, path.subscriber)
         key = (
             repr((data["verdict"], data["table"], data["faults"], data["proofs"], data["reasons"]))
             + str(path) * data["path"]
         )
         if key in found:
-            found[key]["others"].append(f"{path.publisher} → {path.subscriber}")
+            found[key]["others"].append({"anchor": anchor, "pair": f"{path.publisher} → {path.subscriber}"})
             found[key]["has_others"] = True
         else:
-            found[key] = data
-    for data in found.values():
-        data["others"] = some(data["others"], 12)
+            found[key] = {**data, "anchor": anchor}
     return list(found.values())
 
 
@@ -121,6 +57,7 @@ def _requirement(path: RequirementPath) -> dict[str, Any] | None:
         "needs": [{"word": word, "limit": _limit(text)} for word, text in path.needs.items()],
         "has_needs": bool(path.needs),
         "path": bool(hops),
+        "state": state(wrong=rank(pair.verdict) > 0),
         "verdict": WORDS[pair.verdict],
         "symbol": symbol(pair.verdict),
         "steps": list(_steps(path)),
@@ -205,6 +142,7 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
         "topic": run["topic"],
         "on": run["on"],
         "fault": f"{fault['kind'].replace('_', ' ')} of {fault['seconds']:g} s" if fault else "no fault",
+        "state": state(wrong=run["verdict"] != Verdict.COMPATIBLE or not run["agrees"]),
         "verdict": run["verdict"],
         "fixes": run["fixes"],
         "matched": "connected" if run["matched"] else "not connected",

@@ -24,6 +24,11 @@ def symbol(verdict: Verdict | None) -> str:
     return _SYMBOLS[WORDS[verdict]]
 
 
+def state(*, wrong: bool) -> str:
+    """Return what the filter of the page reads of an entry."""
+    return "wrong" if wrong else "fine"
+
+
 def counted(number: int, noun: str) -> str:
     """Return ``1 topic`` or ``1,200 topics``."""
     return plural(number, noun) if number < 1000 else f"{number:,} {noun}s"  # noqa: PLR2004

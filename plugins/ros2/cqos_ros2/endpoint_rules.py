@@ -299,4 +299,15 @@ ENDPOINTS: Final = (
         because="XRCE does not carry the lifespan to the agent, so samples never expire",
         clause="rmw_microxrcedds",
     ),
+    forbids(
+        (RMW == "zenoh") & (stated(DEADLINE) | stated(LEASE)),
+        code="ROS326",
+        name="no-events-on-zenoh",
+        says="{endpoint} states a deadline or a lease: on rmw_zenoh its callback keeps the node from starting, or is never called",
+        because="rmw_zenoh watches neither deadlines nor liveliness. Before 0.1.9 (Humble), 0.2.10 (Jazzy), 0.6.7 (Kilted) and 0.10.3 "
+        "(Rolling) rclcpp and rclpy throw when a node sets a callback for such an event; since then they take it and never call it",
+        clause="rmw_zenoh 161 and 934",
+        severity="note",
+        help="watch for silence with a timer of the node",
+    ),
 )

@@ -34,6 +34,7 @@ from cqos_core.packs import (
     total,
 )
 from cqos_ros2.endpoint_rules import CONCEPT, ENDPOINTS
+from cqos_ros2.guarantee_terms import RECOVERED, RELIABLE
 from cqos_ros2.names import HIDDEN, ILLEGAL, REPEATED_UNDERSCORE
 from cqos_ros2.policies import (
     ACCUMULATED,
@@ -58,6 +59,7 @@ from cqos_ros2.policies import (
     RECORDED_FORM,
     RELIABILITY,
     RMW,
+    SIZE,
     SOLE_PUBLISHER,
     TOPIC_NAME,
     TOPIC_TYPE,
@@ -123,6 +125,8 @@ def replays(side: Callable[[Policy], Term]) -> Condition:
 
 
 SHALLOWER: Final = define("shallower", requested(DEPTH) < offered(DEPTH))
+BATCH: Final = 65_535
+"""Bytes that rmw_zenoh sends at once (`transport/link/tx/batch_size`); a larger sample is sent in several parts."""
 
 PAIRS: Final = (
     forbids(
@@ -156,6 +160,19 @@ PAIRS: Final = (
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
         fixes=("depth",),
+    ),
+    forbids(
+        BOTH_ON_ZENOH & RELIABLE & ~RECOVERED & (offered(HISTORY) == "keep_last") & (topic(SIZE) > BATCH),
+        code="ROS210",
+        name="large-samples-dropped-by-zenoh",
+        says="{publisher} is reliable with history keep_last, and samples of {size} bytes take several parts: where a link does not take "
+        "them in time, Zenoh drops the sample",
+        because="rmw_zenoh lets only publishers with keep_all wait for a link. For others it drops a sample once a part of it has waited too "
+        "long, and the publisher gets no report",
+        clause="rmw_zenoh, rmw_publisher_data.cpp; rmw_zenoh 543, 547 and 696",
+        severity="note",
+        fixes=("offered history",),
+        help="let the publisher keep all, or make both ends transient_local, which ask again for what they missed",
     ),
     forbids(
         (requested(DEPTH) * subscriber(BRIDGE_CACHE) < total(offered(DEPTH), replays(offered)))

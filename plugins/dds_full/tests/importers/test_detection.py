@@ -46,6 +46,66 @@ def test_the_first_elements_decide(text, expected, encoding):
     assert [name for name, claimed in claims.items() if claimed] == ([expected] if expected else [])
 
 
+CYCLONE = '<CycloneDDS xmlns="https://cdds.io/config"><Domain Id="any"/></CycloneDDS>'
+
+
+@pytest.mark.parametrize(
+    ("text", "claimed"),
+    [
+        (CYCLONE, True),
+        ("<CycloneDDS/>", True),
+        ("<CycloneDDS><Domain/></CycloneDDS>", True),
+        ("<cyclonedds>\n</cyclonedds>", True),  # Cyclone DDS does not distinguish capitals
+        ("<c:CycloneDDS xmlns:c='https://cdds.io/config'/>", True),
+        ('<?xml version="1.0" encoding="UTF-8" ?>\n' + CYCLONE, True),
+        ("<!-- the lab -->\n" + CYCLONE, True),
+        ("<!-- <dds> was here, <profiles> too -->\n" + CYCLONE, True),
+        ("\n  " + CYCLONE, True),
+        ("<CycloneDDSSettings/>", False),
+        ("<settings><CycloneDDS/></settings>", False),
+        ("<!-- <CycloneDDS/> --><robot/>", False),
+        ("the file <CycloneDDS> is explained here", False),
+        (FAST, False),
+        (OMG, False),
+        ("", False),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_configurations_of_cyclone_dds_are_claimed_by_their_root(text, claimed, encoding):
+    head = text.encode(encoding)
+    importers = [load_plugins().importers[name] for name in ("cyclonedds_xml", "cyclonedds")]
+    assert [each.load_claim()("x.xml", head) for each in importers] == [claimed, claimed]
+    others = [each for each in load_plugins().importers.values() if each not in importers]
+    assert not claimed or [each.name for each in others if each.load_claim()("x.xml", head)] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "claimed"),
+    [
+        (FAST, True),
+        ("<profiles><data_reader profile_name='a'/></profiles>", True),
+        ("<!-- <dds><qos_library/></dds> is the form of others -->\n" + FAST, True),
+        ("<?xml version='1.0'?><!-- a --><?style x?>" + FAST, True),
+        ("<!-- <profiles><data_reader profile_name='a'/></profiles> --><robot/>", False),
+        ("<!-- --> the <profiles><data_reader profile_name='a'/> of others", False),
+        ("<robot><profiles><data_reader profile_name='a'/></profiles></robot>", False),
+        (OMG, False),
+    ],
+)
+def test_both_packs_claim_the_same_profiles_of_fast_dds(text, claimed):
+    importers = [load_plugins().importers[name] for name in ("fastdds_xml", "fastdds")]
+    assert [each.load_claim()("x.xml", text.encode()) for each in importers] == [claimed, claimed]
+
+
+@pytest.mark.parametrize(
+    ("beside", "expected"), [((), "cyclonedds_xml"), (("ros2",), "cyclonedds"), (("dds",), "cyclonedds_xml")]
+)
+def test_the_protocol_of_other_files_decides_who_reads_a_configuration(beside, expected):
+    source = Source("cyclonedds.xml", CYCLONE.encode())
+    assert depends_on_others(source)
+    assert recognise(source, load_plugins(), beside=beside).name == expected
+
+
 def test_a_file_with_many_types_before_its_profiles_is_read_all_the_same():
     types = "".join(f'<struct name="S{number}"><member name="a" type="int32"/></struct>' for number in range(2000))
     text = f'<dds><types>{types}</types><profiles><data_writer profile_name="w"><qos/></data_writer></profiles></dds>'

@@ -11,6 +11,7 @@ from cqos_core.files.exporting import Exported
 from cqos_core.matching.pipeline import Context
 from cqos_core.packs.proving import NotRunnableError
 from cqos_mqtt.promela.constants import body, of_pair, words
+from cqos_mqtt.prove.runner import ensure_runnable
 
 if TYPE_CHECKING:
     from cqos_core.files.exporting import ExportContext
@@ -42,6 +43,7 @@ def write(system: System, context: ExportContext) -> Exported:
             continue
         try:
             plan = prepare(system, publisher, subscriber, where, "spin").plan
+            ensure_runnable(plan)
         except NotRunnableError as error:
             notes[f"{shown} are left out: {error}"] = None
             continue

@@ -79,7 +79,7 @@ def _directive(name: str, value: str) -> tuple[str, tuple[str, ...], str] | None
         return None if seconds is None else (names[0], names, f"{-(-seconds // 3600)}h")
     if name == "server_keep_alive":
         seconds = _seconds(value)
-        return None if seconds is None else (names[0], names, str(seconds))
+        return None if not seconds else (names[0], names, str(seconds))
     if value == "unlimited":
         return names[-1], names, "0"
     return names[0], names, value

@@ -302,6 +302,11 @@ def _flag(text: str) -> str:
     return text
 
 
+def _keep_alive(text: str) -> str:
+    """Read seconds; 0 sets no limit, which Mosquitto takes since 2.0.13."""
+    return "infinite" if text == "0" else _number(10, 65_535)(text)
+
+
 def _period(text: str) -> str:
     number, unit = text[:-1], text[-1:]
     if not number.isdecimal() or unit not in _UNITS or int(number) == 0:
@@ -323,7 +328,7 @@ _DIRECTIVES: Final = {
     "queue_qos0_messages": ("queue_qos0_messages", _flag),
     "max_packet_size": ("maximum_packet_size", _number(20, 268_435_456)),
     "message_size_limit": ("maximum_packet_size", _number(0, 268_435_456, 0)),
-    "max_keepalive": ("server_keep_alive", _number(10, 65_535)),
+    "max_keepalive": ("server_keep_alive", _keep_alive),
     **dict.fromkeys(("persistence", "retained_persistence"), ("persistence", _flag)),
     "persistent_client_expiration": ("session_expiry_interval", _period),
     "max_queued_bytes": ("max_queued_bytes", _number(0, LONGEST, 0)),

@@ -195,7 +195,8 @@ def _will(plan: Plan) -> dict[str, object]:
     pings = _milliseconds(known(of_connection.KEEP_ALIVE, values))
     delay = 0
     if five:
-        pings = min(pings, _milliseconds(known(of_broker.SERVER_KEEP_ALIVE, broker)))
+        allowed_pings = _milliseconds(known(of_broker.SERVER_KEEP_ALIVE, broker))
+        pings = min(pings, allowed_pings) if allowed_pings else ENDLESS  # 0 turns them off
         delay = min(
             _milliseconds(known(each, values)) for each in (of_connection.WILL_DELAY, of_connection.SESSION_EXPIRY)
         )

@@ -12,9 +12,8 @@ from types import MappingProxyType
 from typing import Final
 
 from cqos_core.analysis.proving import FAULTS, Event, NotRunnableError, Outcome, Plan
-from cqos_mqtt import endpoint_policies as of
 from cqos_mqtt.promela.constants import MESSAGES, Scene, model, needs_of, scenes
-from cqos_mqtt.prove.runner import known
+from cqos_mqtt.prove.runner import ensure_runnable
 
 _DEPTHS: Final = (80, 120, 160, 220, 300)
 """Bounds of the search for a shorter counterexample, once there is one."""
@@ -89,8 +88,7 @@ class Spin:
         """
         if missing := self.missing():
             raise NotRunnableError(missing)
-        if known(of.IS_WILL, plan.publisher.values):
-            raise NotRunnableError("a Will is published by the broker, so the model sends no samples on it")
+        ensure_runnable(plan)
         answers: dict[str, bool] = {}
         events: list[Event] = []
         fault = "connected" if plan.fault is None else plan.fault.kind

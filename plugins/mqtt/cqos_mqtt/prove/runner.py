@@ -38,6 +38,7 @@ _LATER: Final = 0.1
 _ENDED: Final = 3
 """Ends of a connection, with no fault injected, after which the broker does not want what it is sent."""
 _SMALLEST: Final = 20
+_SHORTEST: Final = 10
 _HOUR: Final = 3600 * _SECOND
 _FIXED: Final = (
     (of_broker.WILDCARD_AVAILABLE, 1),
@@ -69,6 +70,7 @@ class Mosquittos:
         """
         if missing := self.missing():
             raise NotRunnableError(missing)
+        ensure_runnable(plan)
         return asyncio.run(_Run(plan, report).run())
 
 
@@ -82,6 +84,25 @@ def known(policy: Policy, values: Mapping[str, str]) -> Plain | None:
         return None
     meaning = policy.words.get(policy.word(text), text)
     return policy.domain.parse(meaning) if isinstance(meaning, str) else None
+
+
+def ensure_runnable(plan: Plan) -> None:
+    """Refuse a pair of which neither a run nor a model of its two clients shows what happens.
+
+    Raises:
+        NotRunnableError: it is such a pair; the text says why.
+    """
+    if known(of.IS_WILL, plan.publisher.values):
+        raise NotRunnableError(
+            "a Will is published by the broker and not by its client, so no samples can be sent on it"
+        )
+    for end in (plan.publisher, plan.subscriber):
+        if known(of_connection.SAME_ID, end.participant):
+            raise NotRunnableError(
+                f"the client of `{end.id}` has the id `{end.participant[of_connection.CLIENT_ID.name]}` of another client of the "
+                "broker, so each ends the connection of the other (MQTT410). A run starts one client for each end and cannot "
+                "show that; give each client an id of its own"
+            )
 
 
 def _number(policy: Policy, values: Mapping[str, str]) -> int | None:
@@ -109,11 +130,16 @@ def configuration(values: Mapping[str, str]) -> list[str]:
                 f"{policy.domain.format(only)}"
             )
     size, kept = _number(of_broker.BROKER_PACKET_SIZE, values), _number(of_broker.BROKER_SESSION_EXPIRY, values)
+    pings = _seconds(of_broker.SERVER_KEEP_ALIVE, values)
     saves, saved = known(of_broker.AUTOSAVE, values) is not None, _seconds(of_broker.AUTOSAVE, values)
     for is_wrong, why in (
         (
             size is not None and size < _SMALLEST,
             f"Mosquitto takes no maximum_packet_size below {_SMALLEST}, got {size}",
+        ),
+        (
+            pings is not None and pings < _SHORTEST,
+            f"Mosquitto takes no server_keep_alive below {_SHORTEST} s, got {pings} s",
         ),
         (saves and saved == 0, "Mosquitto does not save each message before it acknowledges it (autosave_interval)"),
         (
@@ -129,7 +155,7 @@ def configuration(values: Mapping[str, str]) -> list[str]:
         **{name: "true" if known(policy, values) else "false" for name, policy in _FLAGS.items()},
         **{name: _number(policy, values) or 0 for name, policy in limited.items()},
         "max_packet_size": size,
-        "max_keepalive": _seconds(of_broker.SERVER_KEEP_ALIVE, values),
+        "max_keepalive": pings,
         "autosave_interval": saved or 0 if saves else None,
         "persistent_client_expiration": None if kept is None else f"{kept // _HOUR}h",
     }
@@ -206,10 +232,6 @@ class _Run:
     """One run of one plan."""
 
     def __init__(self, plan: Plan, report: Callable[[Event], None]) -> None:
-        if known(of.IS_WILL, plan.publisher.values):
-            raise NotRunnableError(
-                "a Will is published by the broker and not by its client, so no samples can be sent on it"
-            )
         self.plan, self.report = plan, report
         self.began = self.last = time.monotonic()
         self.events: list[Event] = []

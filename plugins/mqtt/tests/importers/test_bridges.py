@@ -1,5 +1,6 @@
 """The bridges that people have: parameters of mqtt_client, and connections of Mosquitto."""
 
+import json
 import shutil
 import subprocess
 
@@ -296,6 +297,31 @@ def test_a_broker_that_does_not_know_the_bridge_sends_everything_back(more, back
     system, bridge = carried("topic t both 1", *more)
     assert ("MQTT943" in {each.code for each in system.notes}) == back
     assert bridge.carries == (("own",) if back else ())
+
+
+@pytest.mark.parametrize(
+    ("topics", "back"),
+    [
+        (("topic t both",), ["t"]),
+        (("topic t out", "topic t in"), ["t"]),
+        (("topic t out",), None),
+        (("topic t out", "topic u in"), None),
+        (("topic # out", "topic t/+ in"), ["t/+"]),
+        (("topic t/# out", "topic +/a in"), ["t/a"]),
+        # Under another name it comes back as another topic.
+        (('topic t out 0 "" far/', "topic t in"), None),
+        (("topic t both 0 here/ far/",), ["here/t"]),
+        (("topic t out 0 here/ far/", 'topic here/t in 0 "" far/'), None),
+        (("topic t out 0 a/ x/", "topic b/t in 0 a/ x/"), None),
+        (("topic b/t out 0 a/ x/", "topic t in 0 a/b/ x/b/"), ["a/b/t"]),
+    ],
+)
+def test_what_a_broker_sends_back_is_named(topics, back):
+    system, bridge = carried(*topics, "try_private false")
+    here = {name: each.settings.get("brings_back") for name, each in system.participants.items()}
+    assert [json.loads(each.text) for each in here.values() if each is not None] == ([] if back is None else [back])
+    assert [name for name, each in here.items() if each is not None] == ([] if back is None else [bridge.id])
+    assert [each.code for each in system.notes].count("MQTT943") == (0 if back is None else len(back))
 
 
 def test_states_of_bridges_are_published_on_both_brokers():

@@ -289,6 +289,11 @@ def test_a_missing_acl_file_is_reported(tmp_path):
         ("persistence yes", 10),
         ("max_queued_messages -1", 10),
         ("persistent_client_expiration 2x", 10),
+        ("persistent_client_expiration 0d", 10),
+        ("persistent_client_expiration 0h", 10),
+        ("persistent_client_expiration d", 10),
+        ("max_keepalive 9", 10),
+        ("max_keepalive 65536", 10),
         ("autosave_interval 30min", 10),
     ],
 )
@@ -298,6 +303,14 @@ def test_what_mosquitto_refuses_is_a_located_error(tmp_path, line, number):
     with pytest.raises(InputError) as raised:
         read(str(path))
     assert [(each.code, each.place.line) for each in raised.value.problems] == [("MQTT940", number)]
+
+
+@pytest.mark.parametrize(("text", "limit"), [("0", "infinite"), ("10", "10"), ("65535", "65535")])
+def test_a_keep_alive_of_0_is_no_limit_of_mosquitto(text, limit):
+    """Mosquitto 2.0.13 and later; the Server Keep Alive of the standard is another thing: MQTT507."""
+    system = read(f"max_keepalive {text}\n".encode(), importer="mosquitto")
+    (broker,) = system.brokers.values()
+    assert settings(broker)["server_keep_alive"] == limit
 
 
 def test_a_limit_below_a_connection_is_of_the_broker(tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 from xml.sax.saxutils import escape, quoteattr
 
 from cqos_core.files.exporting import ExportContext, Exported, Judged
@@ -15,7 +15,10 @@ from cqos_ros2.exporters.code import comment_text, identifier, values_of
 from cqos_ros2.exporters.order import followers
 from cqos_ros2.exporters.rclpy import imports, profile_arguments
 from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
-from cqos_ros2.policies import DEADLINE
+from cqos_ros2.policies import DEADLINE, RMW
+
+if TYPE_CHECKING:
+    from cqos_core.resolving.resolved import Resolved
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)/(msg|srv|action)/([A-Za-z]\w*)")
 _STAND_INS: Final = {
@@ -39,6 +42,7 @@ class _Part:
         name: of its attribute and methods.
         kind: ``publisher``, ``subscription``, ``service_server``, …
         period: between two samples in seconds; None where none is stated.
+        events: for which the node has callbacks.
     """
 
     id: str
@@ -48,6 +52,7 @@ class _Part:
     type: str
     values: Mapping[str, Value]
     period: float | None = None
+    events: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -112,7 +117,16 @@ def _add(each: Judged, system: System, nodes: dict[str, _Node], modules: set[str
     values = values_of(each, part, notes) if not kind.startswith("action") else {}
     name = identifier(topic, node.taken)
     period = _period(system, endpoint.topic) if kind == "publisher" else None
-    node.parts.append(_Part(each.endpoint.id, name, kind, topic, type_name, values, period))
+    events = tuple(event for event, policy in _EVENTS.items() if policy in values)
+    if events and _on_zenoh(part):
+        notes[f"`{each.id}`: no callback for {' and '.join(events)}: rmw_zenoh calls none (ROS326)"] = None
+        events = ()
+    node.parts.append(_Part(each.endpoint.id, name, kind, topic, type_name, values, period, events))
+
+
+def _on_zenoh(part: Resolved) -> bool:
+    index = part.pack.find("option", RMW.name)
+    return index is not None and part.profile.values[index] == RMW.domain.parse("zenoh")
 
 
 def _period(system: System, topic: str | None) -> float | None:
@@ -192,7 +206,7 @@ def _created(part: _Part) -> list[str]:
             else f"create_client({type_name}, {topic}"
         )
         return [f"        self.{part.name} = self.{call}, qos_profile={profile})"]
-    events = [f"{event}=self.on_{event}" for event, policy in _EVENTS.items() if policy in part.values]
+    events = [f"{event}=self.on_{event}" for event in part.events]
     events.append("incompatible_qos=self.on_incompatible_qos")
     if kind == "publisher":
         lines = [

@@ -21,12 +21,12 @@ def recording(name: str, head: bytes) -> tuple[str, str] | None:
 
 def parameters(name: str, head: bytes) -> tuple[str, str] | None:
     """Say what parameters without overrides, launch files and lists of topics are."""
-    del name
     if _PARAMETERS.search(head):
         what = "these are parameters of ROS 2 nodes without `qos_overrides`, so there is no QoS in them to check"
-        return what, "check what the nodes do: a system file, or `ros2 topic info --verbose` of a running system"
+        return what, "`cqos check FOLDER --launch FILE` reads them with the launch file that gives them to nodes"
     if _LAUNCH.search(head):
-        return "this is a launch file, which names no QoS", "check the system that it starts, with its parameter files"
+        what = "this is a launch file, which names no quality of service itself"
+        return what, f"`cqos check FOLDER --launch {name}` checks what it starts, with the packages in FOLDER"
     lines = [line.strip() for line in head.splitlines() if line.strip()]
     if lines and all(_LIST.fullmatch(line) for line in lines):
         advice = "`ros2 topic info --verbose TOPIC` prints the QoS of its endpoints"

@@ -36,8 +36,12 @@ _QUEUE: Final = _key("queue_size")
 _BRIDGED: Final = _key("topics|services|actions", _TOP)
 _NODL: Final = _key("nodl_version", "")
 _DOMAINS: Final = _key("from_domain|to_domain")
-_ROOT: Final = regular_expression(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
-_CYCLONE: Final = regular_expression(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(?i:CycloneDDS)(?=[\s>/])")
+# What may stand before the first element; possessive, so that the time is linear whatever stands there.
+_PROLOG: Final = regular_expression(
+    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"
+)
+_ROOT: Final = regular_expression(rb"<(?:[^\s<>/!?:]+:)?(?:dds|profiles)(?=[\s>/])")
+_CYCLONE: Final = regular_expression(rb"<(?:[^\s<>/!?:]+:)?(?i:CycloneDDS)(?=[\s>/])")
 _OMG: Final = regular_expression(
     rb"<(?:[^\s<>/!?:]+:)?(?:qos_profile|(?:qos|domain|(?:domain_)?participant|application)_library)[\s>/]"
 )
@@ -104,16 +108,23 @@ def claims_ros2_model(name: str, head: bytes) -> bool:  # noqa: ARG001 - the sig
 
 def claims_fastdds(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether these are XML profiles of Fast DDS; ``dds`` with libraries is the form of the OMG."""
-    text = head.replace(b"\0", b"")  # UTF-16 becomes readable enough
-    if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or _OMG.search(text):
+    text, root = _xml(head)
+    if _ROOT.match(text, root) is None or _OMG.search(text, root):
         return False
-    return _ROOT.match(text) is not None and _PROFILES.search(text) is not None
+    return _PROFILES.search(text, root) is not None
 
 
 def claims_cyclonedds(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is a configuration of Cyclone DDS."""
+    text, root = _xml(head)
+    return _CYCLONE.match(text, root) is not None
+
+
+def _xml(head: bytes) -> tuple[bytes, int]:
+    """Return the text, UTF-16 made readable enough, and where its first element begins."""
     text = head.replace(b"\0", b"")
-    return text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") and _CYCLONE.match(text) is not None
+    found = _PROLOG.match(text)
+    return text, found.end() if found else 0
 
 
 def _yaml(name: str, head: bytes) -> str:

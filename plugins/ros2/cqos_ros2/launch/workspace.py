@@ -7,7 +7,7 @@ import posixpath
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.ignoring import GENERATED
 from cqos_core.files.opening import read_path
@@ -16,6 +16,9 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 LARGEST_FILE: Final = 2 * 1024 * 1024
 """How many bytes a launch or parameter file may have."""
@@ -40,6 +43,10 @@ _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 PACKAGE_PATH: Final = re.compile(r"\$\(find-pkg-(?:share|prefix) ([^()]+)\)(?:/(.*))?", re.DOTALL)
 
 
+def _content(path: str) -> bytes:
+    return read_path(path).data
+
+
 @dataclass(slots=True)
 class Workspace:
     """A workspace.
@@ -53,6 +60,7 @@ class Workspace:
         unreadable: package files that cannot be read.
         skipped: folders that cannot be read, and links that lead out of the workspace.
         cut: the search stopped at the largest number of folders.
+        open: returns the content of a file.
     """
 
     root: str
@@ -63,6 +71,7 @@ class Workspace:
     unreadable: list[Unknown] = field(default_factory=list)
     skipped: list[Skipped] = field(default_factory=list)
     cut: bool = False
+    open: Callable[[str], bytes] = _content
     _files: dict[str, dict[str, list[str]]] = field(default_factory=dict)
 
     def passed_over(self) -> list[tuple[Unknown, str]]:
@@ -131,12 +140,13 @@ class Workspace:
                 return Unknown(f"`{path[:120]}` is no file", place)
             if not self.holds(path):
                 return Unknown(f"`{path[:120]}` is outside of the workspace", place)
-            data = read_path(path, LARGEST_FILE + 1).data
+            if os.path.getsize(path) > LARGEST_FILE:  # noqa: PTH202
+                return Unknown(f"the file has more than {LARGEST_FILE // 1024**2} MiB", Place(path))
+            return self.open(path)
         except InputError as error:
             return Unknown(error.problems[0].message, error.problems[0].place)
-        if len(data) > LARGEST_FILE:
-            return Unknown(f"the file has more than {LARGEST_FILE // 1024**2} MiB", Place(path))
-        return data
+        except OSError as error:
+            return Unknown(f"cannot be read: {error.strerror or error}", Place(path))
 
     def files_of(self, package: str) -> dict[str, list[str]]:
         """Return the files of a package by their names."""

@@ -278,11 +278,11 @@ def _constant(text: str, walk: Walk) -> Any:
     cls = program.find_class(of, around.place.source, around.name) if last != text else None
     if cls is not None and last in cls.initial:
         return _initial_once(cls, last, Instance(cls), walk)
-    module = walk.frame.function.name
     stated = []
     for name, value, file in program.constants.get(last, []):
+        # A function inside another one has no module in its name.
         fitting = (
-            module.startswith(f"{name.rpartition('.')[0]}.")
+            file == around.place.source or around.name.startswith(f"{name.rpartition('.')[0]}.")
             if program.language == "python" and text == last
             else fits(name, text)
         )

@@ -115,8 +115,21 @@ def open_receiver(receiver: Any, name: str, place: Place, walk: Walk) -> None:
         return
     of_library = receiver.cls is None and receiver.node is None
     cause = f"`{name[:60]}` may change it"
-    if of_library or (walk.program.language == "python" and unread_bases(receiver.cls, walk)):
+    unread = walk.program.language == "python" and unread_bases(receiver.cls, walk)
+    if of_library or (unread and not _is_of_node(receiver.cls, name, walk)):
         open_objects([receiver], cause, place, walk)
+
+
+def _is_of_node(cls: Class | None, name: str, walk: Walk) -> bool:
+    """Whether a method is one of a node, which stands before all bases that were not read, so that these do not replace it."""
+    if not walk.table.is_listed("of_node", name):
+        return False
+    for each in lineage(cls, walk):
+        unread = unread_bases(each, walk)
+        before = next((base for base in each.bases if base in unread or walk.table.node_class(base) is not None), "")
+        if before in unread:
+            return False
+    return True
 
 
 def unread_bases(cls: Class | None, walk: Walk) -> list[str]:

@@ -92,13 +92,7 @@ def read_package(name: str, workspace: Workspace, tables: dict[str, Table], pars
         NoParserError: it has sources in C++, and their parser is not installed.
     """
     present = frozenset(path for paths in workspace.files_of(name).values() for path in paths)
-    package = Package(name, workspace.packages[name], present=present)
-    for path in files(name, workspace):
-        last = posixpath.basename(path)
-        if last in {"CMakeLists.txt", "setup.py", "setup.cfg"}:
-            data = workspace.read(path, None)
-            if not isinstance(data, Unknown):
-                _installed(last, data, posixpath.dirname(os.path.relpath(path, package.folder)), package.executables)
+    package = Package(name, workspace.packages[name], executables=executables_of(name, workspace), present=present)
     others = dependencies(name, workspace)
     for language, table in tables.items():
         endings = _endings(table)
@@ -115,6 +109,18 @@ def read_package(name: str, workspace: Workspace, tables: dict[str, Table], pars
         package.own |= {path for path in files(name, workspace) if path.endswith(endings)}
         package.gaps += own.gaps
     return package
+
+
+def executables_of(name: str, workspace: Workspace) -> Executables:
+    """Return the programs that a package installs."""
+    found = Executables()
+    for path in files(name, workspace):
+        last = posixpath.basename(path)
+        if last in {"CMakeLists.txt", "setup.py", "setup.cfg"}:
+            data = workspace.read(path, None)
+            if not isinstance(data, Unknown):
+                _installed(last, data, posixpath.dirname(os.path.relpath(path, workspace.packages[name])), found)
+    return found
 
 
 def _endings(table: Table) -> tuple[str, ...]:

@@ -369,6 +369,7 @@ class Program:
         names_set: names that functions set, by the identity of the function.
         qualities: constants that are qualities of service, with their files; None before something asked for them.
         changing: functions that may change a constant, by its name and file.
+        parts: what stands in functions of Python, by the identity of the function, for `aliasing`.
         holding: whether members of classes have a quality of service, by the identity of the class and their names.
     """
 
@@ -397,6 +398,7 @@ class Program:
     qualities: list[tuple[str, str]] | None = None
     holding: dict[tuple[int, str], bool] = field(default_factory=dict)
     changing: dict[tuple[str, str], list[Function]] = field(default_factory=dict)
+    parts: dict[int, Any] = field(default_factory=dict)
 
     def add(self, other: Program) -> None:
         """Take what the files of a package that this one depends on define."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
+from cqos_ros2.learn.aliasing import changes, holding, seen_from
 from cqos_ros2.learn.frames import Walk, lineage
 from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.profiles import forget, is_profile
@@ -102,23 +103,35 @@ def changed_in(full: str, file: str, walk: Walk) -> Function | None:
     program, key = walk.program, (full, file)
     if key not in program.changing:
         functions = {id(each): each for found in program.functions.values() for each in found}.values()
-        mentioning = (each for each in functions if each.mentions((last_part(full).encode(),)))
-        program.changing[key] = [each for each in mentioning if _changes(each, full, file, walk)]
+        if program.language == "cpp":
+            mentioning = (each for each in functions if each.mentions((last_part(full).encode(),)))
+            program.changing[key] = [each for each in mentioning if _changes(each, full, file, walk)]
+        else:
+            names = holding(full, walk)
+            program.changing[key] = [each for each in functions if _changes_any(each, names, walk)]
     return next((each for each in program.changing[key] if id(each) not in walk.executed), None)
 
 
+def _changes_any(function: Function, names: Iterable[str], walk: Walk) -> bool:
+    """Whether a function of Python may change an object that stands at the top of files under some names."""
+    made = [each for each in inside(function.body) if isinstance(each, Assign)]
+    members = {f".{last_part(each)}" for each in names if function.owner and each.rpartition(".")[0] == function.owner}
+    return changes(function, members | (seen_from(function.name, names) - _own_names(function, made)), walk)
+
+
+def _own_names(function: Function, made: Iterable[Assign]) -> set[str]:
+    """Return the names of a function that are its own: parameters, and what it declares."""
+    own = {each.name for each in function.parameters}
+    own |= {each.target.text for each in made if isinstance(each.target, Name)}
+    return own | {each for loop in inside(function.body) if isinstance(loop, Loop) for each in loop.targets}
+
+
 def _changes(function: Function, full: str, file: str, walk: Walk) -> bool:
-    """Whether a function may change what stands at the top of a file."""
-    name, cpp = last_part(full), walk.program.language == "cpp"
-    made = [each for each in inside(function.body) if isinstance(each, Assign) and (each.declares or not cpp)]
-    own = {each.name for each in function.parameters} | {
-        each.target.text for each in made if isinstance(each.target, Name)
-    }
-    own |= {each for loop in inside(function.body) if isinstance(loop, Loop) for each in loop.targets}
+    """Whether a function of C++ may change what stands at the top of a file."""
+    name = last_part(full)
+    made = [each for each in inside(function.body) if isinstance(each, Assign) and each.declares]
+    own = _own_names(function, made)
     written = {each.removesuffix(_COUNTS) for each in _names_set(function, walk)}
-    if not cpp:
-        module = f"{full.rpartition('.')[0]}."
-        return full in written or (name in written - own and function.name.startswith(module))
     cls = walk.program.find_class(function.owner, function.place.source) if function.owner else None
     alike = {each for _, _, each in walk.program.constants.get(name, ())} & walk.program.reached(function.place.source)
     if name in own or (alike and file not in alike) or any(name in each.fields for each in lineage(cls, walk)):

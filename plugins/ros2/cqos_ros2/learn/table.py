@@ -69,6 +69,7 @@ _LISTS: Final = (
     "calling",
     "anything",
     "bases",
+    "of_node",
     "decorators",
     "lifecycle",
     "plugin",

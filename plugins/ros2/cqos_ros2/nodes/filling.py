@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.forms import Entry
-    from cqos_core.model.system import ImportNote, Settings
+    from cqos_core.model.system import ImportNote, Room, Settings
     from cqos_ros2.nodes.library import Library
     from cqos_ros2.nodes.reading import NodeFile, Written
     from cqos_ros2.nodes.versions import Fit
@@ -65,6 +65,8 @@ class Filled:
         overridable_unknown: why it is not known which; empty where it is.
         decided_at: where the parameter is given that chooses the policies; None where none does.
         doubtful: another version of the package has it, and the sources in the workspace do not name it.
+        dialect: of the settings.
+        room: where its file has room for further settings.
     """
 
     direction: str
@@ -81,6 +83,8 @@ class Filled:
     own_node: bool = False
     decided_at: Place | None = None
     doubtful: bool = False
+    dialect: str = "yaml"
+    room: Room | None = None
 
 
 class Inside(NamedTuple):

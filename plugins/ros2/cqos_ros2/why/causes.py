@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from cqos_core.model.remarks import plural
+from cqos_core.model.remarks import asks_less, plural
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -245,7 +245,10 @@ def _qos(seen: Evidence) -> Answer:
 
 
 def _fix(finding: Finding) -> str:
-    return finding.remedies[0].text if finding.remedies else finding.help or ""
+    if not finding.remedies:
+        return finding.help or ""
+    fix = finding.remedies[0]
+    return f"{fix.text} ({asks_less(fix)})" if fix.weakens else fix.text
 
 
 def _partition(seen: Evidence) -> Answer:

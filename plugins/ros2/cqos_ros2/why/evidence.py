@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
+from cqos_core.files.loading import with_own
 from cqos_core.files.opening import read_path
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
@@ -25,7 +26,7 @@ from cqos_ros2.why.causes import MIDDLEWARE_FILES, Evidence, Switched
 from cqos_ros2.why.definitions import Definitions
 from cqos_ros2.why.interfaces import interfaces_of
 from cqos_ros2.why.security import access
-from cqos_ros2.workspace.importer import ARGUMENT, IMPORTER, LAUNCH, joined
+from cqos_ros2.workspace.importer import ARGUMENT, IMPORTER, joined
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -54,7 +55,7 @@ def evidence(
     full = topic if topic.startswith("/") else f"/{topic}"
     resolved = [each for each in endpoints_of(system, reader.context) if each.pack.id == "ros2"]
     sides = {role: [each for each in resolved if each.role == role] for role in (PUBLISHER, SUBSCRIBER)}
-    join = _join(reader, paths)
+    join = _join(reader)
     ends: dict[str, list[Resolved]] = {
         role: [each for each in side if each.key == full] for role, side in sides.items()
     }
@@ -62,7 +63,7 @@ def evidence(
     owners = {each.participant.participant.id for side in ends.values() for each in side}
     environment = given if join is None else _environment(join, given, owners)
     missing = [role for role, side in ends.items() if not side]
-    switched, untried = ([], []) if join is None else _switched(reader, paths, join, full, missing)
+    switched, untried = ([], []) if join is None else _switched(reader, join, full, missing)
     return Evidence(
         full,
         system,
@@ -109,19 +110,19 @@ def _defined(paths: Sequence[str], types: Collection[str]) -> dict[str, Defined 
 
 
 def _switched(
-    reader: InputReader, paths: Sequence[str], join: Join, topic: str, missing: Collection[str]
+    reader: InputReader, join: Join, topic: str, missing: Collection[str]
 ) -> tuple[list[Switched], list[str]]:
     """Return the launch arguments that start a missing side of a topic with another value, and programs that were not tried."""
     found: list[Switched] = []
     if not missing:
         return found, []
-    folder = next(each for each in paths if Path(each).is_dir())
-    mine = reader.switches.get(IMPORTER, {})
+    folder, switches = _workspace(reader)
+    mine = switches.get(IMPORTER, {})
     seen = _programs(join.launched)
     for name, value in islice(_other_values(join), _MOST_ARGUMENTS):
         arguments = "\n".join(filter(None, (mine.get(ARGUMENT, ""), f"{name}:={value}")))
         try:
-            other = joined(folder, {**reader.switches, IMPORTER: {**mine, ARGUMENT: arguments}})
+            other = joined(folder, {**switches, IMPORTER: {**mine, ARGUMENT: arguments}})
         except InputError:
             continue
         seen |= _programs(other.launched)
@@ -179,11 +180,18 @@ def _interfaces(text: str, join: Join | None) -> list[str] | None:
         return None
 
 
-def _join(reader: InputReader, paths: Sequence[str]) -> Join | None:
-    """Return the join of the workspace among paths; None without one."""
-    folder = next((each for each in paths if Path(each).is_dir()), None)
-    asked = LAUNCH in reader.switches.get(IMPORTER, {})
-    return joined(folder, reader.switches) if asked and folder is not None else None
+def _workspace(reader: InputReader) -> tuple[str, Mapping[str, Mapping[str, str]]]:
+    """Return the folder that is read as a workspace, empty without one, and the switches with which it is read."""
+    given = next((each for each in reader.folders.values() if each.importer == IMPORTER), None)
+    if given is None:
+        return "", reader.switches
+    return given.source.name, with_own(reader.switches, given.switches)
+
+
+def _join(reader: InputReader) -> Join | None:
+    """Return the join of the workspace; None without one."""
+    folder, switches = _workspace(reader)
+    return joined(folder, switches) if folder else None
 
 
 def _said(log: str | None, topic: str) -> list[Occurrence]:

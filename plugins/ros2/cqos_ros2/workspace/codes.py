@@ -97,6 +97,14 @@ CODES: Final = (
         "A parameter names the class of a plugin that its package does not have, and a class of nearly the same name is there.",
         "The node fails when it loads the plugin.",
     ),
+    CodeInfo(
+        "ROS982",
+        "middleware-configuration-not-read",
+        "note",
+        "A launch configures the middleware of nodes by a variable of the environment.",
+        "What the variable or its file says may keep nodes apart, drop samples or replace their quality of service. No verdict counts it.",
+        help="compare the file by hand; C-QoS reads profiles of Fast DDS and Connext and `cyclonedds.xml` as files of their own",
+    ),
 )
 _BY_CODE: Final = {each.code: each for each in CODES}
 

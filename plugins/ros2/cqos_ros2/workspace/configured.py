@@ -115,6 +115,8 @@ def _taken(each: Endpoint, kind: str, placed: Placed) -> Filled:
         each.place,
         overridable=_OVERRIDABLE[direction] if kind == "gz_bridge" else (),
         optional=kind == "rviz" or each.external,
+        dialect=each.dialect,
+        room=each.room,
     )
 
 

@@ -18,6 +18,7 @@ from cqos_ros2.nodes.versions import ANOTHER
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import note
 from cqos_ros2.workspace.joining import UNKNOWN_POLICY
+from cqos_ros2.workspace.middleware import unread_configurations
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
 
@@ -42,6 +43,7 @@ def notes(found: Join) -> list[ImportNote]:
         *open_ends(found),
         *_not_known(found),
         *_not_decided(found),
+        *unread_configurations(found),
     ]
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.files.opening import open_file
 from cqos_core.importers.reading import did_you_mean, listed
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.source import OPTIONS, VARIABLES
+from cqos_core.model.source import OPTIONS, VARIABLES, no_files
 from cqos_core.model.system import Place
 from cqos_core.packs import normalise
 from cqos_ros2.launch.entry_point import argument, entry_point
@@ -14,12 +15,12 @@ from cqos_ros2.launch.running import launch
 from cqos_ros2.nodes.library import Library
 from cqos_ros2.workspace.findings import notes
 from cqos_ros2.workspace.joining import join
-from cqos_ros2.workspace.spelling import spell
+from cqos_ros2.workspace.spelling import opened, spell
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.source import ReadContext, Source
+    from cqos_core.model.source import Opener, ReadContext, Source
     from cqos_core.model.system import System
     from cqos_ros2.launch.started import Launched, Remark
     from cqos_ros2.launch.workspace import Workspace
@@ -39,15 +40,18 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: a launch file or an argument is not there, or a launch file or a node file of the workspace cannot be read.
     """
-    found = joined(source.name, context.options)
+    # A workspace is a folder on disk, also for callers that open no files.
+    found = joined(source.name, context.options, open_file if context.open is no_files else context.open)
     system = found.system
     system.notes += notes(found)
     spell(system, found.workspace.root, source.name)
     return system
 
 
-def joined(folder: str, options: Mapping[str, Mapping[str, str]]) -> Join:
+def joined(folder: str, options: Mapping[str, Mapping[str, str]], opener: Opener = open_file) -> Join:
     """Return the join of the launch files that the switches of importers name.
+
+    ``opener`` opens the files of the workspace.
 
     Raises:
         InputError: as `read`.
@@ -58,7 +62,7 @@ def joined(folder: str, options: Mapping[str, Mapping[str, str]]) -> Join:
     if not files:
         message = "a workspace needs a launch file"
         raise InputError([Problem("CQ047", message, Place(folder), "name one with --launch FILE")])
-    workspace, launched = _launched(files, folder, given, options.get(VARIABLES, {}))
+    workspace, launched = _launched(files, folder, given, options.get(VARIABLES, {}), opener)
     unused = [name for name in given if name not in launched.arguments]
     if unused and launched.arguments:
         message = f"the launch declares no argument `{unused[0]}`{did_you_mean(unused[0], launched.arguments)}"
@@ -73,12 +77,13 @@ def joined(folder: str, options: Mapping[str, Mapping[str, str]]) -> Join:
 
 
 def _launched(
-    files: list[str], folder: str, given: Mapping[str, str], variables: Mapping[str, str]
+    files: list[str], folder: str, given: Mapping[str, str], variables: Mapping[str, str], opener: Opener
 ) -> tuple[Workspace, Launched]:
     """Return the workspace, and what all launch files start."""
     read = []
     for each in files:
         workspace, path = entry_point(each, folder)
+        workspace.open = opened(workspace.root, folder, opener)
         found = launch(workspace, path, dict(given), dict(variables))
         own = [one for one in found.remarks if one.about in _UNREAD and one.what == workspace.short(path)]
         if own and not found.instances:

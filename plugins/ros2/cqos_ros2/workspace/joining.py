@@ -19,6 +19,7 @@ from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import FilledNode
 from cqos_ros2.nodes.reading import distributions
+from cqos_ros2.policies import DISTRO
 from cqos_ros2.workspace.agreeing import agreed
 from cqos_ros2.workspace.configured import add_configured
 from cqos_ros2.workspace.naming import applied
@@ -122,9 +123,23 @@ def join(launched: Launched, workspace: Workspace, library: Library, given: str 
         if anywhere or endpoint.type in doubtful or any(above in partly and above != own for above in _above(topic)):
             endpoint.external = True  # its partner may be a node that is not known, or an endpoint of it
     _say_once(system)
+    if not distro:
+        _assume_distribution(result, library)
     for name, data in (*launched.files.items(), *library.sources.items()):
         system.sources.setdefault(name, data)
     return result
+
+
+def _assume_distribution(found: Join, library: Library) -> None:
+    """Note the distributions for which all node files hold that endpoints come from."""
+    every = tuple(DISTRO.domain.format(each) for each in DISTRO.domain.candidates())
+    held = set(every)
+    for node in found.nodes:
+        file = node.placed.file
+        if file is not None and node.endpoints and library.fit(file, "") is None:
+            held &= set(distributions([file])) or held
+    if held < set(every):
+        found.system.assumed[f"{PROTOCOL}.{DISTRO.name}"] = tuple(each for each in every if each in held)
 
 
 def _above(topic: str) -> Iterator[str]:
@@ -228,6 +243,8 @@ def _endpoint(each: Filled, full: str, joined: JoinedNode, participant: str, num
         type=each.type or None,
         kind=kind,
         external=each.optional,
+        dialect=each.dialect,
+        room=each.room,
     )
     if not each.own_node:
         for override in joined.overrides:

@@ -9,9 +9,21 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from cqos_core.model.source import Opener
     from cqos_core.model.system import Place, Settings, System
 
     Spelled = Callable[[Place | None], Place | None]
+
+
+def opened(root: str, folder: str, opener: Opener) -> Callable[[str], bytes]:
+    """Return what opens a file below ``root`` under the name that it has below ``folder``; see `spell`."""
+    inside = root.rstrip(os.sep) + os.sep
+
+    def content(path: str) -> bytes:
+        below = path if path.startswith(inside) else os.path.realpath(path)
+        return opener(os.path.join(folder, below.removeprefix(inside)), "").data  # noqa: PTH118 - text
+
+    return content
 
 
 def spell(system: System, root: str, folder: str) -> None:
@@ -36,6 +48,8 @@ def spell(system: System, root: str, folder: str) -> None:
         _settings(participant.settings, spelled)
     for endpoint in system.endpoints:
         endpoint.place = spelled(endpoint.place)
+        if endpoint.room is not None:
+            endpoint.room = replace(endpoint.room, place=spelled(endpoint.room.place) or endpoint.room.place)
         endpoint.profiles = tuple(replace(each, place=spelled(each.place)) for each in endpoint.profiles)
         _settings(endpoint.settings, spelled)
         _settings(endpoint.overlay, spelled)

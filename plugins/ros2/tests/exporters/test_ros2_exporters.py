@@ -471,3 +471,18 @@ def test_one_of_several_needs_an_id():
     assert exported.notes == (
         "publisher of `/scan` in `/lidar`: several differ; `rear` has to be the id in its QosOverridingOptions",
     )
+
+
+@pytest.mark.parametrize(("rmw", "called"), [("zenoh", False), ("cyclonedds", True), ("", True)])
+def test_a_package_for_zenoh_has_no_callbacks_that_keep_it_from_starting(rmw, called):
+    """What ROS326 says."""
+    option = f"options: {{ros2: {{rmw: {rmw}}}}}" if rmw else ""
+    text = f"""cqos: 1
+protocol: ros2
+{option}
+participants: {{a: {{publishes: {{scan: {{deadline: 1s, liveliness_lease_duration: 2s}}}}}}}}
+"""
+    exported = export(cqos.read(text.encode()), "ros2_package")
+    assert ("deadline=self.on_deadline" in exported.text) is called
+    assert ("liveliness=self.on_liveliness" in exported.text) is called
+    assert any("ROS326" in each for each in exported.notes) is not called

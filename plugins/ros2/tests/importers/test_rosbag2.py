@@ -629,11 +629,11 @@ def test_will_this_bag_play_into_my_stack():
     assert "2 errors" in done.stdout
     for line in (
         "error[ROS101] reliability-weaker-than-requested",
-        "--> stack.yaml:7:27  estimator/subscriber/imu . reliability",
-        "::: bag/metadata.yaml:14:73  rosbag2_player/publisher/imu . reliability",
+        "--> stack.yaml:7:27  requested here: reliability reliable",
+        "::: bag/metadata.yaml:14:73  offered here: reliability best_effort",
         "error[ROS102] durability-weaker-than-requested",
-        "--> stack.yaml:11:28  planner/subscriber/quiet . durability",
-        "::: bag/metadata.yaml:35:15  rosbag2_player/publisher/quiet . durability",
+        "--> stack.yaml:11:28  requested here: durability transient_local",
+        "::: bag/metadata.yaml:35:15  offered here: durability volatile",
     ):
         assert line in done.stdout
 

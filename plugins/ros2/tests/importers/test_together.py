@@ -141,7 +141,7 @@ def test_findings_name_the_file_and_line_that_each_value_came_from(folder):
 
 
 def test_people_see_the_lines_of_every_file(folder):
-    result = run(folder, "--option", "ros2.rmw=fastdds")
+    result = run(folder, "--option", "ros2.rmw=fastdds", "--format", "full")
     for shown in (
         "          reliability: best_effort",
         "        Durability Policy: Transient Local",

@@ -402,3 +402,46 @@ def test_what_a_node_states_of_itself_wins_over_the_launch(joined, own, expected
     inner += '<param name="topic" value="given"/>' if "global" in own else ""
     files = launch_of(node(inner=inner, more='name="t" namespace="r"'))
     assert topics(joined({**files, "bot/bot.node.yaml": OWN.format(own)})) == {expected}
+
+
+# The middleware
+
+
+def of_middleware(system):
+    return [each.message for each in system.notes if each.code == "ROS982"]
+
+
+def env(**variables):
+    return "".join(f'<env name="{name}" value="{value}"/>' for name, value in variables.items())
+
+
+@pytest.mark.parametrize(
+    ("variables", "named"),
+    [
+        ({"ZENOH_SESSION_CONFIG_URI": "/etc/session.json5"}, ["ZENOH_SESSION_CONFIG_URI"]),
+        ({"ZENOH_SESSION_CONFIG_URI": "/s.json5", "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}, ["ZENOH_SESSION_CONFIG_URI"]),
+        ({"ZENOH_SESSION_CONFIG_URI": "/s.json5", "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, []),
+        ({"CYCLONEDDS_URI": "file:///c.xml", "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, ["CYCLONEDDS_URI"]),
+        ({"FASTRTPS_DEFAULT_PROFILES_FILE": "f.xml"}, ["FASTRTPS_DEFAULT_PROFILES_FILE"]),
+        (
+            {"ROS_LOCALHOST_ONLY": "1", "ZENOH_CONFIG_OVERRIDE": "mode='client'"},
+            ["ZENOH_CONFIG_OVERRIDE", "ROS_LOCALHOST_ONLY"],
+        ),
+        ({"ZENOH_SESSION_CONFIG_URI": "$(env FILE)"}, ["ZENOH_SESSION_CONFIG_URI"]),
+        ({"ZENOH_SESSION_CONFIG_URI": ""}, []),
+        ({"ROS_DOMAIN_ID": "3", "RCUTILS_COLORIZED_OUTPUT": "1"}, []),
+        ({}, []),
+    ],
+)
+def test_a_configuration_of_the_middleware_is_named(joined, variables, named):
+    said = of_middleware(joined(launch_of(node(inner=env(**variables)))))
+    assert [each.partition("`")[2].partition("`")[0] for each in said] == named
+    assert all("`/talker`" in each for each in said)
+
+
+def test_a_configuration_of_all_nodes_is_one_note(joined):
+    variable = '<set_env name="ZENOH_SESSION_CONFIG_URI" value="s.json5"/>\n'
+    nodes = [node(more=f'name="t{number}"') for number in range(5)]
+    (said,) = of_middleware(joined(launch_of(variable, *nodes)))
+    assert "to `s.json5` for `/t0`, `/t1`, `/t2` and 2 more nodes" in said
+    assert "access_control" in said

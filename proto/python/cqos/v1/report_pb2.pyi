@@ -735,7 +735,7 @@ class Finding(_message.Message):
 
     @_builtins.property
     def remedies(self) -> _containers.RepeatedCompositeFieldContainer[Global___Remedy]:
-        """Fixes with which the rule passes, best first. C-QoS applies none by itself."""
+        """Fixes with which the rule passes, those of the fewest endpoints first. C-QoS applies none by itself."""
 
     @_builtins.property
     def notes(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
@@ -937,7 +937,7 @@ class Remedy(_message.Message):
     breaks: _builtins.int
     """Number of pairs of the topic that it makes worse; absent if they are too many to count."""
     weakens: _builtins.bool
-    """It promises or demands less than the current design; such fixes come last."""
+    """It promises or demands less than the current design."""
     kind_value: Global___RemedyKind.ValueType
     """`kind`, as an enum."""
     @_builtins.property

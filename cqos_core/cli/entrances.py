@@ -1,0 +1,135 @@
+"""What commands say of paths that are read with an option that the caller did not give, or that need one; with the lines to write."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from cqos_core.cli.parameters import Run
+from cqos_core.model.entrance import ProblemWithLines
+from cqos_core.model.grouping import grouped
+from cqos_core.model.remarks import plural
+from cqos_core.model.system import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.files.entrances import Way
+    from cqos_core.files.loading import Loaded
+    from cqos_core.files.opening import File
+    from cqos_core.model.problems import Problem
+    from cqos_core.plugins import ImporterInfo
+
+_OF_A_KIND: Final = 3
+"""How many files of one format are listed, each with its command; one, if there are more formats than this."""
+_FOLDERS: Final = 5
+"""How many folders are listed that need a choice each."""
+
+
+def entered_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
+    """Return what was taken without being named, and what is not read because of it."""
+    ways = loaded.ways
+    notes = [
+        f"{' and '.join(way.entrance.reason for way in same)}, so {'they are' if same[1:] else 'it is'} checked, "
+        f"as `{_command(same, paths)}` does"
+        for same in ways.taken.values()
+    ]
+    notes += [_at_hand(way) for way in ways.beside if way.entrance.inside and loaded.systems and not ways.open]
+    left = [] if ways.open else [each for each, _ in loaded.left]
+    if left:
+        one = f"cqos check {shlex.quote(_named(left[0], loaded.left[0][1]))}"
+        notes.append(f"{plural(len(left), 'part')} of other systems there not read; `{one}` checks the first")
+    return notes
+
+
+def open_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
+    """Return what a person has to choose, for each path, with the line to write for each choice."""
+    by_path = grouped((way.path, way) for way in loaded.ways.open)
+    return [_problem(path, ways, loaded, paths) for path, ways in by_path.items()]
+
+
+def command_problems(loaded: Loaded) -> list[Problem]:
+    """Return which commands lead to a check where nothing at a path can be read."""
+    return [
+        ProblemWithLines("CQ003", way.entrance.message, Place(way.path), "write", way.entrance.commands)
+        for way in loaded.ways.beside
+    ]
+
+
+def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str]) -> Problem:
+    left = grouped((info.name, (file, info)) for file, info in loaded.left if file.folder == path)
+    beside = [way for way in loaded.ways.beside if way.path == path]
+    first = ways[0]
+    if not left and not beside and len(ways) == 1:
+        message = f"{first.entrance.message}, and {_option(first)} names none, so nothing that they start is checked"
+        own = (f"  {_command([first], paths)}", *first.entrance.details)
+        return ProblemWithLines("CQ062", message, Place(path), "write, for the most likely one,", own)
+    count = len(ways) + len(beside) + sum(map(len, left.values()))
+    message = f"{count} inputs lie here that need a command each, so none of them is checked"
+    lines: list[str] = []
+    for way in ways[:_FOLDERS]:
+        lines += [f"{way.entrance.folder}: {way.entrance.message}", f"  {_command([way], paths)}"]
+        lines += way.entrance.details if way is first else ()
+    for way in beside[:_FOLDERS]:
+        lines += [f"{way.entrance.folder}: {way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
+    more = sum(max(len(each) - _FOLDERS, 0) for each in (ways, beside))
+    lines += [f"and {more} more folders"] if more else []
+    for parts in left.values():
+        lines += _listed(parts, _OF_A_KIND if len(left) <= _OF_A_KIND else 1)
+    advice = "write one of these commands; the most likely is the first"
+    return ProblemWithLines("CQ062", message, Place(path), advice, (*lines,))
+
+
+def _at_hand(way: Way) -> str:
+    return f"{way.entrance.folder}: {way.entrance.message}; write `{way.entrance.commands[0]}`"
+
+
+def _listed(parts: Sequence[tuple[File, ImporterInfo]], most: int) -> Iterator[str]:
+    for file, info in parts[:most]:
+        named = _named(file, info)
+        yield f"{named}: {info.summary}"
+        yield f"  cqos check {shlex.quote(named)}"
+    if len(parts) > most:
+        yield f"and {len(parts) - most} more of this format"
+
+
+def _named(file: File, info: ImporterInfo) -> str:
+    """Return what a person names to have a file checked: its folder, if all files of the format have one name."""
+    folder, name = os.path.split(file.path)
+    return folder if name in info.suffixes else file.path
+
+
+def _option(way: Way) -> str:
+    return next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
+
+
+def _command(ways: Sequence[Way], paths: Sequence[str]) -> str:
+    """Return the command as it was written, with the folder that is read and the value of its switch, or the first choice."""
+    words, folder = _words(paths), ways[0].entrance.folder
+    for way in ways:
+        if folder != way.path and way.path in words:
+            at = words.index(way.path)
+            words[at : at + 1] = [] if folder in words else [folder]
+        words += [_option(way), way.entrance.value or way.entrance.choices[0]]
+    return shlex.join(["cqos", *words])
+
+
+def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
+    """Return the command as it was written, with the folder in which ``value`` of the switch for folders is looked up."""
+    found = info.load_entrances()(value, None) if info.entrances and os.path.isfile(value) else ()  # noqa: PTH113
+    read = {each: info.load_entrances()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113
+    folder = next((each.folder for each in found if each.value), ".")
+    words = _words(paths)
+    for path in (path for path, entrances in read.items() if path in words and any(each.value for each in entrances)):
+        words.remove(path)
+    return shlex.join(["cqos", *words, folder])
+
+
+def _words(paths: Sequence[str]) -> list[str]:
+    """Return the command line."""
+    ctx = click.get_current_context(silent=True)
+    run = ctx.find_root().obj if ctx is not None else None
+    return list(run.arguments) if isinstance(run, Run) and run.arguments else ["check", *paths]

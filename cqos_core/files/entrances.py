@@ -1,0 +1,171 @@
+"""Named paths that an importer reads with the switch for folders, although the caller does not give this switch."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import field, fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from cqos_core.files.opening import STDIN, File
+from cqos_core.model.dataclass import dataclass
+from cqos_core.plugins import FAULTS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+
+    from cqos_core.files.opening import Found
+    from cqos_core.model.entrance import Entrance
+    from cqos_core.plugins import ImporterInfo, Plugins
+
+
+class Way(NamedTuple):
+    """An entrance at a named path."""
+
+    path: str
+    importer: ImporterInfo
+    entrance: Entrance
+
+
+@dataclass(slots=True)
+class Ways:
+    """The entrances at named paths.
+
+    Attributes:
+        taken: by what is read through them; the values of the switch of one folder hold together.
+        open: those among which a person has to choose.
+        refused: named files that other commands lead to.
+        beside: entrances at folders that other commands lead to.
+        narrowed: named folders of which only whole systems are read beside the entrance.
+        inside: folders whose files an importer reads by itself.
+    """
+
+    taken: dict[File, list[Way]] = field(default_factory=dict)
+    open: list[Way] = field(default_factory=list)
+    refused: dict[str, Entrance] = field(default_factory=dict)
+    beside: list[Way] = field(default_factory=list)
+    narrowed: set[str] = field(default_factory=set)
+    inside: set[str] = field(default_factory=set)
+
+    def leave_open(self, folders: Collection[str | None]) -> None:
+        """Let a person choose in those of the folders whose entrance is further down: other things lie beside it."""
+        for file, same in [*self.taken.items()]:
+            if (
+                file.folder in folders
+                and not _same(file.path, file.folder or "")
+                and all(each.entrance.choices for each in same)
+            ):
+                self.open += self.taken.pop(file)
+
+    def renamed(self, names: Mapping[str, str]) -> Ways:
+        """Return the entrances with other beginnings of paths, also within texts."""
+
+        def text(value: str) -> str:
+            for start, new in names.items():
+                value = value.replace(start, new).replace(start.rstrip(os.sep), f"{new}.")
+            return value
+
+        def own(way: Way) -> Way:
+            stated = {each.name: getattr(way.entrance, each.name) for each in fields(way.entrance)}
+            new: dict[str, Any] = {
+                name: text(each) if isinstance(each, str) else tuple(map(text, each)) for name, each in stated.items()
+            }
+            return Way(text(way.path), way.importer, replace(way.entrance, **new))
+
+        return Ways(
+            {
+                replace(file, path=text(file.path), folder=file.folder and text(file.folder)): [*map(own, same)]
+                for file, same in self.taken.items()
+            },
+            [*map(own, self.open)],
+            self.refused,
+            [*map(own, self.beside)],
+        )
+
+    def covers(self, path: str) -> bool:
+        """Whether an importer reads the file at ``path`` by itself."""
+        return any(_holds(folder, path) for folder in self.inside)
+
+
+def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed: Callable[[str], bool]) -> Ways:
+    """Find the entrances at named paths.
+
+    Args:
+        found: what the paths stand for.
+        folders: the named folders.
+        plugins: whose importers are asked.
+        unclaimed: whether there is a file at a path that no importer reads.
+    """
+    ways = Ways()
+    for file in found.files:
+        if file.named and file.path != STDIN and unclaimed(file.path):
+            for way in _at(file.path, None, plugins):
+                _add_file(way, folders, ways)
+    for folder in folders:
+        if folder not in ways.narrowed:
+            below = [each.path for each in (*found.files, *found.skipped) if each.folder == folder]
+            for way in _at(folder, below, plugins):
+                _add_folder(way, ways)
+    return ways
+
+
+def read_whole(folders: Sequence[str], found: Found, info: ImporterInfo, plugins: Plugins) -> list[str]:
+    """Return those of some folders that have entrances of an importer; all, if none has."""
+    if len(folders) < 2 or not info.entrances:  # noqa: PLR2004 - there is nothing to tell apart
+        return [*folders]
+    below = {
+        folder: [each.path for each in (*found.files, *found.skipped) if each.folder == folder] for folder in folders
+    }
+    own = [
+        folder
+        for folder in folders
+        if any(way.importer is info and way.entrance.choices for way in _at(folder, below[folder], plugins))
+    ]
+    return own or [*folders]
+
+
+def _add_file(way: Way, folders: Sequence[str], ways: Ways) -> None:
+    if not way.entrance.value:
+        ways.refused[way.path] = way.entrance
+        return
+    around = next((each for each in folders if _holds(each, way.path)), None)
+    if around is not None:
+        way = way._replace(entrance=replace(way.entrance, folder=around))
+        ways.narrowed.add(around)
+        ways.inside.add(around)
+    ways.taken.setdefault(File(way.entrance.folder, around), []).append(way)
+
+
+def _add_folder(way: Way, ways: Ways) -> None:
+    entrance = way.entrance
+    if entrance.value:
+        ways.taken.setdefault(File(entrance.folder, way.path), []).append(way)
+    elif entrance.choices:
+        ways.open.append(way)
+    else:
+        ways.beside.append(way)
+        return
+    ways.narrowed.add(way.path)
+    ways.inside.update(entrance.inside)
+
+
+def _at(path: str, files: Sequence[str] | None, plugins: Plugins) -> list[Way]:
+    """Ask every importer; one that fails finds nothing, so that a broken plugin cannot stop the others."""
+    found: list[Way] = []
+    for info in plugins.importers.values():
+        if info.entrances:
+            try:
+                found += [Way(path, info, each) for each in info.load_entrances()(path, files)]
+            except FAULTS as error:
+                if plugins.shipped("importers", info.name):
+                    raise
+                plugins.note_failure("importers", info.name, error, f"could not look at {path}")
+    return found
+
+
+def _same(one: str, other: str) -> bool:
+    return os.path.realpath(one) == os.path.realpath(other)
+
+
+def _holds(folder: str, path: str) -> bool:
+    inside, real = os.path.realpath(folder), os.path.realpath(path)
+    return real == inside or real.startswith(inside.rstrip(os.sep) + os.sep)

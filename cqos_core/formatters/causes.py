@@ -1,0 +1,148 @@
+"""Findings of one cause, put together for people; reports for programs keep them apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.formatters import wording
+from cqos_core.formatters.terminal import clean
+from cqos_core.model.dataclass import dataclass
+from cqos_core.model.grouping import grouped
+from cqos_core.model.regular import regular_expression
+from cqos_core.model.report import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
+
+    from cqos_core.formatters.places import Places
+    from cqos_core.model.report import Finding, Side
+    from cqos_core.model.style import Style
+    from cqos_core.model.system import Place
+
+_NAMED: Final = 3
+"""More places than this are counted."""
+_ENDS: Final = frozenset({"publisher", "subscriber"})
+_STATED: Final = ("explicit", "overlay", "profile ")
+_CAUSE: Final = {"CQ205": ", which ", "CQ217": " is not known: "}
+"""Of codes whose messages name a cause that endpoints share: the words before it."""
+_OPTION: Final = regular_expression(r"option \S+ is not set$")
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """Findings of one cause, in the order of the report: the first is the gravest."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def first(self) -> Finding:
+        """The finding that stands for all."""
+        return self.findings[0]
+
+    @property
+    def more(self) -> tuple[Finding, ...]:
+        """The others."""
+        return self.findings[1:]
+
+    @property
+    def helps(self) -> list[str]:
+        """What to do about any of them, one sentence each."""
+        return list(dict.fromkeys(sentence for finding in self.findings for sentence in wording.helps(finding)))
+
+
+def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:
+    """Return findings by their cause; each apart where the caller asked for certain rules.
+
+    Two findings have one cause if the same change fixes both, if both name the same timer or event, if both lack the same
+    fact, or if the same lines of the files cause both.
+    """
+    if style.codes:
+        return [Cause((finding,)) for finding in findings]
+    parents = [*range(len(findings))]
+
+    def root(number: int) -> int:
+        while parents[number] != number:
+            parents[number] = parents[parents[number]]
+            number = parents[number]
+        return number
+
+    keys = [(key, number) for number, finding in enumerate(findings) for key in _keys(finding)]
+    for numbers in [*grouped(keys).values(), *_one_fix(findings)]:
+        for number in numbers[1:]:
+            first, second = sorted((root(numbers[0]), root(number)))
+            parents[second] = first
+    found = grouped((root(number), finding) for number, finding in enumerate(findings))
+    return [Cause(tuple(found[number])) for number in sorted(found)]
+
+
+def same_cause(cause: Cause, places: Places) -> str:
+    """Name the findings of a cause beside the first: ``3 more by this cause: BP101 :117; BP102 :105, :35``."""
+    place = cause.first.place
+    by_code = grouped((finding.code, finding) for finding in cause.more)
+    texts = [f"{code} {places_of(own, places, '' if place is None else place.source)}" for code, own in by_code.items()]
+    return clean(f"{len(cause.more)} more by this cause: {'; '.join(text.rstrip() for text in texts)}")
+
+
+def places_of(findings: Iterable[Finding], places: Places, source: str = "", below: str = "") -> str:
+    """Return where findings stand, a few of them; a line alone is in the file named before, or in ``source``.
+
+    Files are named without the folder ``below`` which they stand.
+    """
+    found: dict[str, None] = {}
+    for finding in findings:
+        place = None if finding.place is None else places.exact(finding.place)
+        if place is None or place.line is None:
+            found |= {side.name: None for side in finding.sides[:1] if side.name}
+        else:
+            name = "" if place.source == source else place.source.removeprefix(below)
+            found[f"{name}:{place.line}"] = None
+            source = place.source
+    more = [f"and {len(found) - _NAMED} more"] if len(found) > _NAMED else []
+    return clean(", ".join([*[*found][:_NAMED], *more]))
+
+
+def _one_fix(findings: Sequence[Finding]) -> Iterator[list[int]]:
+    """Yield the numbers of findings that have the same first fix."""
+    # Fixes are made when they are read, which takes long: only findings about the same endpoints can have the same.
+    about = grouped(
+        ((finding.accepted, side.members), number)
+        for number, finding in enumerate(findings)
+        for side in finding.sides
+        if side.role in _ENDS
+    )
+    alike = sorted({number for numbers in about.values() if len(numbers) > 1 for number in numbers})
+    first = ((number, finding, finding.remedies[:1]) for number, finding in ((each, findings[each]) for each in alike))
+    yield from grouped(
+        ((finding.accepted, fix.role, fix.members, fix.policy, fix.value), number)
+        for number, finding, fixes in first
+        for fix in fixes
+        if not fix.weakens  # a requirement that is given up says nothing about what keeps it from being met
+    ).values()
+
+
+def _keys(finding: Finding) -> Iterator[Hashable]:
+    """Yield what findings of one cause have in common."""
+    accepted = finding.accepted
+    for side in finding.sides[1:]:
+        if side.members and side.role not in _ENDS:  # a timer or an event, by which the ends are judged
+            yield accepted, side.role, side.members
+    places = [place for side in finding.sides for place in _places(side)]
+    if places and all(place is not None and (place.line or place.element or place.path) for place in places):
+        yield accepted, finding.code, frozenset(places)
+    if finding.pairs and finding.because and finding.verdict is not Verdict.UNKNOWN:
+        yield accepted, finding.topic, finding.because, tuple(side.members for side in finding.sides)
+    if finding.worlds:
+        facts = {part.partition("=")[0] for world in finding.worlds for part in world.split(", ")}
+        shared = all("." in fact and " " not in fact for fact in facts)  # an option; any other fact is of these ends
+        yield accepted, frozenset(facts), () if shared else tuple(side.members for side in finding.sides)
+    if unset := _OPTION.search(finding.message):
+        yield accepted, unset[0]
+    _, named, cause = finding.message.partition(_CAUSE.get(finding.code, "\n"))
+    if named:
+        yield accepted, finding.code, cause
+
+
+def _places(side: Side) -> list[Place | None]:
+    """Return where a side states what is wrong; the place of the side where it states nothing."""
+    stated = [fact.place for fact in side.facts if fact.origin.startswith(_STATED)]
+    return stated or [side.place]
