@@ -8,7 +8,7 @@ python3 dev.py docs             build the documentation as a site into build/doc
 python3 dev.py conformance      run pairs and designs on the middleware itself, record it, and write the pages docs/conformance*.md
 python3 dev.py tables [NAME]    write the tables of docs/paper.md (paper) and docs/incidents.md (incidents) again
 python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
-python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
+python3 dev.py goldens [ARGS]   record what C-QoS says of many systems as text (--check: compare; --against REV: with other code)
 python3 dev.py bench [ARGS]     measure what C-QoS costs beside the bare work (--scale 0.1: shorter; --only pairs files ...)
 python3 dev.py explore [ARGS]   what `test` tries in short: all of it, and many new random examples (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS

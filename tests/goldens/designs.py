@@ -153,6 +153,11 @@ def text(number: int) -> bytes:
     return json.dumps(_Design(random.Random(number)).document, indent=1).encode()  # noqa: S311 - no secret
 
 
+def protocol(number: int) -> str:
+    """Return the protocol of random system file ``number``."""
+    return random.Random(number).choice(VOCABULARIES).protocol  # noqa: S311 - no secret
+
+
 class _Design:
     def __init__(self, chance: random.Random) -> None:
         self.chance = chance

@@ -1,12 +1,8 @@
-"""What C-QoS says of every case file, example, fixture and of 2,000 random systems, as one line of digests each.
+"""Goldens: what C-QoS says of many systems, as text that a reviewer reads in a diff. Files are in tests/goldens/recorded.
 
-python -m tests.goldens.record                 write tests/goldens/digests.txt anew and print what changed
-python -m tests.goldens.record --check         compare with it; exit 1 if structure or text of any item differs
-python -m tests.goldens.record --against REV   compare with what the code of another commit says, and print it in full
-python -m tests.goldens.record --show ITEM     print structure and text of items whose name contains ITEM
-
-Structure (verdicts, codes, severities, members, places, values, edits of fixes) and text (messages, reasons, help) have
-digests of their own: a commit that changes wording leaves every digest of structure alone.
+python -m tests.goldens.record [NAME ...]      write them anew, all or those whose names begin so; read `git diff` then
+python -m tests.goldens.record --check         compare; print what differs, and exit 1 if anything does
+python -m tests.goldens.record --against REV   compare with what the code of another commit says, of 2,000 random systems too
 """
 
 from __future__ import annotations
@@ -14,245 +10,153 @@ from __future__ import annotations
 import argparse
 import concurrent.futures
 import difflib
-import hashlib
-import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
-from functools import cache, partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
-import yaml
+from tests.goldens import inputs
+from tests.goldens.inputs import ROOT, Stanzas
 
-import cqos_core as cqos
-from tests.goldens import designs
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-ROOT: Final = Path(__file__).parents[2]
-DIGESTS: Final = Path(__file__).with_name("digests.txt")
-RANDOM: Final = 2_000
-PACKS: Final = {"ros2": "ros2", "dds_full": "dds", "mqtt": "mqtt"}
-FIXTURES: Final = (
-    "examples",
-    "tests/importers/cases",
-    "tests/cli/cases",
-    "tests/decisive/designs",
-    "plugins/ros2/tests/importers/cases",
-    "plugins/ros2/tests/exporters/every.yaml",
-)
-TOGETHER: Final = ("examples/robot_directory", "examples/zenoh_fleet", "examples/mixed", "tests/decisive/designs/*")
-TEXTS: Final = frozenset({"because", "clause", "help", "label", "message", "not_checked", "notes", "text", "tool"})
+RECORDED: Final = Path(__file__).with_name("recorded")
+HOME: Final = Path(__file__).parent.relative_to(ROOT)
+_PARTS: Final = 8
+"""The random systems are so many files while commits are compared."""
 
 
-@cache
-def items() -> dict[str, Callable[[], Any]]:
-    """Return by its name what makes the answer to each item."""
-    found: dict[str, Callable[[], Any]] = {}
-    for folder, pack in PACKS.items():
-        for file in sorted((ROOT / "plugins" / folder / "tests/cases").glob("*.yml")):
-            for case in yaml.safe_load(file.read_bytes())["cases"]:
-                found[f"{pack}/{file.stem}/{case['name']}"] = partial(of_case, pack, case)
-    for path in fixtures():
-        found[path] = partial(of_inputs, path)
-    for pattern in TOGETHER:
-        for folder_of_parts in sorted(ROOT.glob(pattern)):
-            if folder_of_parts.is_dir():
-                path = str(folder_of_parts.relative_to(ROOT))
-                found[path] = partial(of_inputs, path)
-    for number in range(RANDOM):
-        found[f"random/{number}"] = partial(of_inputs, designs.text(number))
-    return found
+def text(name: str) -> str:
+    """Return what a golden should hold now."""
+    return written(name, inputs.files()[name]())
 
 
-def fixtures() -> Iterator[str]:
-    """Return the files of examples and of the tests of importers."""
-    for name in FIXTURES:
-        path = ROOT / name
-        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            inside = file.relative_to(ROOT)
-            skipped = {"node_modules", "__pycache__", ".pytest_cache"} & set(inside.parts)
-            # an acceptance with an end changes the report on that day
-            if file.is_file() and not skipped and b"until: 2027-01-01" not in file.read_bytes():
-                yield str(inside)
-
-
-def of_case(pack: str, case: dict[str, Any]) -> Any:
-    """Return the report on a case of a pack's case file: a system, a pair, or one endpoint."""
-    options = {pack: case.get("options", {})}
-    if "system" in case:
-        data = json.dumps(case["system"], default=str).encode()
-        return answer(lambda: cqos.check(data, importer="yaml", protocol=pack, options=options))
-    offered, requested = case.get("offered", case.get("publisher")), case.get("requested", case.get("subscriber"))
-    facts, needs = case.get("topic", {}), case.get("needs", {})
-    ends = {"offered": offered or {}, "requested": requested or {}}
-    given = ends | {"options": options[pack], "topic": facts, "needs": needs}
-    return answer(partial(cqos.check_pair, pack, **{name: spelled(each) for name, each in given.items()}))  # type: ignore[arg-type]
-
-
-def spelled(stated: dict[str, Any]) -> dict[str, Any]:
-    """Return settings of a YAML file as callers of the library give them."""
-    plain = (bool, int, str, list)
-    return {name: value if isinstance(value, plain) else json.dumps(value) for name, value in stated.items()}
-
-
-def of_inputs(given: str | bytes) -> Any:
-    """Return the report on a path or a text, and what is explained of its first pair."""
-    importer = "yaml" if isinstance(given, bytes) else None
-    said = answer(lambda: cqos.check(given, importer=importer))
-    for group in said.get("groups", ())[:1]:
-        ends = {"publisher": group["publishers"][0], "subscriber": group["subscribers"][0]}
-        said["explained"] = answer(partial(cqos.explain, given, **ends))
-    return said
-
-
-def answer(asked: Callable[[], Any]) -> Any:
-    """Return a report as plain data, or the problems of an input."""
-    try:
-        said = asked()
-    except cqos.InputError as error:
-        return {"problems": [plain(problem) for problem in error.problems]}
-    except (cqos.CqosError, TypeError) as error:
-        return {"problems": [{"code": type(error).__name__, "message": str(error)}]}
-    return said.to_dict() if isinstance(said, cqos.Report) else plain(said)
-
-
-def plain(value: Any) -> Any:
-    """Return a value of the library as data of JSON, by its public attributes."""
-    if isinstance(value, (str, int, float)) or value is None:
-        return str(value) if isinstance(value, str) else value
-    if isinstance(value, Sequence):
-        return [plain(each) for each in value]
-    if isinstance(value, dict) or hasattr(value, "items"):
-        return {str(key): plain(each) for key, each in value.items()}
-    names = getattr(value, "__dataclass_fields__", ())
-    return {name: plain(getattr(value, name)) for name in names if not name.startswith("_")}
-
-
-def parted(value: Any) -> tuple[Any, Any]:
-    """Return structure and text of an answer apart."""
-    if isinstance(value, dict):
-        inside = {key: parted(each) for key, each in value.items() if key not in TEXTS}
-        structure = {key: each[0] for key, each in inside.items()}
-        text = {key: each[1] for key, each in inside.items() if each[1]}
-        return structure, text | {key: each for key, each in value.items() if key in TEXTS - {"tool"} and each}
-    if isinstance(value, list):
-        both = [parted(each) for each in value]
-        texts = [text for _, text in both]
-        return [structure for structure, _ in both], texts if any(texts) else []
-    return value, None
-
-
-def digest(value: Any) -> str:
-    """Return ten letters that change with the value."""
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:10]
-
-
-def digests(names: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return for items the digests of structure and of text."""
-    return {
-        name: (digest(structure), digest(text)) for name, (structure, text) in zip(names, map(of, names), strict=True)
-    }
-
-
-def of(name: str) -> tuple[Any, Any]:
-    """Return structure and text of an item."""
+def written(name: str, stanzas: Stanzas) -> str:
+    """Return stanzas as one text, each below the name of its system."""
     os.chdir(ROOT)  # so that places are the same wherever the project is
-    return parted(items()[name]())
+    found = [f"# {name}: recorded by `python3 dev.py goldens`, explained in {HOME}/README.md."]
+    for system, lines in stanzas.items():
+        found += ["", f"== {system}", *lines()]
+    return "\n".join([*found, ""])
 
 
-def recorded() -> dict[str, tuple[str, str]]:
-    """Return the digests of the committed file."""
-    lines = DIGESTS.read_text(encoding="utf-8").splitlines() if DIGESTS.exists() else []
-    apart = (line.rsplit(" ", 2) for line in lines)
-    return {name: (structure, text) for name, structure, text in apart}
+def recorded(name: str) -> str:
+    """Return what a golden holds; nothing where there is none."""
+    file = RECORDED / f"{name}.txt"
+    return file.read_text(encoding="utf-8") if file.exists() else ""
 
 
-def differing(old: dict[str, tuple[str, str]], new: dict[str, tuple[str, str]]) -> dict[str, str]:
-    """Return by item what differs: it is new, gone, or its structure or text is another."""
-    found = {}
-    for name in [*new, *(old.keys() - new.keys())]:
-        if name not in old or name not in new:
-            found[name] = "is new" if name in new else "is gone"
-        elif old[name][0] != new[name][0]:
-            found[name] = "says other things"
-        elif old[name][1] != new[name][1]:
-            found[name] = "has other words"
-    return found
+def kept() -> set[str]:
+    """Return the names of all goldens that are there."""
+    return {str(file.relative_to(RECORDED).with_suffix("")) for file in RECORDED.rglob("*.txt")}
 
 
-def show(pattern: str) -> None:
-    """Print the items whose name contains a text, structure and words."""
-    for name in items():
-        if pattern in name:
-            structure, text = of(name)
-            whole = {"item": name, "structure": structure, "text": text}
-            print(json.dumps(whole, indent=1, sort_keys=True, ensure_ascii=False))
+def difference(name: str, old: str, new: str, was: str = "recorded") -> Iterator[str]:
+    """Yield the lines in which two texts differ, each with the system that it is about."""
+    before, after = old.splitlines(), new.splitlines()
+    for line in difflib.unified_diff(before, after, f"{name} {was}", f"{name} now", lineterm="", n=2):
+        yield f"{line} {_system(before, int(line.split()[1].split(',')[0][1:]))}" if line[:2] == "@@" else line
+
+
+def _system(lines: Sequence[str], number: int) -> str:
+    """Return the name of the system to which a line belongs."""
+    return next((each for each in reversed(lines[: number + 2]) if each.startswith("== ")), "")
+
+
+def made(names: Iterable[str], make: Callable[[str], str]) -> Iterator[tuple[str, str]]:
+    """Yield for names what is made of each, several at the same time."""
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        running = {pool.submit(make, name): name for name in names}
+        for each in concurrent.futures.as_completed(running):
+            yield running[each], each.result()
+
+
+def record(names: Sequence[str]) -> int:
+    """Write goldens; say which are new, gone and others than before."""
+    for name in sorted(kept() - inputs.files().keys()):
+        print(f"{name} is gone")
+        RECORDED.joinpath(f"{name}.txt").unlink()
+    for name, new in made(names, text):
+        old, file = recorded(name), RECORDED / f"{name}.txt"
+        if old != new:
+            print(f"{name} {'changed' if old else 'is new'}")
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(new, encoding="utf-8")
+    return 0
+
+
+def check(names: Sequence[str]) -> int:
+    """Print how goldens differ from what is said now; return 1 if any does."""
+    found = [line for name, new in made(names, text) for line in difference(name, recorded(name), new)]
+    found += [f"{name} is of no system any more" for name in sorted(kept() - inputs.files().keys())]
+    print("\n".join(found) if found else f"{len(names)} goldens, none differs")
+    return 1 if found else 0
 
 
 def against(revision: str) -> int:
-    """Print in full how the answers differ from those of the code at ``revision``; return 1 if any does."""
+    """Print how what is said of all differs from what the code at ``revision`` says of the same; return 1 if anything does."""
     with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder, "tree")
+        tree, both = Path(folder, "tree"), (Path(folder, "old"), Path(folder, "new"))
         subprocess.run(["git", "worktree", "add", "-q", "--detach", tree, revision], cwd=ROOT, check=True)
         try:
-            old, new = _dumped(tree), _dumped(ROOT)
+            shutil.rmtree(tree / HOME, ignore_errors=True)
+            shutil.copytree(ROOT / HOME, tree / HOME)
+            for code, said in zip((tree, ROOT), both, strict=True):
+                _dumped(code, said)
         finally:
             subprocess.run(["git", "worktree", "remove", "--force", tree], cwd=ROOT, check=True)
-    changed = [name for name in new if old.get(name) != new[name]]
-    for name in changed:
-        before, after = (
-            json.dumps(each.get(name), indent=1, sort_keys=True, ensure_ascii=False).splitlines() for each in (old, new)
-        )
-        print("\n".join(difflib.unified_diff(before, after, f"{name} at {revision}", f"{name} now", lineterm="", n=2)))
-    gone = old.keys() - new.keys()
-    print(f"{len(new)} items, {len(changed)} differ, {len(gone)} gone", file=sys.stderr)
-    return 1 if changed or gone else 0
+        names = sorted({file.name for said in both for file in said.iterdir()})
+        old, new = ({file.name: file.read_text(encoding="utf-8") for file in said.iterdir()} for said in both)
+    found = [
+        line for name in names for line in difference(name, old.get(name, ""), new.get(name, ""), f"at {revision}")
+    ]
+    print("\n".join(found) if found else f"{len(names)} goldens, none differs")
+    return 1 if found else 0
 
 
-def _dumped(tree: Path) -> Any:
-    """Return what the code of a tree says of all items of that tree."""
+def _dumped(tree: Path, said: Path) -> None:
+    """Write into a folder what the code of a tree says of all that it has, and of all random systems."""
     packages = [tree, tree / "proto/python", *sorted(tree.glob("plugins/*"))]
     path = {"PYTHONPATH": os.pathsep.join(map(str, packages))}
-    command = [sys.executable, "-m", "tests.goldens.record", "--dump"]
-    return json.loads(
-        subprocess.run(command, cwd=tree, env=os.environ | path, stdout=subprocess.PIPE, check=True).stdout
-    )
+    command = [sys.executable, "-m", "tests.goldens.record", "--dump", str(said)]
+    subprocess.run(command, cwd=tree, env=os.environ | path, check=True)
+
+
+def dump(said: Path) -> int:
+    """Write all that there is into a folder."""
+    said.mkdir()
+    numbers = [f"all random {part}" for part in range(_PARTS)]
+    for name, new in made([*inputs.files(), *numbers], _of_all):
+        (said / name.replace("/", " ")).write_text(new, encoding="utf-8")
+    return 0
+
+
+def _of_all(name: str) -> str:
+    if not name.startswith("all random "):
+        return text(name)
+    numbers = range(int(name.rpartition(" ")[2]), inputs.RANDOM, _PARTS)
+    return written(name, inputs.of_random(numbers))
 
 
 def main(arguments: list[str]) -> int:
     """Run one of the forms above; return the exit code."""
-    parser = argparse.ArgumentParser(prog="dev.py goldens", description=__doc__, add_help=True)
+    parser = argparse.ArgumentParser(prog="dev.py goldens", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--against", metavar="REV")
-    parser.add_argument("--show", metavar="ITEM")
-    parser.add_argument("--dump", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--dump", type=Path, help=argparse.SUPPRESS)
     chosen = parser.parse_args(arguments)
     if chosen.dump:
-        json.dump({name: of(name) for name in items()}, sys.stdout)
-        return 0
-    if chosen.show:
-        show(chosen.show)
-        return 0
+        return dump(chosen.dump)
     if chosen.against:
         return against(chosen.against)
-    names = list(items())
-    parts = [names[start :: os.cpu_count() or 1] for start in range(os.cpu_count() or 1)]
-    with concurrent.futures.ProcessPoolExecutor() as pool:
-        made = {name: both for part in pool.map(digests, parts) for name, both in part.items()}
-    old, new = recorded(), {name: made[name] for name in names}
-    found = differing(old, new)
-    for name, what in found.items():
-        print(f"{name} {what}")
-    print(f"{len(new)} items, {len(found)} differ from {DIGESTS.relative_to(ROOT)}", file=sys.stderr)
-    if not chosen.check:
-        DIGESTS.write_text("".join(f"{name} {' '.join(both)}\n" for name, both in new.items()), encoding="utf-8")
-    return 1 if found and chosen.check else 0
+    names = [name for name in inputs.files() if name.startswith(tuple(chosen.names) or "")]
+    if not names:
+        parser.error(f"no golden begins so; there are {', '.join(inputs.files())}")
+    return check(names) if chosen.check else record(names)
 
 
 if __name__ == "__main__":
