@@ -5,11 +5,14 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     import pytest
 
 if sys.version_info < (3, 11):
@@ -23,6 +26,42 @@ settings.register_profile("base", deadline=None, suppress_health_check=[HealthCh
 settings.register_profile("fixed", parent=settings.get_profile("base"), derandomize=True, max_examples=24)
 settings.register_profile("explore", parent=settings.get_profile("base"), max_examples=2_000)
 settings.load_profile(os.environ.get("CQOS_HYPOTHESIS", "fixed"))
+
+
+# Slow tests, by what they share: a browser, a service, or nothing but long waits.
+SLOW = (
+    ("tests/modeler/test_qos.py", "tests/pictures/"),
+    ("tests/modeler/",),
+    (*(f"tests/service/test_{name}.py" for name in ("memory", "process", "strangers", "bounds", "fairness")),),
+    ("tests/service/",),
+    ("tests/bulk/test_spark.py", "tests/conformance/", "tests/test_build.py", "tests/growth/", "tests/decisive/"),
+)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let each worker begin with slow tests that share what they start.
+
+    xdist gives each worker an equal part of the list, and one that is done takes tests from the end of another's part.
+    """
+    workers: int = getattr(config, "workerinput", {}).get("workercount", 1)
+    if workers > 1 and not config.getoption("random_order_bucket", None):
+        items[:] = in_parts(items, workers)
+
+
+def in_parts(items: Sequence[pytest.Item], workers: int) -> Iterator[pytest.Item]:
+    """Yield all items, with the slow ones at the beginning of each worker's part."""
+    slow: list[list[pytest.Item]] = [[] for _ in SLOW]
+    quick: list[pytest.Item] = []
+    for item in items:
+        group = next((group for names, group in zip(SLOW, slow, strict=True) if item.nodeid.startswith(names)), quick)
+        group.append(item)
+    rest = iter(quick)
+    for worker in range(workers):
+        part = [item for group in slow[worker::workers] for item in group]
+        size = (len(items) * (worker + 1)) // workers - (len(items) * worker) // workers
+        yield from part
+        yield from islice(rest, max(0, size - len(part)))
+    yield from rest
 
 
 def pytest_collection_finish() -> None:

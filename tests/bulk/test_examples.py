@@ -60,7 +60,7 @@ def said_of_two(folder: Path, protocol: str, example: Any, options: Mapping[str,
 
 
 @pytest.mark.explored
-@pytest.mark.parametrize("seed", range(40 if EXPLORE else 3))
+@pytest.mark.parametrize("seed", range(40 if EXPLORE else 1))
 @pytest.mark.parametrize("kind", ["ros2", "dds", "mqtt", "clients"])
 def test_the_two_endpoints_of_an_example_alone_have_the_finding(kind, seed, tmp_path):
     path, protocol = tmp_path / "fleet.csv", "mqtt" if kind == "clients" else kind

@@ -23,7 +23,7 @@ ROOT: Final = Path(__file__).parents[2]
 FILES: Final = sorted(
     {*ROOT.glob("examples/**/*.yaml"), *ROOT.glob("tests/**/*.yaml"), *ROOT.glob("plugins/*/tests/**/*.y*ml")}
 )
-DOCUMENTS: Final = 60_000 if EXPLORE else 3_000
+DOCUMENTS: Final = 60_000 if EXPLORE else 1_500
 LINES: Final = (
     *("{i}{k}: {v}\n", "{i}{k}:\n", "{i}{k}: {{{k}: {v}, {k}2: {v}}}\n", "{i}# c\n", "\n", "{i}{k}: [{v}, {v}]\n"),
     *(

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import QosProfile
 
 PACKS: Final = (POST, DDS, MQTT, ROS2)
-SEEDS: Final = 40 if EXPLORE else 2
+SEEDS: Final = 40 if EXPLORE else 1
 TEXTS: Final = {
     "count": ("1", "2", "5"),
     "duration": ("0s", "1s", "2s", "3s", "infinite"),

@@ -166,7 +166,7 @@ def content_of(report):
     return str(bare), sorted(map(str, report.findings))
 
 
-@settings(max_examples=EXAMPLES * 2)
+@settings(max_examples=EXAMPLES)
 @given(models, edits, st.sampled_from(["", LARGE]), st.booleans())
 def test_a_session_of_documents_equals_a_fresh_check(first, steps, size, with_another):
     beside = {"beside.yaml": (BESIDE % "reliable").encode()} if with_another else {}

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
 
 PACKS: Final = (POST, DDS, MQTT, ROS2)
-SEEDS: Final = 60 if EXPLORE else 2
+SEEDS: Final = 60 if EXPLORE else 1
 TEXTS: Final = {
     "count": ("1", "2", 5, "0", True),
     "duration": ("1s", "2s", "infinite", timedelta(seconds=2), "7"),
