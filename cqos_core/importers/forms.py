@@ -72,6 +72,10 @@ class MapOf(Shape[dict[str, Member[T]]]):
             return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
             advice = _missing_blank(node) or _as_map(node, self.instead or name)
+            if isinstance(self.shape, SettingsMap) and (joined := _joined(node)) and joined.is_flat():
+                advice = (
+                    f"write a map: `{name}: {{PACK: {part_text(joined)}}}`, where PACK is the protocol they are about"
+                )
             self.refuse(node, reading, name, advice)
             return None
         if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
@@ -81,6 +85,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
             return None
         found = {}
         before: Node | None = None
+        last = ""
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
                 if _is_bare(key, value, reading):
@@ -90,9 +95,12 @@ class MapOf(Shape[dict[str, Member[T]]]):
                         "CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice
                     )
                 continue
-            above, before = self._above(before, key.text, value), value
+            above = self._above(before, key.text, value)
+            advice = f"indent it below `{above}`, which is empty"
+            if not above and last and self._is_key_of_one(key.text, value):
+                above, advice = last, f"indent it below `{last}`, with more blanks before it than before `{last}`"
+            before, last = value, key.text
             if above:
-                advice = f"indent it below `{above}`, which is empty"
                 reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
                 continue
             if key.text in self.beside and self._holds_names(value):
@@ -105,15 +113,21 @@ class MapOf(Shape[dict[str, Member[T]]]):
         return found
 
     def _holds_names(self, node: Node) -> bool:
-        """Whether a map has names as keys: one with a slash, which no setting has; or maps, and none of the form's own keys."""
+        """Whether a value is none of this map: one with names as keys, which are maps or have a slash; or no map where each is one."""
         if not isinstance(node, MappingNode):
-            return False
+            return isinstance(self.shape, Form) and self.shape.short is None and not is_null(node)
         if isinstance(self.shape, Form):
             own = self.shape.own
             return own.isdisjoint(node.entries) and any(
                 isinstance(each, MappingNode) for _, each in node.entries.values()
             )
         return any("/" in name for name in node.entries)
+
+    def _is_key_of_one(self, name: str, value: Node) -> bool:
+        """Whether a name is a key that the values have, `subscribes`, with topics below it: it stands one level too high."""
+        if not isinstance(self.shape, Form) or name not in self.shape.keys or not isinstance(value, MappingNode):
+            return False
+        return isinstance(self.shape.keys[name].shape, MapOf) and self.shape.own.isdisjoint(value.entries)
 
     def _above(self, before: Node | None, name: str, value: Node) -> str:
         """Return the empty key at the end of the map ``before`` a name that is a topic and no name of this map; else nothing."""
@@ -147,6 +161,16 @@ def _as_map(node: Node, name: str) -> str:
         keys = ", ".join(f"`{key}:`" for key, _ in parts[:_SHOWN])
         return f"write each with a colon, in a map: {keys}{', …' if len(parts) > _SHOWN else ''}"
     return f"write each without a dash: `{key}: {value if len(value) <= _LONGEST_MAP else '…'}`"
+
+
+def _joined(node: Node) -> MappingNode | None:
+    """Return one map in place of a list of maps with different keys; None for all else."""
+    entries: dict[str, tuple[ScalarNode, Node]] = {}
+    for item in node.items if isinstance(node, SequenceNode) else ():
+        if not isinstance(item, MappingNode) or not entries.keys().isdisjoint(item.entries):
+            return None
+        entries.update(item.entries)
+    return MappingNode(None, None, entries) if entries else None
 
 
 def _pairs(items: list[Node]) -> list[Node]:
@@ -386,7 +410,9 @@ class Form(Shape[Entry]):
             key = ScalarNode(self.short, node.line, node.column, plain=True)
             return self._map(MappingNode(node.line, node.column, {self.short: (key, node)}), reading)
         text = node.text if isinstance(node, ScalarNode) and "{name}" not in self.bare else part_text(node)
-        begun = f"write `{self.bare.format('' if is_null(node) else text, name=name)}`" if self.bare else None
+        joined = _joined(node)
+        begun = f"write it without dashes: `{name}: {part_text(joined)}`" if joined is not None else None
+        begun = begun or f"write `{self.bare.format('' if is_null(node) else text, name=name)}`" if self.bare else None
         self.refuse(node, reading, name, _missing_blank(node) or begun)
         return None
 
@@ -450,7 +476,10 @@ class Form(Shape[Entry]):
         belongs = above in known and is_null(node.entries[above][1]) and isinstance(self.keys[above].shape, MapOf)
         advice = f"indent it below `{above}`, which is empty" if belongs else self.never.get(key.text)
         advice = advice or self.elsewhere.get(key.text) or ""
-        guess = "" if advice else did_you_mean(key.text, known)
+        may_be = [
+            each for each in known if not (isinstance(value, MappingNode) and isinstance(self.keys[each].shape, Scalar))
+        ]
+        guess = "" if advice else did_you_mean(key.text, may_be)
         if not advice and not guess:
             advice = self.guess(key.text, value, node)
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
@@ -543,6 +572,10 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
     if not _is_bare(key, value, reading):
         return None  # an empty value states nothing
     line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
+    if (empty := re.search(r"([\w.-]+):\s*,\s*$", line)) is not None:
+        message = f"{shown(empty[1])} has no value, and {shown(key.text)} behind the comma is a key without one"
+        reading.warn("CQ020", message, key, f"write `{empty[1]}: {key.text}`")
+        return empty[1], Setting(key.text, reading.place(key), message, reported="CQ020")
     if before and (number := re.search(r"[:\s](\d+),$", line)) and re.match(r"\d", key.text):
         message = f"a comma ends a value, so `{before}` is `{number[1]}` and `{key.text}` a key without a value"
         reading.warn("CQ020", message, key, f"write a decimal point: `{before}: {number[1]}.{key.text}`")

@@ -167,6 +167,13 @@ _PARAMETERS: Final = (
 )
 
 
+_LAUNCH: Final = (
+    "a launch file is a file of its own, which C-QoS reads: `cqos check SYSTEM LAUNCH_FILE`; here write what is published and "
+    f"subscribed, `{PUBLISHES.name}: {{TOPIC: }}`, and renames as `remap: {{FROM: TO}}`"
+)
+_OF_A_LAUNCH_FILE: Final = frozenset(("pkg", "exec", "executable", "composable_node", "plugin"))
+
+
 def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     """Say what was meant by a map under a name that no participant has as a key: its topics, or an endpoint's settings."""
     del around
@@ -174,6 +181,8 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
         return ""
     if "parameters" in name.lower():
         return _PARAMETERS
+    if not _OF_A_LAUNCH_FILE.isdisjoint((name, *value.entries)):
+        return _LAUNCH
     if "/" not in name and any("/" in inner for inner in value.entries):
         ends = {
             _END_WORDS.get(word, "") for _, inner in value.entries.values() for word in getattr(inner, "entries", ())
@@ -189,6 +198,18 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`"
 
 
+_WRITING: Final = ("writers", "data_writers", "datawriters", "writer", "outputs", "output", "out", "produces", "emits")
+_READING: Final = (
+    "readers",
+    "data_readers",
+    "datareaders",
+    "reader",
+    "inputs",
+    "input",
+    "in",
+    "consumes",
+    "listens_to",
+)
 PARTICIPANT: Final = Form(
     "participant",
     "a participant",
@@ -218,7 +239,18 @@ PARTICIPANT: Final = Form(
     },
     hints=_PARTICIPANT_SETTINGS,
     bare=f"{{name}}: {{{{{PUBLISHES.name}: {{{{TOPIC: }}}}}}}}",
-    elsewhere={name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
+    elsewhere={
+        **{name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
+        **dict.fromkeys(_WRITING, f"write `{PUBLISHES.name}: {WRITTEN}`"),
+        **dict.fromkeys(_READING, f"write `{SUBSCRIBES.name}: {WRITTEN}`"),
+        **dict.fromkeys(
+            ("services", "actions"),
+            "write services that it offers below `serves`, those that it uses below `calls`; actions below `action_servers` or "
+            "`action_clients`",
+        ),
+        "topics": f"write endpoints by what is done with the topic, `{PUBLISHES.name}: {WRITTEN}` or `{SUBSCRIBES.name}: {WRITTEN}`; "
+        f"`topics` at the left edge of the file states facts about topics",
+    },
     guess=_guess_in_participant,
 )
 
@@ -308,7 +340,12 @@ INSTANCES: Final = Key(
 )
 PARTICIPANTS: Final = Key(
     "participants",
-    MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)),
+    MapOf(
+        PARTICIPANT,
+        "a map of participants",
+        empty=True,
+        beside=frozenset((*_OF_THE_FILE, "options", "protocol", "cqos")),
+    ),
     "Who takes part, by id.",
 )
 BROKERS: Final = Key(
@@ -343,6 +380,11 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
         if "/" in name:
             return (
                 f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
+            )
+        if value.is_flat():
+            return (
+                f"settings that endpoints share are a profile, `profiles: {{{name}: {WRITTEN}}}`, which each takes by `profile: {name}`; "
+                f"a participant stands below `participants`: `participants: {{{name}: {WRITTEN}}}`"
             )
         return (
             f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
@@ -388,6 +430,7 @@ DOCUMENT: Final = Form(
         },
         **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: {value}`"),
         "name": "write `system: {value}`",
+        "launch": _LAUNCH,
     },
     guess=_guess_in_document,
 )
