@@ -232,8 +232,9 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     advice = place = None
     if not system.endpoints:
         first = next(iter(system.participants.values()), None)
-        advice, place = "state who publishes and who subscribes: nothing does", first and first.place
+        advice = "state who publishes and who subscribes: nothing does"
         if first is not None:
+            place = first.place
             advice = f"write below `{first.id}` what it does: `publishes: {{TOPIC: }}` or `subscribes: {{TOPIC: }}`"
     return core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)
 

@@ -31,6 +31,9 @@ T = TypeVar("T")
 WRITTEN: Final = "{value}"
 """In advice about a key: the value that was written for it."""
 
+OTHERS: Final = "{others}"
+"""In advice about a key: the map without it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Member(Generic[T]):
@@ -78,10 +81,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
                 )
             self.refuse(node, reading, name, advice)
             return None
-        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
-            source, target = _as_entry(node)
-            message = f"{shown(name)} has `from` and `to` as names"
-            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
+        if self._is_refused_whole(node, reading, name):
             return None
         found = {}
         before: Node | None = None
@@ -123,6 +123,33 @@ class MapOf(Shape[dict[str, Member[T]]]):
             )
         return any("/" in name for name in node.entries)
 
+    def _is_refused_whole(self, node: MappingNode, reading: Reading, name: str) -> bool:
+        """Whether no key is a name here, which is reported: `from` and `to`, or topics in place of groups."""
+        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
+            source, target = _as_entry(node)
+            message = f"{shown(name)} has `from` and `to` as names"
+            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
+            return True
+        if (
+            self.instead
+            and node.entries
+            and not any(map(self._is_group, (value for _, value in node.entries.values())))
+        ):
+            written = part_text(node)
+            advice = f"without groups write `{self.instead}: {written if len(written) <= _LONGEST_MAP else '…'}`"
+            advice += f"; with a group `{name}: {{{_NAME}: {{{self.instead}: {{…}}}}}}`"
+            message = f"{shown(name)} has groups by name, and none here has {shown(self.instead)}"
+            reading.problem("CQ010", message, next(iter(node.entries.values()))[0], advice)
+            return True
+        return False
+
+    def _is_group(self, node: Node) -> bool:
+        """Whether a value may be a group: it has topics below a direction, or is of another kind, which is reported."""
+        if not isinstance(node, MappingNode):
+            return not is_null(node)
+        misplaced = self.shape.never if isinstance(self.shape, Form) else {}
+        return not {self.instead, *misplaced}.isdisjoint(node.entries)
+
     def _is_key_of_one(self, name: str, value: Node) -> bool:
         """Whether a name is a key that the values have, `subscribes`, with topics below it: it stands one level too high."""
         if not isinstance(self.shape, Form) or name not in self.shape.keys or not isinstance(value, MappingNode):
@@ -149,6 +176,8 @@ class MapOf(Shape[dict[str, Member[T]]]):
 def _as_map(node: Node, name: str) -> str:
     """Say how a text, or the parts of a list, are written as the map at a key; or how the first are, where all are too long."""
     parts = [_as_entry(part) for part in (_pairs(node.items) if isinstance(node, SequenceNode) else [node])]
+    if len(parts) == _PAIR and "/" in parts[0][0] and not (parts[0][1] or parts[1][1] or "/" in parts[1][0]):
+        return f"write a map: `{name}: {{{parts[0][0]}: {parts[1][0]}}}`"
     if not parts:
         return f"write a map: `{name}: {{{_NAME}: …}}`"
     whole = f"{name}: {{{', '.join(f'{key}: {value}' if value else f'{key}: ' for key, value in parts)}}}"
@@ -409,12 +438,21 @@ class Form(Shape[Entry]):
         if isinstance(node, ScalarNode) and self.short is not None and node.text:
             key = ScalarNode(self.short, node.line, node.column, plain=True)
             return self._map(MappingNode(node.line, node.column, {self.short: (key, node)}), reading)
-        text = node.text if isinstance(node, ScalarNode) and "{name}" not in self.bare else part_text(node)
-        joined = _joined(node)
-        begun = f"write it without dashes: `{name}: {part_text(joined)}`" if joined is not None else None
-        begun = begun or f"write `{self.bare.format('' if is_null(node) else text, name=name)}`" if self.bare else None
-        self.refuse(node, reading, name, _missing_blank(node) or begun)
+        self.refuse(node, reading, name, _missing_blank(node) or self._instead_of(node, name))
         return None
+
+    def _instead_of(self, node: Node, name: str) -> str | None:
+        """Say what to write in place of a list or a text."""
+        if (joined := _joined(node)) is not None:
+            return f"write it without dashes: `{name}: {part_text(joined)}`"
+        if not self.bare:
+            return None
+        named = "{name}" in self.bare
+        text = node.text if isinstance(node, ScalarNode) and not named else part_text(node)
+        advice = f"write `{self.bare.format('' if is_null(node) else text, name=name)}`"
+        if self.flat and isinstance(node, ScalarNode) and node.text:
+            advice += f"; if `{name}: {text}` is a setting, write it in {self.expected} or at an endpoint, `TOPIC: {{{name}: {text}}}`"
+        return advice
 
     def refuse(self, node: Node, reading: Reading, name: str, advice: str | None = None) -> None:
         """Say that ``node`` is no such map."""
@@ -485,7 +523,10 @@ class Form(Shape[Entry]):
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
         written = "" if is_null(value) else part_text(value)
-        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…")
+        rest = MappingNode(None, None, {name: entry for name, entry in node.entries.items() if name != key.text})
+        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…").replace(
+            OTHERS, part_text(rest)
+        )
         reading.problem("CQ006", message, key, advice or f"allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:

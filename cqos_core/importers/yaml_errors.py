@@ -340,10 +340,12 @@ def _unclosed(failure: _Failure, reading: Reading) -> _Said | None:
         if missing[:1] == "]" and text[behind - 1 : behind] == "}" and inner is not None:
             right = f"{text[: inner.end(1)]}], {text[inner.start(2) :]}"
             right = right.rstrip() + _open_in(right)
-            where = (last, inner.start(1) + 1)
-            return f"`[` of line {last}, column {where[1]}, is not closed", f"write {to_write(right.strip())}", where
+            begun = inner.start(1) + 1
+            message = f"`[` of line {last}, column {begun}, is not closed"
+            return message, f"write {to_write(right.strip())}", (last, begun)
         if missing and text[behind - 1 : behind] in {"]", "}"}:
-            right = text[: behind - 1] + missing[0] + text[behind:]
+            right = (text[: behind - 1] + missing[0] + text[behind:]).rstrip()
+            right += "" if last != first else _open_in(right)
             message = f"{shown(text[behind - 1])} does not close what `{_OPENING[missing[0]]}` opens on line {first}"
             return message, f"write `{missing[0]}` in its place: {to_write(right.strip())}", failure.last
         return None
@@ -414,6 +416,12 @@ def _other(failure: _Failure, reading: Reading) -> _Said:
     at_end = start is None or not reading.lines.text[start + failure.last[1] - 1 :].strip()
     where = failure.first if at_end or _KEY in failure.context else failure.last
     line = reading.lines.line(failure.last[0])
+    if (opened := re.search(r"(?<=[\s,\[{])(['\"])([^'\",\[\]{}]+),\s*\1\w", line)) is not None:
+        message = f"the quotes before {shown(opened[2])} are not closed"
+        return message, f"write {to_write(opened[1] + opened[2] + opened[1])}", (failure.last[0], opened.start() + 1)
+    if (doubled := re.search(r"(''|\"\")([^'\"]+)\1", line)) is not None:
+        message = f"{shown(doubled[0])} begins and ends with two quotes each"
+        return message, f"write {to_write(doubled[2])}", (failure.last[0], doubled.start() + 1)
     round_ = re.search(r":\s*\((\w[\w.]*:\s.*?)\)", line)
     if "flow" in failure.context and round_ is not None:
         column = round_.start(1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
+from cqos_core.importers.forms import OTHERS, WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
@@ -57,7 +57,7 @@ NEEDS: Final = Key(
 _NEEDS_ELSEWHERE: Final = {
     NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"
 }
-_TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
+_TOPIC_ABOVE: Final = {"topic": f"the topic is the name above it: `{WRITTEN}: {OTHERS}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
     "endpoint",
@@ -190,6 +190,8 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
         if ends and "" not in ends:
             return _by_direction(value)
         return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: {WRITTEN}`"
+    if "qos" in name.lower() and value.is_flat():
+        return f"write it at each endpoint: `{PUBLISHES.name}: {{TOPIC: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{TOPIC: {WRITTEN}}}`"
     if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
         return (
             f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`; if these are "
@@ -198,17 +200,41 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`"
 
 
-_WRITING: Final = ("writers", "data_writers", "datawriters", "writer", "outputs", "output", "out", "produces", "emits")
-_READING: Final = (
-    "readers",
-    "data_readers",
-    "datareaders",
-    "reader",
-    "inputs",
-    "input",
-    "in",
-    "consumes",
-    "listens_to",
+_WRITING: Final = frozenset(
+    [
+        "writer",
+        "writers",
+        "data_writers",
+        "datawriters",
+        "output",
+        "outputs",
+        "out",
+        "produces",
+        "emits",
+        "send",
+        "write",
+        "talks",
+        "publication",
+        "publications",
+    ]
+)
+_READING: Final = frozenset(
+    [
+        "reader",
+        "readers",
+        "data_readers",
+        "datareaders",
+        "input",
+        "inputs",
+        "in",
+        "consumes",
+        "receive",
+        "read",
+        "listen",
+        "listens_to",
+        "subscription",
+        "subscriptions",
+    ]
 )
 PARTICIPANT: Final = Form(
     "participant",
@@ -396,6 +422,7 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     return (
         f"an option of the deployment is written `options: {{{pack}: {{{name}: {WRITTEN}}}}}`; a setting of participants at each, "
         f"`participants: {{NAME: {{{name}: {WRITTEN}}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: {WRITTEN}}}}}`; "
+        f"a setting of a broker at it, `brokers: {{NAME: {{{name}: {WRITTEN}}}}}`; "
         f"allowed here: {_ALLOWED}"
     )
 

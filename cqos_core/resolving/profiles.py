@@ -255,7 +255,10 @@ class Profiles:
             first = ref.name.split(" ")[0]
             if first != ref.name and (normalise(first) in pack.preset_names or first in self._system.profiles):
                 meant = f"did you mean `{first}`? a text goes on in the next line, and `{ref.name}` is one; "
-            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
+            known = self._known(pack)
+            if not meant and not known.nearest(ref.name) and (within := _name_within(ref.name, pack)):
+                meant = f"did you mean `{within}`? "
+            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, known))
             return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
 
@@ -279,6 +282,13 @@ class Profiles:
             message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
             self._reader.say_once("CQ207", message, ref.place)
         return available
+
+
+def _name_within(text: str, pack: RulePack) -> str:
+    """Return the only preset of several words that is a part of a name, ``sensor_data_qos_profile``; else nothing."""
+    written = f"_{normalise(text)}_"
+    found = [name for name in pack.presets if "_" in name and f"_{normalise(name)}_" in written]
+    return found[0] if len(found) == 1 else ""
 
 
 def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:

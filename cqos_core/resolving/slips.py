@@ -129,6 +129,9 @@ def _read_arguments(pack: RulePack, arguments: str, found: dict[str, str]) -> bo
             understood = _set_by_call(pack, named[1], named[2], found) or _set(pack, named[1], named[2], found)
         elif _CALL.search(argument):
             understood = _read_calls(pack, argument, found)
+        elif preset := preset_within(pack, argument):
+            found["profile"] = preset.removeprefix("{profile: ").removesuffix("}")
+            understood = True
         else:
             understood = _read_value(pack, argument, found)
         if not understood:
