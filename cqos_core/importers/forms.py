@@ -236,6 +236,8 @@ def _as_entry(node: Node) -> tuple[str, str]:
 
 _NAME: Final = "NAME"
 _LONGEST_MAP: Final = 140
+_NEAR: Final = 100
+"""Characters before a key in which a key without a value is looked for."""
 _SHOWN: Final = 4
 _PAIR: Final = 2
 
@@ -613,7 +615,7 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
     if not _is_bare(key, value, reading):
         return None  # an empty value states nothing
     line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
-    if (empty := re.search(r"([\w.-]+):\s*,\s*$", line)) is not None:
+    if (empty := re.search(r"([\w.-]+):\s*,\s*$", line[-_NEAR:])) is not None:
         message = f"{shown(empty[1])} has no value, and {shown(key.text)} behind the comma is a key without one"
         reading.warn("CQ020", message, key, f"write `{empty[1]}: {key.text}`")
         return empty[1], Setting(key.text, reading.place(key), message, reported="CQ020")

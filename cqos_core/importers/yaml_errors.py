@@ -300,14 +300,14 @@ def _colon_in_value(failure: _Failure, reading: Reading) -> _Said | None:
     found = _PAIR.fullmatch(reading.lines.line(failure.last[0])) if "mapping values" in failure.problem else None
     if found is None or failure.last[1] <= found.start(3):
         return None
+    advice = f"put the value in quotes: `{found[2]}: {in_quotes(found[3])}`"
     if (second := _SECOND.fullmatch(found[3])) is not None:
         one, other = (f"{found[2]}: {second[1]}", f"{second[2]}: {second[3]}")
         column = found.start(3) + second.start(2)
-        advice = f"write two lines with the same indentation: {to_write(one)} and {to_write(other)}"
+        advice = f"write two lines with the same indentation, {to_write(one)} and {to_write(other)}; or {advice}"
         return f"{shown(second[2])} stands behind the value of {shown(found[2])}", advice, (failure.last[0], column + 1)
-    advice = f"put the value in quotes: `{found[2]}: {in_quotes(found[3])}`"
     if re.fullmatch(r"[a-z_.]+:\s+[^:{}\[\]]+", found[3]):
-        advice = f"write a map: `{found[2]}: {{{found[3]}}}`"
+        advice = f"write a map, `{found[2]}: {{{found[3]}}}`; or {advice}"
     return "a second colon in one value", advice, (failure.last[0], found.start(3) + 1)
 
 

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 _SEVERAL: Final = 2
 _NEAR: Final = 20
-"Lines above a setting in which its topic is looked for."
+"""Lines above a setting in which its topic is looked for."""
+_ANCHOR: Final = regular_expression(r"(?<!\S)&(\w+)(?!\S)")
 _ENTRY: Final = regular_expression(r"(?P<indent>\s*)(?P<name>[^\s:{},]+):\s*(?:#.*)?")
 _NO_PROFILE: Final = ("CQ204",)
 _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
@@ -64,6 +65,8 @@ class Profiles:
         self._reader = reader
         self._layers: dict[tuple[int, User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
         self._names: dict[int, KnownNames] = {}
+        self._lines: dict[str, Lines] = {}
+        self._anchors: dict[str, dict[str, int]] = {}
         self._own_layers: dict[tuple[int, str, str], Layer] = {}
         self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
 
@@ -176,8 +179,12 @@ class Profiles:
         """Return the lines of the file in which a name stands."""
         from cqos_core.model.encoding import Lines, decode
 
-        data = None if ref.place is None else self._system.sources.get(ref.place.source)
-        return None if data is None else Lines(decode(data))
+        if ref.place is None or (data := self._system.sources.get(ref.place.source)) is None:
+            return None
+        lines = self._lines.get(ref.place.source)
+        if lines is None:
+            lines = self._lines[ref.place.source] = Lines(decode(data))
+        return lines
 
     def _setting_as_topic(self, ref: ProfileRef, pack: RulePack) -> tuple[str, str] | None:
         """Return message and advice where a name is the value of a setting that stands beside its topic rather than below it."""
@@ -200,8 +207,12 @@ class Profiles:
         place, lines = ref.place, self._lines_of(ref)
         if place is None or place.line is None or place.column is None or lines is None or not ref.name.isidentifier():
             return ""
-        before = lines.text[: (lines.start(place.line) or 0)]
-        if not re.search(rf"(?<!\S)&{ref.name}(?!\S)", before):
+        anchors = self._anchors.get(place.source)
+        if anchors is None:
+            # Of two anchors of one name the first is kept.
+            found = [(each[1], each.start()) for each in _ANCHOR.finditer(lines.text)]
+            anchors = self._anchors[place.source] = dict(reversed(found))
+        if anchors.get(ref.name, len(lines.text)) >= (lines.start(place.line) or 0):
             return ""
         merged = re.search(r"\bprofile\s*:\s*$", lines.line(place.line)[: place.column - 1])
         return f"write `{'<<: ' if merged else ''}*{ref.name}`: `&{ref.name}` is an anchor, not a profile"
