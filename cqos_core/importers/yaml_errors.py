@@ -32,6 +32,7 @@ _NEXT_KEY = regular_expression(r"[^\s,{\[:]\s+([\w./~$+-]+)\s*:")
 _TOKEN = regular_expression(r"(?:(?!\s#|:(?:\s|$)).)+")
 _TOKEN_IN_FLOW = regular_expression(r"(?:(?!\s#|:(?:\s|$)|[,\[\]{}]).)+")
 _PAIR = regular_expression(r"(\s*)(?:- +)?([\w./~$+-]+):\s+(\S.*?)\s*(?:\s#.*)?")
+_OTHER_DASHES = "\u2010\u2011\u2012\u2013\u2014 "
 _PAIR_IN_LIST = regular_expression(r"(\[[^\[\]{}:]*[^\[\]{}:,\s])\s*,\s*([\w.]+:\s[^\[\]]*$)")
 _SECOND = regular_expression(r"([\w./]+),?\s+([a-z_]+):\s+([^:]+)")
 _EMPTY_KEY = regular_expression(r"(\s*)([\w./~$+-]+):\s*")
@@ -119,7 +120,7 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
         each(failure, reading)
         for each in (
             *(_unquoted, _glued, _bare, _deeper, _colon_in_value),
-            *(_uncommaed, _late_quotes, _too_many, _unclosed, _open_quotes, _slashes, _between),
+            *(_uncommaed, _late_quotes, _too_many, _unclosed, _open_quotes, _line_of_text, _between),
         )
     )
     message, advice, where = next(filter(None, tried), None) or _other(failure, reading)
@@ -154,9 +155,8 @@ def _unquoted(failure: _Failure, reading: Reading) -> _Said | None:
         if word[:1] == word[-1:] == "`" and len(word) > len("``"):
             return "a backquote begins no text", f"write {in_quotes(word[1:-1])}", failure.last
         advice = _QUOTE_IT.format(in_quotes(word))
-        if (
-            reading.rest_of_line(failure.last[0], 1)[: failure.last[1] - 1].rstrip().endswith(":")
-            and word[1:].isidentifier()
+        if reading.rest_of_line(failure.last[0], 1)[: failure.last[1] - 1].rstrip().endswith(":") and re.fullmatch(
+            r"\w+", word[1:]
         ):
             advice += f"; a value without the sign is `{word[1:]}`"
         return f"no value begins with {rest[:1]}", advice, failure.last
@@ -221,7 +221,7 @@ def _value_below(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a word that stands below its key with the same indentation, or a line of other dashes than ``---``."""
     line = failure.first[0]
     text, above = reading.lines.line(line), _EMPTY_KEY.fullmatch(reading.lines.line(line - 1))
-    if text.strip() and not text.strip("\u2010\u2011\u2012\u2013\u2014 "):
+    if text.strip() and not text.strip(_OTHER_DASHES):
         return f"{shown(text.strip())} begins no document", "write `---`", (line, 1)
     word = _WORD.fullmatch(text)
     if above is None or word is None or _indent(text) > len(above[1]):
@@ -262,10 +262,12 @@ def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"write {blanks} before {shown(name[1])}, as before {shown(above[2])}", (line, name.start(1) + 1)
 
 
-def _slashes(failure: _Failure, reading: Reading) -> _Said | None:
-    """Explain a line that begins with ``//`` or ``/*``, which YAML takes for text."""
+def _line_of_text(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a line that YAML takes for text: one that begins with ``//`` or ``/*``, or has nothing but dashes of other kinds."""
     for line in range(failure.last[0], max(0, failure.first[0] - 2, failure.last[0] - _FEW), -1):
         text = reading.lines.line(line)
+        if text.strip() and not text.strip(_OTHER_DASHES):
+            return f"the line {shown(text.strip())} is text to YAML", "remove it", (line, _indent(text) + 1)
         if (found := re.match(r"\s*(//|/\*)\s*(.*?)\s*(?:\*/)?\s*$", text)) is not None:
             return (
                 f"`{found[1]}` begins no comment in YAML",
