@@ -231,7 +231,7 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     expected = system.partial or system.hypothetical or (count and external == count)
     advice = place = None
     if not system.endpoints:
-        first = next(iter(system.participants.values()), None)
+        first = min(system.participants.values(), key=lambda each: each.id, default=None)
         advice = "state who publishes and who subscribes: nothing does"
         if first is not None:
             place = first.place
