@@ -6,7 +6,14 @@ import pytest
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
+from cqos_core.resolving.slips import (
+    meant_instead,
+    preset_within,
+    settings_of_assignments,
+    settings_of_call,
+    settings_of_values,
+    value_within,
+)
 
 PACKS = {each.id: each for name in ("ros2", "dds", "mqtt") if (each := load_plugins().pack(name)) is not None}
 SLIPS = [pytest.param(PACKS[name], slip, id=f"{name} {slip.written}") for name in PACKS for slip in PACKS[name].slips]
@@ -41,6 +48,11 @@ CALLS = {
     "QoSProfile(history=KeepLast(depth=3))": "{history: keep_last, depth: 3}",
     "KEEP_ALL()": "{history: keep_all}",
     "rclcpp::SensorDataQoS()": "",  # a slip: the pack names the preset
+    "qos = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)": "{depth: 1, durability: transient_local}",
+    "auto qos = rclcpp::QoS(10);": "{depth: 10}",
+    "create_publisher(String, '/u', 10)": "{depth: 10}",
+    "create_publisher(String, '/u', make_qos)": "",
+    "rclcpp::QoS(rclcpp::QoSInitialization::from_rmw(rmw_qos_profile_default))": "{profile: default}",
     "QoSProfile(depth=many)": "",
     "QoSProfile(colour=red)": "",
     "QoS(10).colour(red)": "",
@@ -59,6 +71,45 @@ def test_a_call_for_one_policy_sets_that_policy():
     assert settings_of_call(PACKS["ros2"], "milliseconds(100)", of="deadline") == ""
 
 
+def test_a_call_of_dds_sets_the_time_that_belongs_to_its_value():
+    call = "Policy.Reliability.Reliable(duration(seconds=1))"
+    assert settings_of_call(PACKS["dds"], call) == "{reliability: reliable, reliability.max_blocking_time: 1s}"
+    assert (
+        settings_of_call(PACKS["dds"], "Policy.Liveliness.Automatic(duration(seconds=1))") == ""
+    )  # two times belong to it
+
+
+def test_assignments_become_settings_where_each_is_understood():
+    assert settings_of_assignments(PACKS["ros2"], "depth = 5 reliability = best_effort") == (
+        "{depth: 5, reliability: best_effort}"
+    )
+    assert settings_of_assignments(PACKS["ros2"], "depth = 5, colour = red") == ""
+    assert settings_of_assignments(PACKS["ros2"], "depth = many") == ""
+    assert settings_of_assignments(PACKS["ros2"], "depth") == ""
+
+
+def test_a_preset_may_be_named_with_its_module():
+    assert preset_within(PACKS["ros2"], "rclpy.qos.qos_profile_sensor_data") == "{profile: sensor_data}"
+    assert preset_within(PACKS["ros2"], "rclpy.qos.sensor") == ""
+
+
+WITHIN = {
+    ("dds", "reliability", "RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT"): "best_effort",
+    ("dds", "reliability", "not_reliable"): "",
+    ("dds", "reliability", "best_effort_or_reliable"): "",
+    ("dds", "reliability", "unreliable"): "",
+    ("ros2", "depth", "10 messages"): "10",
+    ("ros2", "depth", "ten"): "",
+    ("mqtt", "qos", "QOS_LEVEL_1"): "",  # a digit in a name may be anything
+}
+
+
+@pytest.mark.parametrize(("pack", "name", "text"), WITHIN)
+def test_a_value_may_be_a_part_of_a_longer_text(pack, name, text):
+    policy = PACKS[pack].policies[PACKS[pack].find(ENDPOINT, name)]
+    assert value_within(policy, text) == WITHIN[pack, name, text]
+
+
 def test_values_alone_become_settings_where_each_is_of_one_policy():
     assert settings_of_values(PACKS["ros2"], ["reliable", "volatile", "1"]) == (
         "{reliability: reliable, durability: volatile, depth: 1}"
@@ -66,3 +117,7 @@ def test_values_alone_become_settings_where_each_is_of_one_policy():
     assert settings_of_values(PACKS["mqtt"], ["1", "retain"]) == "{qos: 1, retain: true}"
     assert settings_of_values(PACKS["ros2"], ["reliable", "system_default"]) == ""
     assert settings_of_values(PACKS["ros2"], ["sensor_data"]) == ""
+    assert (
+        settings_of_values(PACKS["ros2"], ["sensor_data", "reliable"])
+        == "{profile: sensor_data, reliability: reliable}"
+    )

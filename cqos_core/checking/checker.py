@@ -233,8 +233,14 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     ends = f"no publisher meets a subscriber among {plural(count, 'endpoint')}" if count else "no endpoint is judged"
     message = f"{ends}, so nothing was compared"
     expected = system.partial or system.hypothetical or (count and external == count)
-    advice = None if system.endpoints else "state who publishes and who subscribes: nothing does"
-    return core_finding("CQ404", message, severity=Severity.NOTE if expected else None, help=advice)
+    advice = place = None
+    if not system.endpoints:
+        first = min(system.participants.values(), key=lambda each: each.id, default=None)
+        advice = "state who publishes and who subscribes: nothing does"
+        if first is not None:
+            place = first.place
+            advice = f"write below `{first.id}` what it does: `publishes: {{TOPIC: }}` or `subscribes: {{TOPIC: }}`"
+    return core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)
 
 
 def _merged(of: tuple[Mapping[TopicKey, TopicResult], BulkTopics]) -> list[Made]:

@@ -259,6 +259,9 @@ def _matched(pack: RulePack, offering: Iterable[str], missing: set[str]) -> Mapp
     return found
 
 
+_WILDCARDS: Final = frozenset("*?+#")
+
+
 def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words: str) -> Finding:
     subscriber = min(missing, key=lambda endpoint: endpoint.id)
     publisher = min(offering, key=lambda endpoint: endpoint.id)
@@ -289,5 +292,7 @@ def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words:
             ),
         ),
         because=info.reason,
-        help=info.help,
+        help=f"if one topic is meant, subscribe to `{publisher.shown}`, or publish on `{subscriber.shown}`"
+        if subscriber.shown != publisher.shown and not set(subscriber.shown) & _WILDCARDS
+        else info.help,
     )

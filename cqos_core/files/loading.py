@@ -50,7 +50,8 @@ def recognise(
     if len(claiming) > 1:
         named = " and ".join(f"`{info.name}` ({plugins.owner('importers', info.name)})" for info in claiming)
         message = f"two importers claim this file: {named}"
-        raise InputError([Problem("CQ003", message, Place(source.name), "choose one with --from")])
+        advice = f"choose one with --from: {' or '.join(f'`--from {info.name}`' for info in claiming)}"
+        raise InputError([Problem("CQ003", message, Place(source.name), advice)])
     return claiming[0] if claiming else None
 
 

@@ -31,6 +31,9 @@ T = TypeVar("T")
 WRITTEN: Final = "{value}"
 """In advice about a key: the value that was written for it."""
 
+OTHERS: Final = "{others}"
+"""In advice about a key: the map without it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Member(Generic[T]):
@@ -72,15 +75,17 @@ class MapOf(Shape[dict[str, Member[T]]]):
             return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
             advice = _missing_blank(node) or _as_map(node, self.instead or name)
+            if isinstance(self.shape, SettingsMap) and (joined := _joined(node)) and joined.is_flat():
+                advice = (
+                    f"write a map: `{name}: {{PACK: {part_text(joined)}}}`, where PACK is the protocol they are about"
+                )
             self.refuse(node, reading, name, advice)
             return None
-        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
-            source, target = _as_entry(node)
-            message = f"{shown(name)} has `from` and `to` as names"
-            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
+        if self._is_refused_whole(node, reading, name):
             return None
         found = {}
         before: Node | None = None
+        last = ""
         for key, value in node.entries.values():
             if not self.empty and is_null(value):
                 if _is_bare(key, value, reading):
@@ -90,9 +95,12 @@ class MapOf(Shape[dict[str, Member[T]]]):
                         "CQ009", f"{shown(key.text)} in {shown(name)} is a key without a value", key, advice
                     )
                 continue
-            above, before = self._above(before, key.text, value), value
+            above = self._above(before, key.text, value)
+            advice = f"indent it below `{above}`, which is empty"
+            if not above and last and self._is_key_of_one(key.text, value):
+                above, advice = last, f"indent it below `{last}`, with more blanks before it than before `{last}`"
+            before, last = value, key.text
             if above:
-                advice = f"indent it below `{above}`, which is empty"
                 reading.problem("CQ006", f"{shown(key.text)} stands as a name within {shown(name)}", key, advice)
                 continue
             if key.text in self.beside and self._holds_names(value):
@@ -105,15 +113,48 @@ class MapOf(Shape[dict[str, Member[T]]]):
         return found
 
     def _holds_names(self, node: Node) -> bool:
-        """Whether a map has names as keys: one with a slash, which no setting has; or maps, and none of the form's own keys."""
+        """Whether a value is none of this map: one with names as keys, which are maps or have a slash; or no map where each is one."""
         if not isinstance(node, MappingNode):
-            return False
+            return isinstance(self.shape, Form) and self.shape.short is None and not is_null(node)
         if isinstance(self.shape, Form):
             own = self.shape.own
             return own.isdisjoint(node.entries) and any(
                 isinstance(each, MappingNode) for _, each in node.entries.values()
             )
         return any("/" in name for name in node.entries)
+
+    def _is_refused_whole(self, node: MappingNode, reading: Reading, name: str) -> bool:
+        """Whether no key is a name here, which is reported: `from` and `to`, or topics in place of groups."""
+        if isinstance(self.shape, Scalar) and node.entries.keys() == {"from", "to"}:
+            source, target = _as_entry(node)
+            message = f"{shown(name)} has `from` and `to` as names"
+            reading.problem("CQ009", message, node, f"write `{name}: {{{source}: {target}}}`")
+            return True
+        if (
+            self.instead
+            and node.entries
+            and not any(map(self._is_group, (value for _, value in node.entries.values())))
+        ):
+            written = part_text(node)
+            advice = f"without groups write `{self.instead}: {written if len(written) <= _LONGEST_MAP else '…'}`"
+            advice += f"; with a group `{name}: {{{_NAME}: {{{self.instead}: {{…}}}}}}`"
+            message = f"{shown(name)} has groups by name, and none here has {shown(self.instead)}"
+            reading.problem("CQ010", message, next(iter(node.entries.values()))[0], advice)
+            return True
+        return False
+
+    def _is_group(self, node: Node) -> bool:
+        """Whether a value may be a group: it has topics below a direction, or is of another kind, which is reported."""
+        if not isinstance(node, MappingNode):
+            return not is_null(node)
+        misplaced = self.shape.never if isinstance(self.shape, Form) else {}
+        return not {self.instead, *misplaced}.isdisjoint(node.entries)
+
+    def _is_key_of_one(self, name: str, value: Node) -> bool:
+        """Whether a name is a key that the values have, `subscribes`, with topics below it: it stands one level too high."""
+        if not isinstance(self.shape, Form) or name not in self.shape.keys or not isinstance(value, MappingNode):
+            return False
+        return isinstance(self.shape.keys[name].shape, MapOf) and self.shape.own.isdisjoint(value.entries)
 
     def _above(self, before: Node | None, name: str, value: Node) -> str:
         """Return the empty key at the end of the map ``before`` a name that is a topic and no name of this map; else nothing."""
@@ -135,6 +176,8 @@ class MapOf(Shape[dict[str, Member[T]]]):
 def _as_map(node: Node, name: str) -> str:
     """Say how a text, or the parts of a list, are written as the map at a key; or how the first are, where all are too long."""
     parts = [_as_entry(part) for part in (_pairs(node.items) if isinstance(node, SequenceNode) else [node])]
+    if len(parts) == _PAIR and "/" in parts[0][0] and not (parts[0][1] or parts[1][1] or "/" in parts[1][0]):
+        return f"write a map: `{name}: {{{parts[0][0]}: {parts[1][0]}}}`"
     if not parts:
         return f"write a map: `{name}: {{{_NAME}: …}}`"
     whole = f"{name}: {{{', '.join(f'{key}: {value}' if value else f'{key}: ' for key, value in parts)}}}"
@@ -147,6 +190,16 @@ def _as_map(node: Node, name: str) -> str:
         keys = ", ".join(f"`{key}:`" for key, _ in parts[:_SHOWN])
         return f"write each with a colon, in a map: {keys}{', …' if len(parts) > _SHOWN else ''}"
     return f"write each without a dash: `{key}: {value if len(value) <= _LONGEST_MAP else '…'}`"
+
+
+def _joined(node: Node) -> MappingNode | None:
+    """Return one map in place of a list of maps with different keys; None for all else."""
+    entries: dict[str, tuple[ScalarNode, Node]] = {}
+    for item in node.items if isinstance(node, SequenceNode) else ():
+        if not isinstance(item, MappingNode) or not entries.keys().isdisjoint(item.entries):
+            return None
+        entries.update(item.entries)
+    return MappingNode(None, None, entries) if entries else None
 
 
 def _pairs(items: list[Node]) -> list[Node]:
@@ -183,6 +236,8 @@ def _as_entry(node: Node) -> tuple[str, str]:
 
 _NAME: Final = "NAME"
 _LONGEST_MAP: Final = 140
+_NEAR: Final = 100
+"""Characters before a key in which a key without a value is looked for."""
 _SHOWN: Final = 4
 _PAIR: Final = 2
 
@@ -385,10 +440,21 @@ class Form(Shape[Entry]):
         if isinstance(node, ScalarNode) and self.short is not None and node.text:
             key = ScalarNode(self.short, node.line, node.column, plain=True)
             return self._map(MappingNode(node.line, node.column, {self.short: (key, node)}), reading)
-        text = node.text if isinstance(node, ScalarNode) and "{name}" not in self.bare else part_text(node)
-        begun = f"write `{self.bare.format('' if is_null(node) else text, name=name)}`" if self.bare else None
-        self.refuse(node, reading, name, _missing_blank(node) or begun)
+        self.refuse(node, reading, name, _missing_blank(node) or self._instead_of(node, name))
         return None
+
+    def _instead_of(self, node: Node, name: str) -> str | None:
+        """Say what to write in place of a list or a text."""
+        if (joined := _joined(node)) is not None:
+            return f"write it without dashes: `{name}: {part_text(joined)}`"
+        if not self.bare:
+            return None
+        named = "{name}" in self.bare
+        text = node.text if isinstance(node, ScalarNode) and not named else part_text(node)
+        advice = f"write `{self.bare.format('' if is_null(node) else text, name=name)}`"
+        if self.flat and isinstance(node, ScalarNode) and node.text:
+            advice += f"; if `{name}: {text}` is a setting, write it in {self.expected} or at an endpoint, `TOPIC: {{{name}: {text}}}`"
+        return advice
 
     def refuse(self, node: Node, reading: Reading, name: str, advice: str | None = None) -> None:
         """Say that ``node`` is no such map."""
@@ -450,13 +516,19 @@ class Form(Shape[Entry]):
         belongs = above in known and is_null(node.entries[above][1]) and isinstance(self.keys[above].shape, MapOf)
         advice = f"indent it below `{above}`, which is empty" if belongs else self.never.get(key.text)
         advice = advice or self.elsewhere.get(key.text) or ""
-        guess = "" if advice else did_you_mean(key.text, known)
+        may_be = [
+            each for each in known if not (isinstance(value, MappingNode) and isinstance(self.keys[each].shape, Scalar))
+        ]
+        guess = "" if advice else did_you_mean(key.text, may_be)
         if not advice and not guess:
             advice = self.guess(key.text, value, node)
         message = f"{self.expected} has no key {shown(key.text)}{guess}"
         more = "" if self.others is None else ", or a setting that is no map" if self.flat else ", or a setting"
         written = "" if is_null(value) else part_text(value)
-        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…")
+        rest = MappingNode(None, None, {name: entry for name, entry in node.entries.items() if name != key.text})
+        advice = advice.replace(WRITTEN, written if len(written) <= _LONGEST_MAP else "…").replace(
+            OTHERS, part_text(rest)
+        )
         reading.problem("CQ006", message, key, advice or f"allowed: {', '.join(known)}{more}")
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
@@ -543,6 +615,10 @@ def _glued(key: ScalarNode, value: Node, reading: Reading, before: str) -> tuple
     if not _is_bare(key, value, reading):
         return None  # an empty value states nothing
     line = reading.rest_of_line(key.line, 1)[: (key.column or 1) - 1]
+    if (empty := re.search(r"([\w.-]+):\s*,\s*$", line[-_NEAR:])) is not None:
+        message = f"{shown(empty[1])} has no value, and {shown(key.text)} behind the comma is a key without one"
+        reading.warn("CQ020", message, key, f"write `{empty[1]}: {key.text}`")
+        return empty[1], Setting(key.text, reading.place(key), message, reported="CQ020")
     if before and (number := re.search(r"[:\s](\d+),$", line)) and re.match(r"\d", key.text):
         message = f"a comma ends a value, so `{before}` is `{number[1]}` and `{key.text}` a key without a value"
         reading.warn("CQ020", message, key, f"write a decimal point: `{before}: {number[1]}.{key.text}`")

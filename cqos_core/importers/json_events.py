@@ -157,6 +157,8 @@ class _Scanner:
                 self.at += 1
                 self.blank()
                 more = not (self.comma_at_end and self.peek() == closing)
+                if more and self.peek() == ",":
+                    raise self.error("one comma too many", "remove it")
                 if more and self.peek() == closing:
                     self.at = comma
                     raise self.error(

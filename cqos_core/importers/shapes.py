@@ -55,7 +55,9 @@ class Shape(Generic[T]):
         return dict(self.leaf)
 
     def refuse(self, node: Node, reading: Reading, name: str, advice: str | None = None) -> None:
-        """Say that ``node`` is of another kind."""
+        """Say that ``node`` is of another kind, unless its place is reported already."""
+        if any(problem.place == reading.place(node) for problem in reading.problems):
+            return
         reading.problem("CQ009", f"{shown(name)} must be {self.expected}, found {described(node)}", node, advice)
 
 
@@ -94,7 +96,8 @@ class Scalar(Shape[T]):
             return None
         if value is None:
             hint = did_you_mean(node.text, self.words) if isinstance(node, ScalarNode) else ""
-            message = f"{shown(name)} must be {self.expected}, found {described(node)}{hint}"
+            quoted = isinstance(node, ScalarNode) and not node.plain and self is FLAG
+            message = f"{shown(name)} must be {self.expected}, found {'the text ' * quoted}{described(node)}{hint}"
             reading.problem(self.code, message, node, self.advice(name, node) or None)
         return value
 

@@ -63,6 +63,10 @@ class MappingNode:
     end: int | None = None
     repeated: list[tuple[ScalarNode, Node]] | None = None
 
+    def is_flat(self) -> bool:
+        """Whether it has values, and each is a scalar."""
+        return bool(self.entries) and all(isinstance(value, ScalarNode) for _, value in self.entries.values())
+
 
 Node: TypeAlias = ScalarNode | SequenceNode | MappingNode
 

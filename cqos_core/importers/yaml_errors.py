@@ -32,6 +32,9 @@ _NEXT_KEY = regular_expression(r"[^\s,{\[:]\s+([\w./~$+-]+)\s*:")
 _TOKEN = regular_expression(r"(?:(?!\s#|:(?:\s|$)).)+")
 _TOKEN_IN_FLOW = regular_expression(r"(?:(?!\s#|:(?:\s|$)|[,\[\]{}]).)+")
 _PAIR = regular_expression(r"(\s*)(?:- +)?([\w./~$+-]+):\s+(\S.*?)\s*(?:\s#.*)?")
+_OTHER_DASHES = "\u2010\u2011\u2012\u2013\u2014 "
+_PAIR_IN_LIST = regular_expression(r"(\[[^\[\]{}:]*[^\[\]{}:,\s])\s*,\s*([\w.]+:\s[^\[\]]*$)")
+_SECOND = regular_expression(r"([\w./]+),?\s+([a-z_]+):\s+([^:]+)")
 _EMPTY_KEY = regular_expression(r"(\s*)([\w./~$+-]+):\s*")
 _NAME = regular_expression(r"\s*(?:- +)?([\w./~$+-]+):")
 _CLOSING = {"{": "}", "[": "]"}
@@ -117,7 +120,7 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
         each(failure, reading)
         for each in (
             *(_unquoted, _glued, _bare, _deeper, _colon_in_value),
-            *(_uncommaed, _late_quotes, _too_many, _unclosed, _open_quotes),
+            *(_uncommaed, _late_quotes, _too_many, _unclosed, _open_quotes, _line_of_text, _between),
         )
     )
     message, advice, where = next(filter(None, tried), None) or _other(failure, reading)
@@ -151,9 +154,16 @@ def _unquoted(failure: _Failure, reading: Reading) -> _Said | None:
         word = _token(reading, failure.last)
         if word[:1] == word[-1:] == "`" and len(word) > len("``"):
             return "a backquote begins no text", f"write {in_quotes(word[1:-1])}", failure.last
-        return f"no value begins with {rest[:1]}", _QUOTE_IT.format(in_quotes(word)), failure.last
+        advice = _QUOTE_IT.format(in_quotes(word))
+        if reading.rest_of_line(failure.last[0], 1)[: failure.last[1] - 1].rstrip().endswith(":") and re.fullmatch(
+            r"\w+", word[1:]
+        ):
+            advice += f"; a value without the sign is `{word[1:]}`"
+        return f"no value begins with {rest[:1]}", advice, failure.last
     for word, sign in (("alias", "*"), ("anchor", "&")):
         if word in failure.context:
+            if (apart := re.match(rf"\{sign} +([\w-]+)", reading.rest_of_line(*failure.first))) is not None:
+                return f"a blank stands behind {sign}", f"write `{sign}{apart[1]}`", failure.first
             advice = _QUOTE_IT.format(in_quotes(_token(reading, failure.first)))
             return f"{sign} begins the name of an anchor here", advice, failure.first
     return None
@@ -211,7 +221,7 @@ def _value_below(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a word that stands below its key with the same indentation, or a line of other dashes than ``---``."""
     line = failure.first[0]
     text, above = reading.lines.line(line), _EMPTY_KEY.fullmatch(reading.lines.line(line - 1))
-    if text.strip() and not text.strip("\u2010\u2011\u2012\u2013\u2014 "):
+    if text.strip() and not text.strip(_OTHER_DASHES):
         return f"{shown(text.strip())} begins no document", "write `---`", (line, 1)
     word = _WORD.fullmatch(text)
     if above is None or word is None or _indent(text) > len(above[1]):
@@ -252,12 +262,54 @@ def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"write {blanks} before {shown(name[1])}, as before {shown(above[2])}", (line, name.start(1) + 1)
 
 
+def _line_of_text(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a line that YAML takes for text: one that begins with ``//`` or ``/*``, or has nothing but dashes of other kinds."""
+    for line in range(failure.last[0], max(0, failure.first[0] - 2, failure.last[0] - _FEW), -1):
+        text = reading.lines.line(line)
+        if text.strip() and not text.strip(_OTHER_DASHES):
+            return f"the line {shown(text.strip())} is text to YAML", "remove it", (line, _indent(text) + 1)
+        if (found := re.match(r"\s*(//|/\*)\s*(.*?)\s*(?:\*/)?\s*$", text)) is not None:
+            return (
+                f"`{found[1]}` begins no comment in YAML",
+                f"write {to_write(f'# {found[2]}')}",
+                (line, found.start(1) + 1),
+            )
+    return None
+
+
+def _between(failure: _Failure, reading: Reading) -> _Said | None:
+    """Explain a key that is indented less than the keys above it, and more than, or not as, the ones around them."""
+    if not re.search("did not find expected key|expected <block end>", failure.problem):
+        return None
+    line, column = failure.last
+    name = _NAME.match(reading.lines.line(line))
+    if name is None or name.start(1) + 1 != column:
+        return None
+    keys = (_NAME.match(reading.lines.line(each)) for each in range(line - 1, max(0, line - _FEW), -1))
+    above: dict[int, str] = {}
+    for found in filter(None, keys):
+        above.setdefault(found.start(1), found[1])
+    near = min(above, key=lambda blanks: abs(blanks - name.start(1)), default=None)
+    if near is None or near == name.start(1):
+        return None
+    blanks = f"{near} blanks" if near else "no blanks"
+    message = f"{shown(name[1])} is indented otherwise than the lines above"
+    return message, f"write {blanks} before {shown(name[1])}, as before {shown(above[near])}", (line, column)
+
+
 def _colon_in_value(failure: _Failure, reading: Reading) -> _Said | None:
     """Explain a value that holds a colon and a blank."""
     found = _PAIR.fullmatch(reading.lines.line(failure.last[0])) if "mapping values" in failure.problem else None
     if found is None or failure.last[1] <= found.start(3):
         return None
     advice = f"put the value in quotes: `{found[2]}: {in_quotes(found[3])}`"
+    if (second := _SECOND.fullmatch(found[3])) is not None:
+        one, other = (f"{found[2]}: {second[1]}", f"{second[2]}: {second[3]}")
+        column = found.start(3) + second.start(2)
+        advice = f"write two lines with the same indentation, {to_write(one)} and {to_write(other)}; or {advice}"
+        return f"{shown(second[2])} stands behind the value of {shown(found[2])}", advice, (failure.last[0], column + 1)
+    if re.fullmatch(r"[a-z_.]+:\s+[^:{}\[\]]+", found[3]):
+        advice = f"write a map, `{found[2]}: {{{found[3]}}}`; or {advice}"
     return "a second colon in one value", advice, (failure.last[0], found.start(3) + 1)
 
 
@@ -286,8 +338,16 @@ def _unclosed(failure: _Failure, reading: Reading) -> _Said | None:
     text = reading.lines.line(last)
     if last == first or text[behind - 1 : behind] in {"]", "}"}:
         missing = _open_in("\n".join([*map(reading.lines.line, range(first, last)), text[: behind - 1]]), column)
+        inner = _PAIR_IN_LIST.search(text[: behind - 1])
+        if missing[:1] == "]" and text[behind - 1 : behind] == "}" and inner is not None:
+            right = f"{text[: inner.end(1)]}], {text[inner.start(2) :]}"
+            right = right.rstrip() + _open_in(right)
+            begun = inner.start(1) + 1
+            message = f"`[` of line {last}, column {begun}, is not closed"
+            return message, f"write {to_write(right.strip())}", (last, begun)
         if missing and text[behind - 1 : behind] in {"]", "}"}:
-            right = text[: behind - 1] + missing[0] + text[behind:]
+            right = (text[: behind - 1] + missing[0] + text[behind:]).rstrip()
+            right += "" if last != first else _open_in(right)
             message = f"{shown(text[behind - 1])} does not close what `{_OPENING[missing[0]]}` opens on line {first}"
             return message, f"write `{missing[0]}` in its place: {to_write(right.strip())}", failure.last
         return None
@@ -357,6 +417,17 @@ def _other(failure: _Failure, reading: Reading) -> _Said:
     start = reading.lines.start(failure.last[0])
     at_end = start is None or not reading.lines.text[start + failure.last[1] - 1 :].strip()
     where = failure.first if at_end or _KEY in failure.context else failure.last
+    line = reading.lines.line(failure.last[0])
+    if (opened := re.search(r"(?<=[\s,\[{])(['\"])([^'\",\[\]{}]+),\s*\1\w", line)) is not None:
+        message = f"the quotes before {shown(opened[2])} are not closed"
+        return message, f"write {to_write(opened[1] + opened[2] + opened[1])}", (failure.last[0], opened.start() + 1)
+    if (doubled := re.search(r"(''|\"\")([^'\"]+)\1", line)) is not None:
+        message = f"{shown(doubled[0])} begins and ends with two quotes each"
+        return message, f"write {to_write(doubled[2])}", (failure.last[0], doubled.start() + 1)
+    round_ = re.search(r":\s*\((\w[\w.]*:\s.*?)\)", line)
+    if "flow" in failure.context and round_ is not None:
+        column = round_.start(1)
+        return "round brackets make no map", f"write `{{{round_[1]}}}`", (failure.last[0], column)
     for pattern, message, advice in _FAULTS:
         if re.search(pattern, failure.problem):
             return message.format(line=failure.first[0]), advice, where

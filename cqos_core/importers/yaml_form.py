@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
+from cqos_core.importers.forms import OTHERS, WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
@@ -57,7 +57,7 @@ NEEDS: Final = Key(
 _NEEDS_ELSEWHERE: Final = {
     NEEDS.name: "write it at the subscriber that needs it: `subscribes: {TOPIC: {needs: {value}}}`"
 }
-_TOPIC_ABOVE: Final = {"topic": "the topic is the name above it: `TOPIC: {…}`"}
+_TOPIC_ABOVE: Final = {"topic": f"the topic is the name above it: `{WRITTEN}: {OTHERS}`"}
 _ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
     "endpoint",
@@ -167,6 +167,13 @@ _PARAMETERS: Final = (
 )
 
 
+_LAUNCH: Final = (
+    "a launch file is a file of its own, which C-QoS reads: `cqos check SYSTEM LAUNCH_FILE`; here write what is published and "
+    f"subscribed, `{PUBLISHES.name}: {{TOPIC: }}`, and renames as `remap: {{FROM: TO}}`"
+)
+_OF_A_LAUNCH_FILE: Final = frozenset(("pkg", "exec", "executable", "composable_node", "plugin"))
+
+
 def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     """Say what was meant by a map under a name that no participant has as a key: its topics, or an endpoint's settings."""
     del around
@@ -174,6 +181,8 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
         return ""
     if "parameters" in name.lower():
         return _PARAMETERS
+    if not _OF_A_LAUNCH_FILE.isdisjoint((name, *value.entries)):
+        return _LAUNCH
     if "/" not in name and any("/" in inner for inner in value.entries):
         ends = {
             _END_WORDS.get(word, "") for _, inner in value.entries.values() for word in getattr(inner, "entries", ())
@@ -181,6 +190,8 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
         if ends and "" not in ends:
             return _by_direction(value)
         return f"write topics below `{PUBLISHES.name}` or `{SUBSCRIBES.name}`: `{PUBLISHES.name}: {WRITTEN}`"
+    if "qos" in name.lower() and value.is_flat():
+        return f"write it at each endpoint: `{PUBLISHES.name}: {{TOPIC: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{TOPIC: {WRITTEN}}}`"
     if "/" not in name and all(isinstance(inner, ScalarNode) for _, inner in value.entries.values()):
         return (
             f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`; if these are "
@@ -189,6 +200,42 @@ def _guess_in_participant(name: str, value: Node, around: MappingNode) -> str:
     return f"if `{name}` is a topic, write `{PUBLISHES.name}: {{{name}: {WRITTEN}}}` or `{SUBSCRIBES.name}: {{{name}: {WRITTEN}}}`"
 
 
+_WRITING: Final = frozenset(
+    [
+        "writer",
+        "writers",
+        "data_writers",
+        "datawriters",
+        "output",
+        "outputs",
+        "out",
+        "produces",
+        "emits",
+        "send",
+        "write",
+        "talks",
+        "publication",
+        "publications",
+    ]
+)
+_READING: Final = frozenset(
+    [
+        "reader",
+        "readers",
+        "data_readers",
+        "datareaders",
+        "input",
+        "inputs",
+        "in",
+        "consumes",
+        "receive",
+        "read",
+        "listen",
+        "listens_to",
+        "subscription",
+        "subscriptions",
+    ]
+)
 PARTICIPANT: Final = Form(
     "participant",
     "a participant",
@@ -218,7 +265,18 @@ PARTICIPANT: Final = Form(
     },
     hints=_PARTICIPANT_SETTINGS,
     bare=f"{{name}}: {{{{{PUBLISHES.name}: {{{{TOPIC: }}}}}}}}",
-    elsewhere={name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
+    elsewhere={
+        **{name: f"write it at the left edge of the file: `{name}: {WRITTEN}`" for name in _OF_THE_FILE},
+        **dict.fromkeys(_WRITING, f"write `{PUBLISHES.name}: {WRITTEN}`"),
+        **dict.fromkeys(_READING, f"write `{SUBSCRIBES.name}: {WRITTEN}`"),
+        **dict.fromkeys(
+            ("services", "actions"),
+            "write services that it offers below `serves`, those that it uses below `calls`; actions below `action_servers` or "
+            "`action_clients`",
+        ),
+        "topics": f"write endpoints by what is done with the topic, `{PUBLISHES.name}: {WRITTEN}` or `{SUBSCRIBES.name}: {WRITTEN}`; "
+        f"`topics` at the left edge of the file states facts about topics",
+    },
     guess=_guess_in_participant,
 )
 
@@ -308,7 +366,12 @@ INSTANCES: Final = Key(
 )
 PARTICIPANTS: Final = Key(
     "participants",
-    MapOf(PARTICIPANT, "a map of participants", empty=True, beside=frozenset(_OF_THE_FILE)),
+    MapOf(
+        PARTICIPANT,
+        "a map of participants",
+        empty=True,
+        beside=frozenset((*_OF_THE_FILE, "options", "protocol", "cqos")),
+    ),
     "Who takes part, by id.",
 )
 BROKERS: Final = Key(
@@ -344,6 +407,11 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
             return (
                 f"write a topic below `publishes` or `subscribes` of a participant: `publishes: {{{name}: {WRITTEN}}}`"
             )
+        if value.is_flat():
+            return (
+                f"settings that endpoints share are a profile, `profiles: {{{name}: {WRITTEN}}}`, which each takes by `profile: {name}`; "
+                f"a participant stands below `participants`: `participants: {{{name}: {WRITTEN}}}`"
+            )
         return (
             f"write a participant below `participants`: `participants: {{{name}: {WRITTEN}}}`; allowed here: {_ALLOWED}"
         )
@@ -354,6 +422,7 @@ def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
     return (
         f"an option of the deployment is written `options: {{{pack}: {{{name}: {WRITTEN}}}}}`; a setting of participants at each, "
         f"`participants: {{NAME: {{{name}: {WRITTEN}}}}}`; a setting of endpoints at each or in a profile, `profiles: {{NAME: {{{name}: {WRITTEN}}}}}`; "
+        f"a setting of a broker at it, `brokers: {{NAME: {{{name}: {WRITTEN}}}}}`; "
         f"allowed here: {_ALLOWED}"
     )
 
@@ -388,6 +457,7 @@ DOCUMENT: Final = Form(
         },
         **dict.fromkeys(("nodes", "apps", "components", "devices", "applications"), "write `participants: {value}`"),
         "name": "write `system: {value}`",
+        "launch": _LAUNCH,
     },
     guess=_guess_in_document,
 )

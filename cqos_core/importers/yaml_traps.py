@@ -35,7 +35,7 @@ _GLUED = regular_expression(r"[^:/]+:[^:/\s]\S*")
 _ODD = regular_expression("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
 
 
-_DASHES = "\u2010\u2011\u2012\u2013\u2014\u2212"
+_DASHES = "\u2010\u2011\u2012\u2013\u2014\u2212\u2022\u2023\u25e6\u00b7"
 _QUOTES = "\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb"
 _APOSTROPHES = "\u2018\u2019"
 _LOOKS_ODD = regular_expression(f"{_ODD.pattern}|[{_DASHES}{_QUOTES}]")
@@ -68,7 +68,7 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
         elif id(node) not in for_people and (said := _foreign(node.text)) is not None:
             message, advice = said
             rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
-            if node.text[0] in _DASHES and rest.startswith(":"):
+            if node.text[0] in _DASHES and node.text[1:2] == " " and rest.startswith(":"):
                 advice = f"write `{node.text[1:].strip()}:`, or in a list `- {node.text[1:].strip()}:`"
             if reading.source.name.lower().endswith(".json"):
                 advice = f'write `"{node.text.strip(_QUOTES + ",")}"`'
@@ -80,6 +80,12 @@ def _foreign(text: str) -> tuple[str, str] | None:
     if text[0] in _DASHES and text[1:2] == " ":
         message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
         return message, f"write `- {text[1:].split(f' {text[0]} ', maxsplit=1)[0].strip()}`"
+    if text[0] in _DASHES and (text[1:2].isalpha() or text[1:2] == "/"):
+        message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
+        return (
+            message,
+            f"write `{text.strip(_DASHES)}`; if the dash belongs to the text, put it in quotes: `{in_quotes(text)}`",
+        )
     inner = text.strip(f"{_QUOTES}\"'")
     if text[0] in _QUOTES or text[-1] in _QUOTES.translate(dict.fromkeys(map(ord, _APOSTROPHES))):
         word = quoted_where_needed(ScalarNode(inner, None, None, plain=True)) if inner else '""'

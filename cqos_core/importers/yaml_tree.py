@@ -14,6 +14,7 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow
 from cqos_core.importers.yaml_plain import plain_tree
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -167,6 +168,11 @@ def _both(name: str, first: Node, second: Node) -> str:
         joined = flow_text(MappingNode(None, None, {**first.entries, **second.entries}))
         if first.entries.keys().isdisjoint(second.entries) and len(joined) <= _LONGEST_JOINED:
             return f"write both under one key, `{name}: {joined}`, or remove one of them"
+        one, other = map(flow_text, (first, second))
+        if max(len(one), len(other)) <= _LONGEST_KEPT:
+            topic = "/" in name and first.is_flat() and second.is_flat()
+            more = f"; for two endpoints of one topic write a list: `{name}: [{one}, {other}]`" if topic else ""
+            return f"keep `{name}: {one}` or `{name}: {other}`{more}"
         return f"write what stands below both under one `{name}`, or remove one of them"
     one, other = (f"{name}: {flow_text(each)}" for each in (first, second))
     most = _LONGEST_KEPT if one != other and not isinstance(first, MappingNode | SequenceNode) else 0
@@ -191,6 +197,7 @@ class _Composer:
         self.peak = 0
         self.stack: list[_OpenNode] = []
         self.nameless: set[int] = set()  # keys that are reported for their anchor
+        self.placeholders: set[int] = set()  # aliases that are reported
 
     def compose(self, next_event: Callable[[], Any]) -> None:
         """Read events to the end of the stream; what the parser raises goes through."""
@@ -280,8 +287,13 @@ class _Composer:
         anchored = self.anchors.get(name)
         if anchored is None:
             message = f"`*{name}` refers to an anchor `&{name}` that does not stand before it"
-            advice = f'if this is a name or pattern, write it in quotes: "*{name}"'
+            near = nearest(name, self.anchors)
+            advice = (
+                f"did you mean `*{near}`?" if near else f"write `&{name}` before what it stands for, above this line"
+            )
+            advice += f'; a profile is written by its name alone, `{name}`; a pattern in quotes, "*{name}"'
             self.reading.problem("CQ017", message, placeholder, advice)
+            self.placeholders.add(id(placeholder))
             return placeholder
         if anchored.node is None:
             self.reading.problem("CQ002", f"`*{name}` stands within `&{name}`, which it repeats", placeholder)
@@ -380,7 +392,7 @@ class _Composer:
             if isinstance(merged, MappingNode):
                 for name, entry in merged.entries.items():
                     node.entries.setdefault(name, entry)
-            else:
+            elif id(merged) not in self.placeholders:
                 name = merged.text if isinstance(merged, ScalarNode) and merged.text.isidentifier() else "name"
                 advice = f"write `<<: *{name}`"
                 if name not in self.anchors:

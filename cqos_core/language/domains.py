@@ -195,7 +195,16 @@ _ISO: Final = regular_expression(
 )
 _ISO_UNITS: Final = _UNITS | {"w": 7 * _UNITS["d"]}
 _BARE: Final = regular_expression(_NUMBER)
-_MISTAKEN: Final = {"msec": "ms", "millis": "ms", "usec": "us", "sek": "s", "secs": "s", "mins": "min", "hrs": "h"}
+_MISTAKEN: Final = {
+    **dict.fromkeys(("msec", "msecs", "milli", "millis", "millisec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("usec", "usecs", "micro", "micros", "microsec", "microsecond", "microseconds"), "us"),
+    **dict.fromkeys(("nsec", "nsecs", "nano", "nanos", "nanosec"), "ns"),
+    **dict.fromkeys(("second", "secs", "sek", "sekunde", "sekunden"), "s"),
+    **dict.fromkeys(("mins", "minute", "minutes", "minuten"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours", "stunde", "stunden"), "h"),
+    **dict.fromkeys(("day", "days", "tag", "tage"), "d"),
+}
+"""Units as people spell them, which are not read, and what to write."""
 
 
 def is_unit(unit: str | None) -> bool:
@@ -293,7 +302,8 @@ class Duration(Domain):
         if number == 0:
             return 0
         if unit is None:
-            raise InvalidValueError(f"`{text}` has no unit", f"a unit after it, for instance {text}s or {text}ms")
+            whole = f"0{text}" if text.startswith(".") else text
+            raise InvalidValueError(f"`{text}` has no unit", f"a unit after it, for instance {whole}s or {whole}ms")
         if number.adjusted() > _LARGEST_EXPONENT:
             return INFINITE
         if number.adjusted() < -_LARGEST_EXPONENT:
@@ -334,8 +344,8 @@ _WHOLE: Final = regular_expression(r"([0-9]{1,18})(ns|us|ms|s)")  # the usual sp
 _LARGEST_EXPONENT: Final = 30
 _MOST_DIGITS: Final = 64
 _SECOND: Final = 1_000_000_000
-_RATES: Final = {"hz": 1, "khz": 1_000}
-_RATE: Final = regular_expression(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
+_RATES: Final = {"hz": 1, "fps": 1, "khz": 1_000}
+_RATE: Final = regular_expression(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz|fps)", re.IGNORECASE)
 _CALL: Final = regular_expression(
     r"(?:\w+(?:\.|::))*(?P<name>\w+)[({]\s*(?:(?P<word>\w+)\s*=\s*)?(?P<number>\d{1,12}(?:\.\d{1,9})?)\s*(?:,\s*(?P<rest>\d{1,9})\s*)?[)}]"
 )

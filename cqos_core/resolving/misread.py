@@ -68,19 +68,32 @@ def meant_by(name: str, known: Sequence[str]) -> str:
     from cqos_core.model.remarks import suggestion
     from cqos_core.model.spelling import nearest, same_start
 
-    near = None if nearest(name, known) else same_start(name, known)
-    return f"did you mean `{near}`? {suggestion(name, known)}" if near else suggestion(name, known)
+    if nearest(name, known):
+        return suggestion(name, known)
+    near = same_start(name, known)
+    return f"did you mean `{near}`? {suggestion(name, known)}" if near else f"remove it; {suggestion(name, known)}"
 
 
-def elsewhere(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> str:
+def elsewhere(
+    pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting, beside: Mapping[str, Setting]
+) -> str:
     """Say where a setting belongs that stands in a wrong place; empty where its name is known nowhere.
 
-    A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``.
+    A map of settings may stand under a name that means nothing: ``qos: {reliability: reliable}``. ``beside`` are all settings of
+    the same map.
     """
     from cqos_core.resolving.slips import meant_instead, settings_of_call
 
     if slip := meant_instead(pack, f"{name}: {setting.text}"):
-        return f"did you mean `{slip}`?"
+        meant, _, text = slip.partition(": ")
+        stated = next((each for each in beside if normalise(each) == normalise(meant) and each != name), None)
+        if stated is None:
+            return f"did you mean `{slip}`?"
+        written = f"`{stated}: {beside[stated].text}`"
+        same = normalise(beside[stated].text) == normalise(text)
+        return f"remove it: {written} stands beside it" + (
+            "" if same else f"; if `{slip}` is meant, write that instead"
+        )
     if settings := settings_of_call(pack, setting.text):
         return f"write `{settings[1:-1]}` in place of `{name}`"
     names_preset = "qos" in normalise(name) and normalise(setting.text) in pack.preset_names
@@ -104,7 +117,8 @@ _PLACES: Final = {
     ENDPOINT: "at each endpoint, `TOPIC: {{{name}: {text}}}`, or in a profile that endpoints use",
     NEED: "under `needs` of a subscriber: `needs: {{{name}: {text}}}`",
     "participant": "at the participant, beside `publishes` and `subscribes`: `{name}: {text}`",
-    "option": "under `options`: `options: {{{pack}: {{{name}: {text}}}}}`",
+    "option": "at the participant, beside `publishes` and `subscribes`: `{name}: {text}`; or for all under `options`: "
+    "`options: {{{pack}: {{{name}: {text}}}}}`",
     TOPIC: "under `topics`: `topics: {{TOPIC: {{{name}: {text}}}}}`",
     BROKER: "at the broker: `brokers: {{NAME: {{{name}: {text}}}}}`",
 }

@@ -10,6 +10,7 @@ from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
+from cqos_core.model.regular import re, regular_expression
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
 from cqos_core.resolving.misread import every_policy
@@ -18,6 +19,7 @@ from cqos_core.resolving.resolved import Layer, Stated
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.model.encoding import Lines
     from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import RulePack
@@ -27,6 +29,10 @@ if TYPE_CHECKING:
 
 
 _SEVERAL: Final = 2
+_NEAR: Final = 20
+"""Lines above a setting in which its topic is looked for."""
+_ANCHOR: Final = regular_expression(r"(?<!\S)&(\w+)(?!\S)")
+_ENTRY: Final = regular_expression(r"(?P<indent>\s*)(?P<name>[^\s:{},]+):\s*(?:#.*)?")
 _NO_PROFILE: Final = ("CQ204",)
 _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
@@ -59,6 +65,8 @@ class Profiles:
         self._reader = reader
         self._layers: dict[tuple[int, User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
         self._names: dict[int, KnownNames] = {}
+        self._lines: dict[str, Lines] = {}
+        self._anchors: dict[str, dict[str, int]] = {}
         self._own_layers: dict[tuple[int, str, str], Layer] = {}
         self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
 
@@ -151,24 +159,72 @@ class Profiles:
 
     def _settings_of(self, name: str, pack: RulePack) -> str:
         """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
-        from cqos_core.resolving.slips import meant_instead, settings_of_call, settings_of_values
+        from cqos_core.resolving.slips import (
+            meant_instead,
+            preset_within,
+            settings_of_assignments,
+            settings_of_call,
+            settings_of_values,
+        )
 
         return (
             meant_instead(pack, name)
+            or preset_within(pack, name)
             or settings_of_call(pack, name)
+            or settings_of_assignments(pack, name)
             or ("" if self._known(pack).nearest(name) else settings_of_values(pack, [name]))
         )
 
+    def _lines_of(self, ref: ProfileRef) -> Lines | None:
+        """Return the lines of the file in which a name stands."""
+        from cqos_core.model.encoding import Lines, decode
+
+        if ref.place is None or (data := self._system.sources.get(ref.place.source)) is None:
+            return None
+        lines = self._lines.get(ref.place.source)
+        if lines is None:
+            lines = self._lines[ref.place.source] = Lines(decode(data))
+        return lines
+
+    def _setting_as_topic(self, ref: ProfileRef, pack: RulePack) -> tuple[str, str] | None:
+        """Return message and advice where a name is the value of a setting that stands beside its topic rather than below it."""
+        place, lines = ref.place, self._lines_of(ref)
+        if place is None or place.line is None or place.column is None or lines is None:
+            return None
+        found = _ENTRY.fullmatch(lines.line(place.line)[: place.column - 1])
+        if found is None or pack.find(ENDPOINT, found["name"]) is None:
+            return None
+        entry = f"{found['name']}: {ref.name}"
+        above = (_ENTRY.fullmatch(lines.line(each)) for each in range(place.line - 1, max(0, place.line - _NEAR), -1))
+        beside = (each for each in above if each is not None and each["indent"] == found["indent"])
+        topic = next((each["name"] for each in beside if pack.find(ENDPOINT, each["name"]) is None), None)
+        message = f"`{found['name']}` stands where a topic stands, so `{ref.name}` is taken for a profile"
+        below = f"below `{topic}`, {len(found['indent']) + 2} blanks before it" if topic else "below its topic"
+        return message, f"write it {below}: `{entry}`"
+
+    def _name_of_an_anchor(self, ref: ProfileRef) -> str:
+        """Say how the value is taken that an anchor of this name stands for; empty where no anchor before has it."""
+        place, lines = ref.place, self._lines_of(ref)
+        if place is None or place.line is None or place.column is None or lines is None or not ref.name.isidentifier():
+            return ""
+        anchors = self._anchors.get(place.source)
+        if anchors is None:
+            # Of two anchors of one name the first is kept.
+            found = [(each[1], each.start()) for each in _ANCHOR.finditer(lines.text)]
+            anchors = self._anchors[place.source] = dict(reversed(found))
+        if anchors.get(ref.name, len(lines.text)) >= (lines.start(place.line) or 0):
+            return ""
+        merged = re.search(r"\bprofile\s*:\s*$", lines.line(place.line)[: place.column - 1])
+        return f"write `{'<<: ' if merged else ''}*{ref.name}`: `&{ref.name}` is an anchor, not a profile"
+
     def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
         """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
-        from cqos_core.model.encoding import Lines, decode
         from cqos_core.resolving.slips import settings_of_values
 
-        place = ref.place
-        data = None if place is None else self._system.sources.get(place.source)
-        if place is None or place.line is None or place.column is None or data is None:
+        place, lines = ref.place, self._lines_of(ref)
+        if place is None or place.line is None or place.column is None or lines is None:
             return None
-        line = Lines(decode(data)).line(place.line)
+        line = lines.line(place.line)
         start, end = line.rfind("[", 0, place.column), line.find("]", place.column - 1)
         parts = [part.strip().strip("'\"") for part in line[start + 1 : end].split(",")] if 0 <= start < end else []
         if len(parts) < _SEVERAL or ref.name not in parts:
@@ -192,6 +248,12 @@ class Profiles:
             if values := self._values_in_a_list(ref, pack):
                 self._reader.say_once("CQ204", *values)
                 return no_profile(ref, pack, ENDPOINT)
+            if said := self._setting_as_topic(ref, pack):
+                self._reader.say_once("CQ204", said[0], ref.place, said[1])
+                return no_profile(ref, pack, ENDPOINT)
+            if advice := self._name_of_an_anchor(ref):
+                self._reader.say_once("CQ204", message, ref.place, advice)
+                return no_profile(ref, pack, ENDPOINT)
             if settings := self._settings_of(ref.name, pack):
                 message = f"`{ref.name}` is no profile"
                 advice = _in_notation(f"write its settings: `{settings}`", ref.place)
@@ -204,7 +266,10 @@ class Profiles:
             first = ref.name.split(" ")[0]
             if first != ref.name and (normalise(first) in pack.preset_names or first in self._system.profiles):
                 meant = f"did you mean `{first}`? a text goes on in the next line, and `{ref.name}` is one; "
-            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
+            known = self._known(pack)
+            if not meant and not known.nearest(ref.name) and (within := _name_within(ref.name, pack)):
+                meant = f"did you mean `{within}`? "
+            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, known))
             return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
 
@@ -228,6 +293,13 @@ class Profiles:
             message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
             self._reader.say_once("CQ207", message, ref.place)
         return available
+
+
+def _name_within(text: str, pack: RulePack) -> str:
+    """Return the only preset of several words that is a part of a name, ``sensor_data_qos_profile``; else nothing."""
+    written = f"_{normalise(text)}_"
+    found = [name for name in pack.presets if "_" in name and f"_{normalise(name)}_" in written]
+    return found[0] if len(found) == 1 else ""
 
 
 def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:

@@ -190,7 +190,7 @@ class SettingsReader:
                 may_be = may_be_meant(pack, levels, grouped=bool(wrong))
                 for written, near in shown.items():
                     message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = elsewhere(pack, levels, written, setting) or meant_by(near, may_be)
+                    advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
                     self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
                 misread.update(dict.fromkeys(wrong or (name,), setting))
                 continue
@@ -246,9 +246,10 @@ class SettingsReader:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             name_of = policy.name.removeprefix("need.")
-            from cqos_core.resolving.slips import meant_instead, settings_of_call
+            from cqos_core.resolving.slips import meant_instead, settings_of_call, value_within
 
-            if meant := meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]:
+            meant = meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]
+            if meant := meant or ("" if problem.near else value_within(policy, text)):
                 problem = InvalidValueError(problem.message, problem.expected, meant)
             elif not problem.near and (others := _policies_with(pack, text)):
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.domains import Choice
+from cqos_core.language.domains import Choice, Count, Duration
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.regular import re, regular_expression
 
 if TYPE_CHECKING:
     from cqos_core.language.domains import Domain
+    from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
     from cqos_core.packs.pack import RulePack
 
@@ -19,6 +21,9 @@ _CALL: Final = regular_expression(r"([A-Za-z_][\w.:]*)\(((?:[^()]|\([^()]*\))*)\
 _ARGUMENT: Final = regular_expression(r"(?:[^,()]|\([^()]*\))+")
 _NAMED: Final = regular_expression(r"\s*(\w+)\s*=\s*(.+?)\s*")
 _CHAIN: Final = regular_expression(r"(?:\.?[A-Za-z_][\w.:]*\((?:[^()]|\([^()]*\))*\))+")
+_ASSIGNED: Final = regular_expression(r"^(?:auto\s+)?\w+\s*=\s*(?=[A-Za-z_])|;$")
+_OF_A_TOPIC: Final = frozenset(("create_publisher", "create_subscription", "advertise", "publish", "subscribe"))
+"""Calls that also take topics, types, payloads and functions."""
 _LAST: Final = regular_expression(r".*(?:\.|::)")
 _CAMEL: Final = regular_expression(r"(?<=[a-z])(?=[A-Z])")
 _NUMBER: Final = regular_expression(r"\d{1,9}")
@@ -37,16 +42,60 @@ def settings_of_call(pack: RulePack, text: str, of: str = "") -> str:
 
     ``of`` is a policy that must be among them.
     """
-    if len(text) > _LONGEST or not _CHAIN.fullmatch(text.strip()):
+    if len(text) > _LONGEST:
+        return ""
+    text = _ASSIGNED.sub("", text.strip())
+    if not _CHAIN.fullmatch(text):
         return ""
     found: dict[str, str] = {}
     return _written(found) if _read_calls(pack, text, found) and (not of or of in found) else ""
 
 
+def value_within(policy: Policy, text: str) -> str:
+    """Return the only value of a policy that is a part of a longer text; else nothing.
+
+    Such are ``RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT`` and ``10 messages``.
+    """
+    if isinstance(policy.domain, Count):
+        counted = _COUNTED.fullmatch(text)
+        return counted[1] if counted is not None else ""
+    if not isinstance(policy.domain, Choice) or not _NAME.fullmatch(text):
+        return ""
+    written = f"_{normalise(_words(text))}_"
+    found = [word for word in policy.domain.names if f"_{word}_" in written and not word.isdigit()]
+    found = [word for word in found if not any(word != other and word in other for other in found)]
+    return found[0] if len(found) == 1 and not any(f"_{word}_" in written for word in _NEGATIONS) else ""
+
+
+_NAME: Final = regular_expression(r"[A-Za-z_][\w.:]{0,80}")
+_COUNTED: Final = regular_expression(r"(\d{1,9})\s+[a-z]{1,20}", re.IGNORECASE)
+_NEGATIONS: Final = ("not", "no", "non", "un", "never")
+
+
+def preset_within(pack: RulePack, text: str) -> str:
+    """Return the settings that take a preset that a program names with its module, ``rclpy.qos.qos_profile_sensor_data``; else nothing."""
+    last = _last(text.strip())
+    name = pack.preset_names.get(normalise(last)) or pack.preset_names.get(normalise(_words(last)))
+    return f"{{profile: {name}}}" if name is not None and _NAME.fullmatch(text.strip()) else ""
+
+
+def settings_of_assignments(pack: RulePack, text: str) -> str:
+    """Return the settings, as a map, of ``depth = 5, reliability = reliable``; empty where not all of it is understood."""
+    found: dict[str, str] = {}
+    parts = _ASSIGNMENT.findall(text) if _ASSIGNMENTS.fullmatch(text.strip()) else []
+    return _written(found) if all(_set(pack, name, value, found) for name, value in parts) else ""
+
+
+_ASSIGNMENT: Final = regular_expression(r"(\w+)\s*=\s*([^\s,;]+)")
+_ASSIGNMENTS: Final = regular_expression(r"(?:\w+\s*=\s*[^\s,;]+[\s,;]*){1,10}")
+
+
 def settings_of_values(pack: RulePack, texts: list[str]) -> str:
     """Return the settings, as a map, of which only the values are written; empty where not each is the value of one policy alone."""
-    found: dict[str, str] = {}
-    return _written(found) if all(_read_value(pack, text, found) for text in texts) else ""
+    words = {word for policy in pack.policies for word in policy.words}
+    presets = [text for text in texts if normalise(text) in pack.preset_names.keys() - words]
+    found = {"profile": presets[0]} if len(presets) == 1 < len(texts) else {}
+    return _written(found) if all(text in found.values() or _read_value(pack, text, found) for text in texts) else ""
 
 
 def _written(found: dict[str, str]) -> str:
@@ -60,10 +109,16 @@ def _read_calls(pack: RulePack, text: str, found: dict[str, str]) -> bool:
 
 def _read_call(pack: RulePack, function: str, arguments: str, found: dict[str, str]) -> bool:
     name = _last(function)
-    if _policies_with(pack, _words(name)):
-        return _read_value(pack, name, found) and _read_arguments(pack, arguments, found)
+    if policies := _policies_with(pack, _words(name)):
+        return _read_value(pack, name, found) and (
+            _set_time(pack, policies[0], arguments, found) or _read_arguments(pack, arguments, found)
+        )
     if pack.find(ENDPOINT, name) is not None:
         return _set(pack, name, arguments, found)
+    if name in _OF_A_TOPIC:
+        for argument in _ARGUMENT.findall(arguments):
+            _read_arguments(pack, argument, found)
+        return bool(found)
     return _read_arguments(pack, arguments, found)
 
 
@@ -74,6 +129,9 @@ def _read_arguments(pack: RulePack, arguments: str, found: dict[str, str]) -> bo
             understood = _set_by_call(pack, named[1], named[2], found) or _set(pack, named[1], named[2], found)
         elif _CALL.search(argument):
             understood = _read_calls(pack, argument, found)
+        elif preset := preset_within(pack, argument):
+            found["profile"] = preset.removeprefix("{profile: ").removesuffix("}")
+            understood = True
         else:
             understood = _read_value(pack, argument, found)
         if not understood:
@@ -91,6 +149,12 @@ def _set_by_call(pack: RulePack, name: str, text: str, found: dict[str, str]) ->
         return False
     found.update(more)
     return True
+
+
+def _set_time(pack: RulePack, name: str, text: str, found: dict[str, str]) -> bool:
+    """Add the time that belongs to a value, ``Reliable(duration(seconds=1))``; False where there is none, or several may be meant."""
+    times = [each for each in pack.policies if each.name.startswith(f"{name}.") and isinstance(each.domain, Duration)]
+    return bool(text) and len(times) == 1 and _set(pack, times[0].name, text, found)
 
 
 def _words(name: str) -> str:

@@ -1,7 +1,7 @@
 """Texts as people write them by mistake, and what the command says to the letter.
 
 The first thirty were chosen from forty after a run. The next forty were listed before any of them was run: the ten that were left out,
-and thirty new ones. Later ones came from use, and from three
+and thirty new ones. Later ones came from use, and from
 lists of mistakes by class that were rated before and after the messages were rewritten. Three are mistakes in a configuration. ``python -m tests.cli.test_mistakes`` writes the texts anew; then read
 them as the person who made the mistake.
 """
@@ -47,6 +47,16 @@ OTHERS = {
         "cqos: 1\nprotocol: mqtt\nparticipants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {retain: true}}}}\n",
         ["check"],
         "|                                                              ^^^^^^\n",
+    ),
+    "commas.json": (
+        '{"cqos": 1, "protocol": "dds", "participants": {"a": {"publishes": {"T": {"reliability": "reliable",,}}}}}\n',
+        ["check"],
+        "this is not JSON: one comma too many",
+    ),
+    "claimed.yaml": (
+        "cqos: 1\nasyncapi: 2.0.0\nprotocol: mqtt\n",
+        ["check"],
+        "help: choose one with --from: `--from yaml` or `--from asyncapi`",
     ),
     "starts.yaml": (
         "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: {liveliness: automatically}}}}\n",

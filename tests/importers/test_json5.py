@@ -63,7 +63,7 @@ def test_places_are_those_of_the_text():
         ("{a: 1 b: 2}", "1:6", "a comma or `}` is expected here"),
         ("{a 1}", "1:4", "a colon is expected between key and value"),
         ("{,}", "1:2", "a key is expected here: a name, or text in quotes"),
-        ("{a: 1,,}", "1:7", "a key is expected here"),
+        ("{a: 1,,}", "1:7", "one comma too many"),
         ("{1a: 2}", "1:2", "a key is expected here"),
         ("[tru]", "1:2", "a value is expected here"),
         ("[01]", "1:2", "a value is expected here"),

@@ -490,8 +490,8 @@ def test_problems_beyond_a_thousand_are_cut():
         ("a: {publishes: {scan: {reliability: best\u200b_effort}}}", "U+200B ZERO WIDTH SPACE"),
         ("a: {publishes: {scan: {\ufeffreliability: reliable}}}", "U+FEFF ZERO WIDTH NO-BREAK SPACE"),
         ("a: {publishes: {scan: {needs: {latest: true}}}}", "a publisher has no key `needs`"),
-        ("a: {publishers: {scan: {reliability: best_effort}}}", "a group that publishes needs `publishes`"),
-        ("a: {subscribers: {scan: {}}}", "a group that subscribes needs `subscribes`"),
+        ("a: {publishers: {scan: {reliability: best_effort}}}", "none here has `publishes`"),
+        ("a: {subscribers: {scan: {}}}", "none here has `subscribes`"),
     ],
 )
 def test_what_would_be_lost_silently_is_refused_where_it_stands(text, said):

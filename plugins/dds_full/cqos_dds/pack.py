@@ -57,7 +57,8 @@ TIMING: Final = Timing(
 )
 
 SLIPS: Final = (
-    Slip(r"history: keep_last[ :,/]+(\d+)", r"history: keep_last, history.depth: \1"),
+    Slip(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, history.depth: \1"),
+    Slip(r"queue_(?:size|length|depth): (\d+)", r"history.depth: \1"),
     Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
     Slip(r"liveliness: manual_by_node", "liveliness: manual_by_participant"),
     Slip(r"durability: (?:latched|retained)|(?:retain|retained|latched): true", "durability: transient_local"),

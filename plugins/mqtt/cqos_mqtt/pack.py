@@ -87,7 +87,7 @@ SLIPS: Final = (
     Slip(r"retain(?:ed)?", "{retain: true}"),
     Slip(r"durability: (?:transient_local|transient|persistent)|latched: true", "retain: true"),
     Slip(r"durability: volatile|latched: false", "retain: false"),
-    Slip(r"lifespan: (.+)", r"message_expiry: \1"),
+    Slip(r"(?:lifespan|ttl|expiry): (.+)", r"message_expiry: \1"),
 )
 """Words of ROS 2 and DDS, and names of qualities where MQTT has numbers."""
 PACK: Final = RulePack(

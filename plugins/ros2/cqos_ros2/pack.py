@@ -64,7 +64,7 @@ def _read_line(line: str) -> Iterable[Misfit | About]:
 
 
 SLIPS: Final = (
-    Slip(r"history: keep_last[ :,/]+(\d+)", r"history: keep_last, depth: \1"),
+    Slip(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, depth: \1"),
     Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
     Slip(r"liveliness: manual_by_participant", "liveliness: manual_by_node"),
     Slip(
