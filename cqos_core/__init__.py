@@ -11,12 +11,9 @@ Names are loaded on first use, so that importing the package costs nothing.
 from __future__ import annotations
 
 import importlib
-import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from importlib.machinery import ModuleSpec
-
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile, check_pair
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, diff, explain, read, repair, suggest
@@ -193,21 +190,6 @@ def __getattr__(name: str) -> Any:
     value = getattr(importlib.import_module(f"cqos_core.{home}"), name)
     globals()[name] = value
     return value
-
-
-class _OldPaths:
-    """Finds modules under the paths that they had before; asked only for what is not found otherwise."""
-
-    @staticmethod
-    def find_spec(name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
-        if not name.startswith("cqos_core."):
-            return None
-        from cqos_core.aliases import find
-
-        return find(name)
-
-
-sys.meta_path.append(_OldPaths)
 
 
 def __dir__() -> list[str]:
