@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
 import json
 import pickle
 import re
@@ -369,6 +371,17 @@ def test_every_public_name_is_there():
     assert set(cqos.__all__) <= set(dir(cqos))
     with pytest.raises(AttributeError, match="no attribute `colour`"):
         cqos.colour  # noqa: B018
+
+
+def test_public_names_are_those_that_type_checkers_read():
+    typed = {
+        name.name: importlib.import_module(str(node.module))
+        for node in ast.walk(ast.parse(inspect.getsource(cqos)))
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("cqos_core.")
+        for name in node.names
+    }
+    assert sorted(typed) == sorted(cqos.__all__)
+    assert [name for name, home in typed.items() if getattr(cqos, name) is not getattr(home, name)] == []
 
 
 def test_what_public_values_are_made_of_is_public_too():
