@@ -11,12 +11,9 @@ Names are loaded on first use, so that importing the package costs nothing.
 from __future__ import annotations
 
 import importlib
-import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from importlib.machinery import ModuleSpec
-
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile, check_pair
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, diff, explain, read, repair, suggest
@@ -66,58 +63,20 @@ if TYPE_CHECKING:
         Topic,
     )
 
-_HOMES: Final = {
-    "files.applying": ("Edited",),
-    "api": ("apply", "check", "diff", "explain", "read", "repair", "suggest"),
-    "analysis.planning.plan": ("RepairPlan", "PlannedChange"),
-    "model.difference": ("Diff", "Different", "Missing", "Named"),
-    "language.policy": ("INFINITE",),
-    "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),
-    "model.report": (
-        "Assumption",
-        "Edit",
-        "Fact",
-        "Finding",
-        "Group",
-        "Guarantee",
-        "GuaranteeCell",
-        "GuaranteeCell",
-        "HopReport",
-        "Pair",
-        "PairReport",
-        "PolicyComparison",
-        "Remedy",
-        "Report",
-        "Severity",
-        "Side",
-        "Verdict",
-    ),
-    "analysis.pair_judge": ("PairJudge", "PairProfile", "check_pair"),
-    "checking.session": ("Session",),
-    "model.changes": ("Changes", "Counts"),
-    "model.system": (
-        "Acceptance",
-        "Bound",
-        "Bridge",
-        "Broker",
-        "Cases",
-        "Endpoint",
-        "ImportNote",
-        "Overlay",
-        "Participant",
-        "Place",
-        "Profile",
-        "ProfileRef",
-        "Room",
-        "Route",
-        "Scope",
-        "Setting",
-        "System",
-        "TeamRule",
-        "Topic",
-    ),
-}
-_HOME_OF: Final = {name: home for home, names in _HOMES.items() for name in names}
+_HOMES: Final = (
+    "model.problems",
+    "model.report",
+    "model.system",
+    "model.difference",
+    "model.changes",
+    "language.values",
+    "analysis.planning.plan",
+    "analysis.pair_judge",
+    "checking.session",
+    "api",
+    "files.applying",
+)
+"""The modules that have the public names. A name is looked for in one after another, so what loads fast stands first."""
 
 __all__ = [
     "INFINITE",
@@ -187,27 +146,13 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module on first use."""
-    home = _HOME_OF.get(name)
-    if home is None:
-        raise AttributeError(f"module `cqos_core` has no attribute `{name}`")
-    value = getattr(importlib.import_module(f"cqos_core.{home}"), name)
-    globals()[name] = value
-    return value
-
-
-class _OldPaths:
-    """Finds modules under the paths that they had before; asked only for what is not found otherwise."""
-
-    @staticmethod
-    def find_spec(name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
-        if not name.startswith("cqos_core."):
-            return None
-        from cqos_core.aliases import find
-
-        return find(name)
-
-
-sys.meta_path.append(_OldPaths)
+    if name in __all__:
+        for home in _HOMES:
+            module = importlib.import_module(f"cqos_core.{home}")
+            if hasattr(module, name):
+                value = globals()[name] = getattr(module, name)
+                return value
+    raise AttributeError(f"module `cqos_core` has no attribute `{name}`")
 
 
 def __dir__() -> list[str]:

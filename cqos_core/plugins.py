@@ -10,12 +10,12 @@ import importlib
 import os
 from dataclasses import field
 from functools import cache
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pluggy
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.installed import AUTHORS, entry_points, normalised
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
 from cqos_core.model.regular import regular_expression
 
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
 
 GROUP: Final = "cqos"
+AUTHORS: Final = "the C-QoS authors"
+"""The author of the distributions of C-QoS."""
 LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
 """The environment variable that names the distributions to load plugins from, beside those we ship."""
 FILES_VARIABLE: Final = "CQOS_PACK_FILES"
@@ -292,6 +294,7 @@ KINDS: Final = {
 }
 _NAME: Final = regular_expression(r"[a-z][a-z0-9_-]*")
 _COMMAND: Final = regular_expression(r"[a-z][a-z0-9_-]*(?: [a-z][a-z0-9_-]*)?")
+_SEPARATORS: Final = regular_expression(r"[-_.]+")
 _OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
@@ -393,7 +396,7 @@ def _load_pack(info: RulePackInfo) -> RulePack:
 @cache
 def load_plugins() -> Plugins:
     """Find and load every installed plugin once per process; see `Plugins.broken` for those that failed."""
-    plugins = load_from(entry_points(GROUP), os.environ.get(LOAD_VARIABLE))
+    plugins = load_from(entry_points(group=GROUP), os.environ.get(LOAD_VARIABLE))
     for path in filter(None, os.environ.get(FILES_VARIABLE, "").split(os.pathsep)):
         pack, file = _read_pack_file(path), path.rpartition(os.sep)[2]
         plugins.packs.setdefault(pack.id, PackFileInfo(pack.id, pack.summary, path))
@@ -414,19 +417,24 @@ def _read_pack_file(path: str) -> RulePack:
 def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins:
     """Load the plugins of ``entries``; of others than ours those whose distributions ``only`` names, unless it is None."""
     plugins = Plugins()
-    wanted = None if only is None else {normalised(name): name.strip() for name in only.split(",") if name.strip()}
+    wanted = None if only is None else {_normalised(name): name.strip() for name in only.split(",") if name.strip()}
     found = [(_origin(entry), entry) for entry in entries]
     # Parts of C-QoS first, then by name: no plugin can take their names, in any order of installation.
     found.sort(key=lambda pair: (pair[0].package != "cqos_core", not pair[0].shipped, pair[1].name, pair[1].value))
     for origin, entry in found:
-        name = normalised(origin.distribution.partition(" ")[0])
+        name = _normalised(origin.distribution.partition(" ")[0])
         if origin.shipped or wanted is None or name in wanted:
             _load(plugins, origin, entry)
-    present = {normalised(origin.distribution.partition(" ")[0]) for origin, _ in found}
+    present = {_normalised(origin.distribution.partition(" ")[0]) for origin, _ in found}
     for name in sorted(set(wanted or ()) - present):
         reason = f"{LOAD_VARIABLE} names it, but there is no installed distribution of that name with a plugin"
         plugins.broken.append(BrokenPlugin((wanted or {})[name], "", reason))
     return plugins
+
+
+def _normalised(distribution: str) -> str:
+    """Spell the name of a distribution as all its spellings are compared."""
+    return _SEPARATORS.sub("-", distribution.strip()).lower()
 
 
 def _origin(entry: EntryPoint) -> Origin:

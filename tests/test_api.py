@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
 import json
 import pickle
 import re
@@ -371,8 +373,19 @@ def test_every_public_name_is_there():
         cqos.colour  # noqa: B018
 
 
+def test_public_names_are_those_that_type_checkers_read():
+    typed = {
+        name.name: importlib.import_module(str(node.module))
+        for node in ast.walk(ast.parse(inspect.getsource(cqos)))
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("cqos_core.")
+        for name in node.names
+    }
+    assert sorted(typed) == sorted(cqos.__all__)
+    assert [name for name, home in typed.items() if getattr(cqos, name) is not getattr(home, name)] == []
+
+
 def test_what_public_values_are_made_of_is_public_too():
-    homes = [vars(importlib.import_module(f"cqos_core.{home}")) for home in ("report", "system")]
+    homes = [vars(importlib.import_module(f"cqos_core.{home}")) for home in ("model.report", "model.system")]
     known = {name: each for home in homes for name, each in home.items() if is_dataclass(each)}
     for name in set(known) & set(cqos.__all__):
         words = {word for part in fields(known[name]) for word in re.findall(r"\w+", str(part.type))}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import field, replace
+from importlib.metadata import metadata, version
 from itertools import starmap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -43,7 +44,6 @@ from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity
@@ -415,7 +415,7 @@ class _Check:
             color=colored(self.options.color, sys.stdout if sink.path == STDOUT else None),
             width=width(),
             sources=self.sources,
-            tool_version=headers("cqos-core")["Version"],
+            tool_version=version("cqos-core"),
             not_checked=_NOT_CHECKED in shown or "all" in shown,
             losses=_LOSSES in shown,
             codes=self.shown,
@@ -492,7 +492,7 @@ class _Check:
 
 def _documentation() -> str:
     """The URL of the documentation, as the distribution states it; empty where it states none."""
-    urls = (text.partition(",") for text in headers("cqos-core").get_all("Project-URL") or ())
+    urls = (text.partition(",") for text in metadata("cqos-core").get_all("Project-URL") or ())
     return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
 
 

@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from datetime import date
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
 
@@ -25,10 +25,13 @@ from cqos_core.remote.refusal import Refused, session_lost, too_much
 from cqos_core.service import frames
 from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to
 from cqos_core.service.callers import Caller, Callers, origin
-from cqos_core.service.observing import Observer, tell
+from cqos_core.service.log_lines import tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.pool import FailedError, Pool, Sessions
 from cqos_core.service.settings import Settings, token_sum
+
+if TYPE_CHECKING:
+    from cqos_core.service.observing import Observer
 
 _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048

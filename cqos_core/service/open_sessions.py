@@ -13,7 +13,7 @@ from cqos.v1 import session_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
 from cqos_core.service.answers import METHODS
-from cqos_core.service.observing import tell
+from cqos_core.service.log_lines import tell
 from cqos_core.service.pool import FailedError, LostError, SessionGoneError
 
 if TYPE_CHECKING:

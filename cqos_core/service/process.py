@@ -20,7 +20,8 @@ from typing import Any, Final
 
 from cqos_core.model.memory import collect_new_objects_only
 from cqos_core.model.problems import CqosError
-from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_logging, tell
+from cqos_core.service.log_lines import ALWAYS, start_logging, tell
+from cqos_core.service.observing import Observer, end_tracing
 from cqos_core.service.settings import Settings, joined, split_address
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"

@@ -16,7 +16,7 @@ from typing import Any, Final
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.tls import try_tls
-from cqos_core.service.observing import ALWAYS, tell
+from cqos_core.service.log_lines import ALWAYS, tell
 
 MIB: Final = 1024 * 1024
 PAGE: Final = Path(__file__).parent / "page"

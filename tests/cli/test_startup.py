@@ -49,9 +49,6 @@ def test_checking_a_small_file_imports_nothing_that_it_does_not_use(files):
     """Each of these costs 1 to 30 ms. What a system states (bridges, chains, control flow) brings its own modules."""
     _, modules = imported(files, "check", "fits.yaml")
     unused = {
-        "importlib.metadata",
-        "email.message",
-        "zipfile",
         "cqos_core.analysis.baseline",
         "cqos_core.cli.fixing",
         "cqos_core.cli.watching",

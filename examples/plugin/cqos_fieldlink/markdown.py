@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cqos_core.formatters.style import Style
-    from cqos_core.report import Finding, Report
+    from cqos_core import Finding, Report
+    from cqos_core.model.style import Style
 
 
 def render(report: Report, style: Style) -> str:

@@ -9,9 +9,9 @@ from cqos_fieldlink.markdown import render
 from cqos_fieldlink.reader import read
 
 import cqos_core as cqos
-from cqos_core.formatters.style import Style
+from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.problems import InputError
+from cqos_core.model.style import Style
 from cqos_core.testing import Case, load_cases, run_case
 
 HERE = Path(__file__).parent

@@ -9,6 +9,7 @@ import tempfile
 from collections import Counter
 from contextlib import contextmanager, nullcontext
 from glob import glob
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -28,7 +29,6 @@ from cqos_core.files.loading import load_paths
 from cqos_core.files.walking import walk
 from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options
-from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
@@ -417,5 +417,5 @@ def _edition(pack: RulePack) -> str:
     """Return the folder of a pack's stages: another version of C-QoS, or of the pack's rules and defaults, has another one."""
     rules = [repr(each) for each in pack.rules]
     policies = [(each.name, *map(each.default_for, ("publisher", "subscriber"))) for each in pack.policies]
-    stated = json.dumps([headers("cqos-core")["Version"], rules, policies])
+    stated = json.dumps([version("cqos-core"), rules, policies])
     return f"{pack.id}-{hashlib.sha256(stated.encode()).hexdigest()[:16]}"

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.metadata import metadata, version
 from typing import Any, Final
 
 from lsprotocol import types
@@ -15,7 +16,6 @@ from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
-from cqos_core.model.installed import headers
 from cqos_core.model.problems import CqosError, describe
 from cqos_lsp.checking import Analysis, Checked, Checker
 from cqos_lsp.completion import ready
@@ -84,9 +84,7 @@ class CqosServer(LanguageServer):
     """A language server whose checks run in one thread of their own, the newest text first."""
 
     def __init__(self) -> None:
-        super().__init__(
-            "cqos", headers("cqos-lsp")["Version"], text_document_sync_kind=types.TextDocumentSyncKind.Full
-        )
+        super().__init__("cqos", version("cqos-lsp"), text_document_sync_kind=types.TextDocumentSyncKind.Full)
         self.state = State(documentation=_documentation())
         self.checker = Checker()
         self.worker = ThreadPoolExecutor(1, "check")
@@ -173,7 +171,7 @@ class CqosServer(LanguageServer):
 
 def _documentation() -> str:
     """Return the URL of the documentation, as the core's distribution states it; empty where it states none."""
-    urls = (text.partition(",") for text in headers("cqos-core").get_all("Project-URL") or ())
+    urls = (text.partition(",") for text in metadata("cqos-core").get_all("Project-URL") or ())
     return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
 
 

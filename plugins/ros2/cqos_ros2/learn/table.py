@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -12,7 +13,6 @@ from typing import Any, Final
 import yaml
 
 from cqos_core.importers.reading import did_you_mean, shown
-from cqos_core.model.installed import entry_points
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
 from cqos_core.plugins import GROUP
@@ -264,7 +264,7 @@ def tables(more: tuple[str, ...] = (), protocol: str = "") -> dict[str, Table]:
 def pack_tables() -> tuple[Path, ...]:
     """Return the tables of calls that installed packs have, in their folders `calls`; no pack is imported for it."""
     found: list[Path] = []
-    for each in entry_points(GROUP):
+    for each in entry_points(group=GROUP):
         spec = find_spec(each.value.partition(":")[0].partition(".")[0])
         for folder in spec.submodule_search_locations or () if spec is not None else ():
             found += sorted((Path(folder) / "calls").glob(f"*{ENDING}"))
