@@ -139,11 +139,10 @@ class Page:
         # In the order of the page, each with how soon it gives way where there is no room: 0 never does.
         parts: list[tuple[int, list[str]]] = [(0, self._headline(first)), (0, self._others(cause))]
         where, other = self._where(first)
-        parts += [(0, where), (3, other)]
         fix = next((each for each in first.remedies if each.edits), None)
         written = [] if fix is None else self._written(fix, first)
         valued = any(side.facts for side in first.sides)  # the lines with the places say what stands there
-        parts.append((5 if valued else 2, [] if written else self._excerpt(first)))
+        parts += [(0, where), (5 if valued else 2, [] if written else self._excerpt(first)), (3, other)]
         for number, sentence in enumerate(cause.helps):
             own = written if fix is not None and fix.text in sentence else []
             written = [] if own else written

@@ -481,7 +481,7 @@ class System:
     links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
-    assumed: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    assumed: dict[str, tuple[str, ...]] = field(default_factory=dict, compare=False)
 
 
 NAMED: Final = {

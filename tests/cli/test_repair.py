@@ -49,7 +49,7 @@ def test_a_change_takes_two_lines_and_its_reasons_are_shown_on_request(cqos, fil
     short = cqos("repair", "mobile_robot.yaml").out
     changes = len(json.loads(cqos("repair", "mobile_robot.yaml", "--format", "json").out)["changes"])
     assert short.count("\n  --> ") == changes
-    assert short.count("\n") <= 2 * changes + 6
+    assert short.count("\n") <= 2 * changes + 7
     assert "because of ROS101\n" in short
     assert " ".join(short.split()).endswith("--show reasons says why, and what each costs")
     reasons = cqos("repair", "mobile_robot.yaml", "--show", "reasons").out

@@ -140,7 +140,7 @@ def test_quotas_of_callers_stand_beside_their_tokens(tmp_path, start):
 @pytest.mark.parametrize("line", ["share=2", "share=0", "name=a/b", "more", "share=0.5 of-all"])
 def test_what_else_stands_beside_a_token_is_refused_without_repeating_it(line, tmp_path):
     (tmp_path / "tokens").write_text(f"a-token-of-the-modeler {line}\n", encoding="utf-8")
-    with pytest.raises(Exception, match="expected `name=`") as raised:
+    with pytest.raises(Exception, match="write `name=`") as raised:
         read_tokens(str(tmp_path / "tokens"), 0.5)
     assert line not in str(raised.value)
 

@@ -91,10 +91,10 @@ WAITS_LONG_ENOUGH: Final = define(
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.
 PINGS_EVERY: Final = define("pings_every", least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE)))
+KEEP_ALIVE_COUNTS: Final = define("keep_alive_counts", in_3_1_1(publisher) | (broker(SERVER_KEEP_ALIVE) > "0s"))
 PINGS: Final = define(
     "pings",
-    ((publisher(KEEP_ALIVE) < "infinite") & (in_3_1_1(publisher) | (broker(SERVER_KEEP_ALIVE) > "0s")))
-    | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite") & (broker(SERVER_KEEP_ALIVE) > "0s")),
+    KEEP_ALIVE_COUNTS & ((publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))),
 )
 # The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
 # session cuts the delay short. The
