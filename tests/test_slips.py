@@ -86,6 +86,7 @@ def test_assignments_become_settings_where_each_is_understood():
     assert settings_of_assignments(PACKS["ros2"], "depth = 5, colour = red") == ""
     assert settings_of_assignments(PACKS["ros2"], "depth = many") == ""
     assert settings_of_assignments(PACKS["ros2"], "depth") == ""
+    assert settings_of_assignments(PACKS["ros2"], "a=" * 100 + "a b") == ""  # at once
 
 
 def test_a_preset_may_be_named_with_its_module():

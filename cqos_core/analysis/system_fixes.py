@@ -53,8 +53,10 @@ class FixedSystem:
         return frozenset((name, each.remedy.policy) for each in self.applied for name in each.remedy.members)
 
 
-def fix_system(system: System, context: Context, wanted: Wanted) -> FixedSystem:
+def fix_system(system: System, context: Context, wanted: Wanted, *, weaken: bool = False) -> FixedSystem:
     """Apply for each error the best remedy of the wanted kind; none that makes another pair worse.
+
+    Without ``weaken``, none asks for less or promises less.
 
     It checks the system again after each round, so an error that one remedy fixes needs no second one.
     """
@@ -73,7 +75,7 @@ def fix_system(system: System, context: Context, wanted: Wanted) -> FixedSystem:
     for _ in range(_ROUNDS):
         findings = check_system(current, context).findings
         errors = [each for each in findings if each.severity is Severity.ERROR and each.accepted is None]
-        chosen = _chosen(errors, wanted, alone, policies, applied)
+        chosen = _chosen(errors, wanted, alone, policies, applied, weaken=weaken)
         if not chosen:
             break
         applied += chosen
@@ -82,7 +84,13 @@ def fix_system(system: System, context: Context, wanted: Wanted) -> FixedSystem:
 
 
 def _chosen(
-    errors: Iterable[Finding], wanted: Wanted, alone: set[str], policies: set[str], applied: Iterable[Applied]
+    errors: Iterable[Finding],
+    wanted: Wanted,
+    alone: set[str],
+    policies: set[str],
+    applied: Iterable[Applied],
+    *,
+    weaken: bool,
 ) -> list[Applied]:
     """Choose a remedy for each error, unless another one of this round sets the same value otherwise."""
     before = {each.remedy for each in applied}
@@ -92,6 +100,8 @@ def _chosen(
         # The smallest change may weaken the design; what is written for programs keeps its promises where it can.
         for remedy in sorted(error.remedies, key=lambda each: (each.weakens, each.kind == "needs_code")):
             if (wanted == "configuration" and remedy.kind != "configuration") or remedy.breaks or remedy in before:
+                continue
+            if remedy.weakens and not weaken:
                 continue
             if remedy.policy not in policies or not alone.issuperset(remedy.members):
                 continue

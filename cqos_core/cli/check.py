@@ -31,6 +31,7 @@ from cqos_core.cli.parameters import (
     show_option,
     together_option,
     watch_option,
+    weaken_option,
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
@@ -136,7 +137,7 @@ class CheckOptions:
 @fail_on_option(*_FAIL)
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
 @fix_option
-@click.option("--weaken", is_flag=True, help="Let --fix and --diff also take fixes that ask for less or promise less.")
+@weaken_option
 @diff_option
 @click.option("--proofs", metavar="FILE", help="Show these runs of `cqos prove --format json` in the format html.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
@@ -417,6 +418,7 @@ class _Check:
             sources=self.sources,
             tool_version=version("cqos-core"),
             not_checked=_NOT_CHECKED in shown or "all" in shown,
+            apart="all" in shown,
             losses=_LOSSES in shown,
             codes=self.shown,
             listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),

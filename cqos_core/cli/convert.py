@@ -8,7 +8,15 @@ import click
 
 from cqos_core.cli import UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.parameters import Registered, color_option, debug_option, fix_option, nearest, output_option
+from cqos_core.cli.parameters import (
+    Registered,
+    color_option,
+    debug_option,
+    fix_option,
+    nearest,
+    output_option,
+    weaken_option,
+)
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
@@ -47,6 +55,7 @@ _MOST_NOTES: Final = 50
 )
 @fix_option
 @click.option("--change-program", is_flag=True, help="With --fix, take also fixes that need a change of the program.")
+@weaken_option
 @reading_options
 @color_option
 @debug_option
@@ -60,13 +69,14 @@ def convert(
     settings: tuple[str, ...],
     fix: bool,
     change_program: bool,
+    weaken: bool,
     reading: ReadingOptions,
     color: str,
 ) -> None:
     """Write a system in another form: as a design in YAML, as parameters, as code.
 
     All paths are one system. C-QoS reports on standard error what the form cannot express. With --fix, it first fixes each error by
-    the first fix that needs no change of the program; forms that hold nothing but settings then get only what was changed.
+    the first fix that needs no change of the program and weakens nothing; forms that hold nothing but settings then get only what was changed.
 
     \b
     Examples:
@@ -76,6 +86,8 @@ def convert(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if change_program and not fix:
         raise RefusedError("--change-program has no effect without --fix", "write --fix too")
+    if weaken and not fix:
+        raise RefusedError("--weaken has no effect without --fix", "write --fix too")
     info = load_plugins().exporters[exporter]
     chosen = _settings(info, settings)
     reader = prepare(reading, paths)
@@ -88,7 +100,7 @@ def convert(
         from cqos_core.analysis.system_fixes import fix_system
 
         with Progress("fixing"):
-            fixed = fix_system(system, reader.context, "first" if change_program else "configuration")
+            fixed = fix_system(system, reader.context, "first" if change_program else "configuration", weaken=weaken)
     for note in system.notes:  # the report that would hold them is not made here
         if note.severity != "note":
             where = "" if note.place is None else f"{note.place}: "

@@ -42,6 +42,10 @@ def entered_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
     if left:
         one = f"cqos check {shlex.quote(_named(left[0], loaded.left[0][1]))}"
         notes.append(f"{plural(len(left), 'part')} of other systems there not read; `{one}` checks the first")
+    unused = [] if ways.open else loaded.unused
+    if unused:
+        some = ", ".join([*unused[:_OF_A_KIND], *(["..."] if unused[_OF_A_KIND:] else [])])
+        notes.append(f"{plural(len(unused), 'file')} there that nothing refers to, so not read: {some}")
     return notes
 
 

@@ -219,6 +219,9 @@ fix_option = click.option(
     help="Apply fixes to the files; `convert` applies them to what it writes. Comments and layout stay, and what was observed is "
     "never changed.",
 )
+weaken_option = click.option(
+    "--weaken", is_flag=True, help="Let --fix also take fixes that ask for less or promise less."
+)
 diff_option = click.option(
     "--diff", "show_diff", is_flag=True, help="Print what would change in the files, and write nothing."
 )

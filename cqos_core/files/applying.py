@@ -130,7 +130,7 @@ def read_texts(
             return Source(name, texts[name])
         source = open_file(name, relative_to)
         known = source.name if relative_to or name not in texts else name
-        return replace(source, data=texts.get(known, source.data))
+        return replace(source, name=known, data=texts.get(known, source.data))
 
     whole = folders or {}
     given = [
@@ -220,7 +220,8 @@ def _best(finding: Finding, *, weaken: bool) -> tuple[Remedy | None, str]:
     refused = []
     for remedy in finding.remedies:
         objections = (
-            (remedy.weakens and not weaken, asks_less(remedy)),
+            # Less is asked for where a requirement is not met, not where a fact is missing.
+            (remedy.weakens and (not weaken or finding.verdict is Verdict.UNKNOWN), asks_less(remedy)),
             (remedy.breaks, "makes other pairs worse"),
             (remedy.kind == "needs_code", "is a promise that the program must keep"),
             (not remedy.edits, "is of no file that can be edited"),

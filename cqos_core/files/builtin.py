@@ -52,7 +52,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     for name, summary in (
         ("text", "what is wrong, where and what to write, in at most eight lines per finding"),
         ("full", "one paragraph with excerpt and fixes per finding"),
-        ("concise", "one line per finding"),
+        ("concise", "one line per finding; findings of one cause share one"),
         ("statistics", "one line per rule, with the number of its findings"),
         ("json", "the whole report, versioned"),
         ("jsonl", "one JSON object per line: summary, groups, findings"),
@@ -74,7 +74,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     """The subcommands of ``cqos``."""
     for name, summary in (
         ("check", "Check designs, and report each pair as compatible, incompatible or unknown."),
-        ("explain", "Explain one publisher and one subscriber, policy by policy."),
+        ("explain", "Explain one publisher and one subscriber: whether they fit, why, and what to write."),
         ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
         ("repair", "Find the smallest set of changes after which nothing is incompatible."),

@@ -340,6 +340,7 @@ class Loaded:
         ways: how named paths are read that no importer reads as they are named.
         folders: what was read as one folder, by path, so that it can be read again.
         left: parts of systems that are not read because of such a way, each with its importer.
+        covered: parts of systems where such a way reads what it refers to, and nothing else.
     """
 
     outcomes: list[FileOutcome] = field(default_factory=list)
@@ -350,11 +351,18 @@ class Loaded:
     ways: Ways = field(default_factory=Ways)
     folders: dict[str, GivenSource] = field(default_factory=dict)
     left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
+    covered: list[File] = field(default_factory=list)
 
     @property
     def systems(self) -> list[tuple[str, System]]:
         """The systems that were read, each with its path."""
         return [(each.file.path, each.system) for each in self.outcomes if each.system is not None]
+
+    @property
+    def unused(self) -> list[str]:
+        """The covered parts to which nothing that was read refers."""
+        read = {os.path.realpath(name) for _, system in self.systems for name in system.sources}
+        return [each.path for each in self.covered if os.path.realpath(each.path) not in read]
 
     @property
     def problems(self) -> list[Problem]:
@@ -457,7 +465,9 @@ def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins)
         part = _part(file, plugins) if file.folder in ways.narrowed else None
         if part is not None and not ways.covers(file.path):
             loaded.left.append((file, part))
-        elif part is None and not (file.named and file.path in entered):
+        elif part is not None:
+            loaded.covered.append(file)
+        elif not (file.named and file.path in entered):
             kept.append(file)
     ways.leave_open({file.folder for file, _ in loaded.left})
     # Without the entrance, what is named beside it would be a system that nobody has.
@@ -484,7 +494,10 @@ def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
 
 def _part(file: File, plugins: Plugins) -> ImporterInfo | None:
     """Return the importer of a file, if it is a part of a system."""
-    info = recognise(read_path(file.path, HEAD), plugins)
+    try:
+        info = recognise(read_path(file.path, HEAD), plugins)
+    except InputError:
+        return None  # what is wrong with it is found where it is read
     return None if info is None or info.whole else info
 
 

@@ -51,12 +51,12 @@ class Cause:
 
 
 def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:
-    """Return findings by their cause; each apart where the caller asked for certain rules.
+    """Return findings by their cause; each apart where the caller asked for certain rules, or for all findings.
 
     Two findings have one cause if the same change fixes both, if both name the same timer or event, if both lack the same
     fact, or if the same lines of the files cause both.
     """
-    if style.codes:
+    if style.codes or style.apart:
         return [Cause((finding,)) for finding in findings]
     parents = [*range(len(findings))]
 
@@ -127,8 +127,10 @@ def _keys(finding: Finding) -> Iterator[Hashable]:
         if side.members and side.role not in _ENDS:  # a timer or an event, by which the ends are judged
             yield accepted, side.role, side.members
     places = [place for side in finding.sides for place in _places(side)]
+    stated = any(fact.origin.startswith(_STATED) for side in finding.sides for fact in side.facts)
     if places and all(place is not None and (place.line or place.element or place.path) for place in places):
-        yield accepted, finding.code, frozenset(places)
+        # Without a value that both state, one line may have several things wrong.
+        yield accepted, finding.code, frozenset(places), "" if stated else finding.message
     if finding.pairs and finding.because and finding.verdict is not Verdict.UNKNOWN:
         yield accepted, finding.topic, finding.because, tuple(side.members for side in finding.sides)
     if finding.worlds:

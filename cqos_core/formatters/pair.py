@@ -109,7 +109,9 @@ def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], s
     for cause in found:
         own = page.answer(cause, codes)
         if said and len(lines) + len(own) > _ANSWER:
-            break
+            if cause.first.severity is not Severity.ERROR:
+                break
+            own = own[:2]  # what is wrong is always said
         said += 1
         lines += own
     lines += [""] if said else []

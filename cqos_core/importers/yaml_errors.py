@@ -424,7 +424,7 @@ def _other(failure: _Failure, reading: Reading) -> _Said:
     if (doubled := re.search(r"(''|\"\")([^'\"]+)\1", line)) is not None:
         message = f"{shown(doubled[0])} begins and ends with two quotes each"
         return message, f"write {to_write(doubled[2])}", (failure.last[0], doubled.start() + 1)
-    round_ = re.search(r":\s*\((\w[\w.]*:\s.*?)\)", line)
+    round_ = re.search(r":\s*\((\w[\w.]*:\s[^()]{1,200})\)", line)
     if "flow" in failure.context and round_ is not None:
         column = round_.start(1)
         return "round brackets make no map", f"write `{{{round_[1]}}}`", (failure.last[0], column)

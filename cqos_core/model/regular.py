@@ -5,8 +5,9 @@ Python 3.10 lacks them, and before 3.11.5 they match wrongly around groups (pyth
 
 from __future__ import annotations
 
+import re as standard
 import sys
-from typing import TYPE_CHECKING, Any, AnyStr, cast
+from typing import TYPE_CHECKING, Any, AnyStr, Final, cast
 
 if TYPE_CHECKING or sys.version_info >= (3, 11, 5):
     import re
@@ -28,8 +29,20 @@ class _OnUse:
         return None if self._part and self._part not in text else self.__getattr__("search")(text, *where)
 
     def __getattr__(self, name: str) -> Any:
-        found = self.__dict__[name] = getattr(re.compile(*self._stated), name)
+        found = self.__dict__[name] = getattr(_compiled(*self._stated), name)
         return found
+
+
+_NEWER: Final = "++", "*+", "?+", "}+", "(?>"
+_FLAGS: Final = "ASCII", "DOTALL", "IGNORECASE", "MULTILINE", "VERBOSE"
+
+
+def _compiled(text: Any, flags: Any) -> Any:
+    """Compile by the standard module where it can: `regex` takes quadratic time for some expressions, and its flags have other numbers."""
+    known = text.decode("latin-1") if isinstance(text, bytes) else text
+    module: Any = re if any(part in known for part in _NEWER) else standard
+    chosen = [name for name in _FLAGS if flags & getattr(type(flags), name)] if flags else []
+    return module.compile(text, sum(int(getattr(module, name)) for name in chosen))
 
 
 def regular_expression(text: AnyStr, flags: int = 0, part: AnyStr | None = None) -> re.Pattern[AnyStr]:

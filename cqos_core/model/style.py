@@ -27,6 +27,7 @@ class Style:
         not_checked: list in the text formats what no check of the protocols can see, rather than count it.
         codes: beginnings of the codes of rules, in lower case: if any, the text formats print the findings of these rules only.
         listed: the caller asked for all that is shown, so the text format gives no summary in place of it.
+        apart: the text formats print each finding, also where several have one cause.
         losses: list in the text formats which subscribers get nothing, or lose some of their publishers.
         color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
         width: columns of the terminal, for the text formats.
@@ -48,6 +49,7 @@ class Style:
     losses: bool = False
     codes: tuple[str, ...] = ()
     listed: bool = False
+    apart: bool = False
     folder: str = ""
     documentation: str = ""
     replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing

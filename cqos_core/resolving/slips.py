@@ -81,13 +81,13 @@ def preset_within(pack: RulePack, text: str) -> str:
 
 def settings_of_assignments(pack: RulePack, text: str) -> str:
     """Return the settings, as a map, of ``depth = 5, reliability = reliable``; empty where not all of it is understood."""
+    if len(text) > _LONGEST or _ASSIGNMENT.sub("", text).strip(" \t\n,;"):
+        return ""
     found: dict[str, str] = {}
-    parts = _ASSIGNMENT.findall(text) if _ASSIGNMENTS.fullmatch(text.strip()) else []
-    return _written(found) if all(_set(pack, name, value, found) for name, value in parts) else ""
+    return _written(found) if all(_set(pack, name, value, found) for name, value in _ASSIGNMENT.findall(text)) else ""
 
 
-_ASSIGNMENT: Final = regular_expression(r"(\w+)\s*=\s*([^\s,;]+)")
-_ASSIGNMENTS: Final = regular_expression(r"(?:\w+\s*=\s*[^\s,;]+[\s,;]*){1,10}")
+_ASSIGNMENT: Final = regular_expression(r"(\w++)\s*+=\s*+([^\s,;]++)")
 
 
 def settings_of_values(pack: RulePack, texts: list[str]) -> str:

@@ -8,7 +8,7 @@ from cqos_core.model.regular import regular_expression
 
 # What may stand before the first element; possessive, so that the time is linear whatever stands there.
 _PROLOG: Final = regular_expression(
-    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"
+    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+(?:\[[^\]]*+\]\s*+)?+>)*+"
 )
 _ELEMENT: Final = rb"<(?:[^\s<>/!?:=]++:)?"
 _ROOT: Final = regular_expression(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")

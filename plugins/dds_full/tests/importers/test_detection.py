@@ -86,6 +86,7 @@ def test_configurations_of_cyclone_dds_are_claimed_by_their_root(text, claimed, 
         ("<profiles><data_reader profile_name='a'/></profiles>", True),
         ("<!-- <dds><qos_library/></dds> is the form of others -->\n" + FAST, True),
         ("<?xml version='1.0'?><!-- a --><?style x?>" + FAST, True),
+        ("<!DOCTYPE dds [ <!ENTITY a 'b'> ]>" + FAST, True),  # the reader says what is wrong with it
         ("<!-- <profiles><data_reader profile_name='a'/></profiles> --><robot/>", False),
         ("<!-- --> the <profiles><data_reader profile_name='a'/> of others", False),
         ("<robot><profiles><data_reader profile_name='a'/></profiles></robot>", False),

@@ -38,7 +38,7 @@ _NODL: Final = _key("nodl_version", "")
 _DOMAINS: Final = _key("from_domain|to_domain")
 # What may stand before the first element; possessive, so that the time is linear whatever stands there.
 _PROLOG: Final = regular_expression(
-    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"
+    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+(?:\[[^\]]*+\]\s*+)?+>)*+"
 )
 _ROOT: Final = regular_expression(rb"<(?:[^\s<>/!?:]+:)?(?:dds|profiles)(?=[\s>/])")
 _CYCLONE: Final = regular_expression(rb"<(?:[^\s<>/!?:]+:)?(?i:CycloneDDS)(?=[\s>/])")

@@ -78,6 +78,11 @@ def seen_from(name: str, found: Iterable[str]) -> set[str]:
     return {*found, *(each.removeprefix(one) for each in found for one in around if each.startswith(one))}
 
 
+def _is_rebound(target: Expression, names: frozenset[str]) -> bool:
+    """Whether a module that is named gets another object under one of the names."""
+    return isinstance(target, Attribute) and not _path(target).startswith(".") and _path(target) in names
+
+
 class _Names:
     """The names that mean an object, or hold it."""
 
@@ -94,6 +99,8 @@ class _Names:
             table, name = self.walk.table, call_name(written)
             if {name, last_part(name)} & table.copies or table.lookup(table.makers, name) is not None:
                 return False
+            if last_part(name) in table.calls:
+                return False  # a publisher has a copy
             return self.given(written) or self.receives(written)
         return any(map(self.holds, _kept_parts(written)))
 
@@ -203,7 +210,7 @@ class _Search:
         if not any(map(means.holds, found.written)):
             return False
         means.spread(found)
-        if any(_is_policy_of(each, means) for each in found.targets):
+        if any(_is_policy_of(each, means) or _is_rebound(each, names) for each in found.targets):
             return True
         if any(self._changed_by(each, means) for each in found.calls):
             return True

@@ -92,11 +92,12 @@ def _loose(folder: str, sources: Sequence[str]) -> Entrance:
         elif ending != ".py" and _MAIN_CPP.search(data):
             programs[posixpath.basename(name)] = inner
     commands = [new_manifest(package, folder)]
-    if scripts:
+    # Files that are there stay as they are.
+    if scripts and not os.path.exists(posixpath.join(folder, "setup.cfg")):  # noqa: PTH110 - text
         entries = "".join(f"  {name} = {module}:main\\n" for name, module in scripts.items())
         target = shlex.quote(posixpath.join(folder, "setup.cfg"))
         commands.append(f"printf '[options.entry_points]\\nconsole_scripts =\\n{entries}' > {target}")
-    if programs:
+    if programs and not os.path.exists(posixpath.join(folder, "CMakeLists.txt")):  # noqa: PTH110 - text
         added = " ".join(f"add_executable({name} {path})" for name, path in programs.items())
         commands.append(f"echo '{added}' > {shlex.quote(posixpath.join(folder, 'CMakeLists.txt'))}")
     nodes = [(package, name) for name in (*scripts, *programs)]

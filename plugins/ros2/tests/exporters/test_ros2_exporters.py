@@ -457,7 +457,7 @@ def test_only_what_fixes_is_written():
 
 
 def test_what_nodes_take_from_no_parameter_by_default_is_no_remedy():
-    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration")
+    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration", weaken=True)
     notes = "\n".join(export(fixed.system, "qos_overrides", fixed.changed).notes)
     assert "durability is left out: a program takes it from parameters only where it lists it" in notes
     assert "deadline is left out" in notes

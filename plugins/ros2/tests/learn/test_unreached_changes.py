@@ -154,6 +154,7 @@ def test_a_default_of_an_unreached_function_may_be_changed(python, head):
         "SHARED = QoSProfile(depth=3)\nq = SHARED\nq.depth = 7",
         "node.create_subscription(String, 'y', print, SHARED)",
         "node.create_publisher(String, 'y', qos_profile=SHARED)",
+        "node.out = node.create_publisher(String, 'y', SHARED)\nnode.out.publish(String())",
         "q = SHARED\nnode.create_subscription(String, 'y', print, q)",
         "read(SHARED)",
         "q = SHARED\nread(q)",
