@@ -192,8 +192,8 @@ def options_table() -> str:
             reading.append(name)
         for param in command.params:
             if isinstance(param, click.Option):
-                names, _ = param.get_help_record(context) or ("", "")
-                form = re.sub(r" \[.*\]$", "", names).replace("|", "\\|")
+                usage, _ = param.get_help_record(context) or ("", "")
+                form = re.sub(r" \[.*\]$", "", usage).replace("|", "\\|")
                 row = of_options.setdefault(max(param.opts, key=len), (form, param.help or "", []))
                 row[2].append(name)
     everywhere = len(load_plugins().commands)

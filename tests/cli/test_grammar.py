@@ -1,6 +1,7 @@
 """One grammar for all commands: of their errors, their arguments, their options and their help."""
 
 import re
+from typing import Any
 
 import click
 import pytest
@@ -18,7 +19,7 @@ ERROR = re.compile(r"error(\[\w+\])?:? \S.*")
 def command_of(name):
     """Return a command as the group hands it out, with its context."""
     ctx = click.Context(cli, info_name="cqos", terminal_width=100)
-    command = cli
+    command: Any = cli
     for word in name.split():
         command = command.get_command(ctx, word)
         ctx = click.Context(command, info_name=word, parent=ctx, terminal_width=100)
@@ -140,7 +141,7 @@ OPTIONS = [(name, option) for name in NAMES for option in options_of(command_of(
 
 
 def test_each_option_has_one_meaning():
-    texts = {}
+    texts: dict[str, set[str]] = {}
     for _, option in OPTIONS:
         for spelling in option.opts:
             texts.setdefault(spelling, set()).add(option.help)
@@ -148,7 +149,7 @@ def test_each_option_has_one_meaning():
 
 
 def test_each_meaning_has_one_option():
-    names = {}
+    names: dict[str, set[str]] = {}
     for _, option in OPTIONS:
         names.setdefault(option.help, set()).add(max(option.opts, key=len))
     assert {text: found for text, found in names.items() if len(found) > 1 or not text} == {}

@@ -62,7 +62,7 @@ def test_each_change_is_checked_and_ctrl_c_ends_with_the_last_code(tmp_path):
 
 def test_a_file_that_appears_during_a_check_is_noticed(tmp_path, monkeypatch):
     (tmp_path / "a.yaml").write_text("cqos: 1\n")
-    runs = []
+    runs: list[int] = []
 
     def run():
         runs.append(len(runs))
