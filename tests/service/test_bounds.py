@@ -278,7 +278,7 @@ def test_an_answer_that_nobody_reads_ends(start):
     system = system_pb2.System(protocol="ros2", participants=[system_pb2.Participant(id="p")], endpoints=ends)
     body = check_pb2.DescribeRequest(system=system).SerializeToString()
     head = "POST /cqos.v1.CheckService/Describe HTTP/1.1\r\nhost: x\r\ncontent-type: application/proto\r\n"
-    with start("--web", "127.0.0.1:0", "--max-seconds", "8") as own, socket.socket() as connection:
+    with start("--web", "127.0.0.1:0", "--max-seconds", "15") as own, socket.socket() as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         host, _, port = own.addresses["web"].rpartition(":")
         connection.connect((host, int(port)))
