@@ -53,6 +53,12 @@ _CHOOSING: Final = frozenset(("and", "or", "+", "*"))
 """Operators whose result is, or has, one of their operands."""
 
 
+def mentions(function: Function, names: Iterable[str], walk: Walk) -> bool:
+    """Return whether a function has one of the names, or a text with it; one that has neither changes nothing under it."""
+    found, words = _parts_of(function, walk), {last_part(each) for each in names}
+    return not words.isdisjoint(found.words) or any(word in text for word in words for text in found.texts)
+
+
 def changes(function: Function, names: Iterable[str], walk: Walk) -> bool:
     """Return whether a function may change the object that names mean in it: ``x`` itself, ``.x`` a member of its object."""
     return _Search(walk).function(function, frozenset(names))
@@ -151,6 +157,9 @@ class _Parts:
         self.calls = [each for each in self.written if isinstance(each, Call)]
         self.texts = [each.value for each in self.written if isinstance(each, Literal) and isinstance(each.value, str)]
         self.assigned = [*_assigned(statements)]
+        given = expressions_in((), (("", [each.default for each in function.parameters if each.default], function.place),))
+        self.words = {last_part(each.text) for each in (*self.written, *given) if isinstance(each, Name)}
+        self.words |= {each.name for each in (*self.written, *given) if isinstance(each, Attribute)}
 
 
 def _parts_of(function: Function, walk: Walk) -> _Parts:

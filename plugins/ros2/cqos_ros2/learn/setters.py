@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2.launch.values import Unknown
-from cqos_ros2.learn.aliasing import changes, holding, seen_from
+from cqos_ros2.learn.aliasing import changes, holding, mentions, seen_from
 from cqos_ros2.learn.frames import Walk, lineage
 from cqos_ros2.learn.names import fits, last_part
 from cqos_ros2.learn.profiles import forget, is_profile
@@ -108,7 +108,8 @@ def changed_in(full: str, file: str, walk: Walk) -> Function | None:
             program.changing[key] = [each for each in mentioning if _changes(each, full, file, walk)]
         else:
             names = holding(full, walk)
-            program.changing[key] = [each for each in functions if _changes_any(each, names, walk)]
+            mentioning = (each for each in functions if mentions(each, names, walk))
+            program.changing[key] = [each for each in mentioning if _changes_any(each, names, walk)]
     return next((each for each in program.changing[key] if id(each) not in walk.executed), None)
 
 
