@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 
 from cqos_core.cli import INTERRUPTED
-from cqos_core.cli.help import SummarisedGroup, help_options, with_help
+from cqos_core.cli.help import help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
 from cqos_core.cli.streams import width
@@ -23,7 +23,7 @@ _WIDEST_HELP = 120  # wider lines are hard to read
 _BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
-class Commands(SummarisedGroup):
+class Commands(click.Group):
     """The commands that plugins register, ours among them; help lists them without importing any."""
 
     under = ""

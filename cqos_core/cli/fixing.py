@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.checking.checker import check_system
@@ -82,7 +83,7 @@ def fixed(
         tuple(f"{finding.code}{_on(finding)}: {reason}" for finding, reason in done.left),
         any(finding.remedies or finding.verdict is not None for finding, _ in done.left),
         any(
-            remedy.weakens and remedy.edits and not remedy.breaks and remedy.kind != "needs_code"
+            remedy.weakens and replace(remedy, weakens=False).is_automatic
             for finding, _ in done.left
             for remedy in finding.remedies
         ),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
@@ -18,14 +18,6 @@ SCREEN: Final = 24
 _USUAL: Final = "usual_options"
 _WIDEST: Final = 28  # of the first column
 _LISTED: Final = 14  # commands with their summaries
-
-
-class SummarisedGroup(click.Group):
-    """A group of commands whose summaries are known without them."""
-
-    def summaries(self) -> dict[str, str]:
-        """Return the summary of each command by its name."""
-        raise NotImplementedError
 
 
 def usual(*names: str) -> Callable[[F], F]:
@@ -83,17 +75,16 @@ def _short(ctx: click.Context, rows: list[tuple[str, str]]) -> str:
         formatter.write_paragraph()
         with formatter.indentation():
             formatter.write_text(text)
-    if isinstance(command, click.Group):
-        _list_commands(command, ctx, formatter)
+    if hasattr(command, "summaries"):
+        _list_commands(command.summaries(), ctx, formatter)
     else:
         with formatter.section("Options"):
             formatter.write_dl(rows)
     return formatter.getvalue().rstrip("\n")
 
 
-def _list_commands(group: click.Group, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-    """List commands: the first with their summaries, the others by name."""
-    summaries = group.summaries() if isinstance(group, SummarisedGroup) else {}
+def _list_commands(summaries: Mapping[str, str], ctx: click.Context, formatter: click.HelpFormatter) -> None:
+    """List the commands of a group: the first with their summaries, the others by name."""
     path, rows = ctx.command_path, [*summaries.items()]
     with formatter.section("Commands"):
         formatter.write_dl(rows[:_LISTED])

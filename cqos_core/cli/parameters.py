@@ -154,6 +154,10 @@ against_option = click.option(
 )
 
 
+def _split(_ctx: click.Context, _param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(part.strip() for value in values for part in value.split(",") if part.strip())
+
+
 def show_option(*parts: str, default: Sequence[str] | None = None, codes: bool = False) -> Callable[[F], F]:
     """Return the option ``--show`` of a command whose report has these parts; with ``codes``, it takes rules, too."""
     return click.option(
@@ -161,6 +165,7 @@ def show_option(*parts: str, default: Sequence[str] | None = None, codes: bool =
         type=None if codes else click.Choice(parts),
         metavar=f"[{'|'.join((*parts, 'CODES'))}]" if codes else None,
         multiple=True,
+        callback=_split if codes else None,
         default=default,
         show_default=default is not None,
         help="Show these findings, or these parts of the result, in full. Can be repeated.",
@@ -196,8 +201,7 @@ variables_option = click.option(
     "variables",
     type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
     multiple=True,
-    help="A variable that files refer to, such as $(ROBOT) in XML files of DDS, or of the environment of a launch. Can be "
-    "repeated.",
+    help="A variable that files refer to, such as $(ROBOT). Can be repeated.",
 )
 together_option = click.option(
     "--together", is_flag=True, help="Take all files as one system, those of directories too."

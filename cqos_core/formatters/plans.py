@@ -82,7 +82,7 @@ def plan_as_text(
     total = f"{plural(len(plan.changes), 'change')} of weight {plan.weight}, {least}; checked again; {done}"
     lines += wrapped(total, "")
     more = [] if written else ["--fix writes the changes", "--diff prints them"]
-    more += [] if reasons else ["--show reasons says why, and what each costs"]
+    more += [] if reasons else ["--show reasons explains them"]
     lines += wrapped(f"more: {', '.join(more)}", "") if more else []
     return "\n".join(lines) + "\n"
 

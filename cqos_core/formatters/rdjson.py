@@ -70,8 +70,7 @@ class _Diagnostics:
     def _suggestions(self, finding: Finding) -> list[Json]:
         """Return the fix that ``cqos check --fix`` would take, if it replaces one text in the file of the finding."""
         source = "" if finding.place is None else finding.place.source
-        harmless = (each for each in finding.remedies if each.edits and not each.weakens and not each.breaks)
-        remedy = next(harmless, None)
+        remedy = next((each for each in finding.remedies if each.is_automatic), None)
         replaced = self._style.replaced(remedy.edits) if remedy is not None else {}
         if list(replaced) != [source] or len(replaced[source]) != 1:
             return []

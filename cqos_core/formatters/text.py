@@ -84,18 +84,14 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
         texts.append("there is no finding of the rules that --show names")
     if found:
         code = min(found, key=lambda each: each.first.severity.rank).first.code
-        fixes = (fix for cause in found[:_FEW] for fix in cause.first.remedies)
+        loud = [cause for cause in found[:_FEW] if cause.first.severity is not Severity.NOTE]
+        fixes = (fix for cause in loud for fix in cause.first.remedies)
         shown = [f"`--show all` lists all findings, `--show {code}` one rule"] if summary else []
-        shown += ["`--fix` applies fixes"] if any(map(_is_safe, fixes)) else []
+        shown += ["`--fix` applies fixes"] if any(fix.is_automatic for fix in fixes) else []
         shown += ["`--format full` has the reasons"] + ([] if summary else [f"`cqos rule {code}` explains a rule"])
         texts.append(f"more: {', '.join(shown)}")
     for text in texts:
         yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
-
-
-def _is_safe(fix: Remedy) -> bool:
-    """Whether ``--fix`` applies a fix."""
-    return bool(fix.edits) and not (fix.weakens or fix.breaks or fix.kind == "needs_code")
 
 
 def _fitting(parts: Sequence[tuple[int, list[str]]]) -> list[str]:

@@ -158,6 +158,11 @@ class Remedy:
     edits: tuple[Edit, ...] = ()
     costs: tuple[str, ...] = ()
 
+    @property
+    def is_automatic(self) -> bool:
+        """Whether ``cqos check --fix`` may apply it: it edits files, makes nothing weaker or worse, and needs no other program."""
+        return bool(self.edits) and not (self.weakens or self.breaks or self.kind == "needs_code")
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:

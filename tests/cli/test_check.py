@@ -685,6 +685,7 @@ def test_findings_of_rules_are_shown_by_their_codes(cqos):
         (("--show", "durabil"), "nor the code or name of a rule"),
         (("--select", "durabil"), "no rule has the code or name `durabil`"),
         (("--show", "errors", "--show", "ROS101"), "severities or rules, not both"),
+        (("--show", "errors,ROS101"), "severities or rules, not both"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(cqos, arguments, said):

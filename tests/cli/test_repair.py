@@ -49,9 +49,9 @@ def test_a_change_takes_two_lines_and_its_reasons_are_shown_on_request(cqos, fil
     short = cqos("repair", "mobile_robot.yaml").out
     changes = len(json.loads(cqos("repair", "mobile_robot.yaml", "--format", "json").out)["changes"])
     assert short.count("\n  --> ") == changes
-    assert short.count("\n") <= 2 * changes + 7
+    assert short.count("\n") <= 2 * changes + 6
     assert "because of ROS101\n" in short
-    assert " ".join(short.split()).endswith("--show reasons says why, and what each costs")
+    assert " ".join(short.split()).endswith("--show reasons explains them")
     reasons = cqos("repair", "mobile_robot.yaml", "--show", "reasons").out
     assert "because of ROS101: a best_effort publisher never sends" in reasons
     assert reasons.count("weight ") == changes + 1

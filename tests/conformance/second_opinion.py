@@ -158,7 +158,11 @@ def record_more(spin: Spin) -> dict[str, Any]:
     earlier = json.loads(RECORDED.read_text(encoding="utf-8"))
     new = record(missing(earlier), spin)
     assert new["by"] == earlier["by"], f"{new['by']} is another version: record all designs"
-    return {**earlier, "more": {**new, "runs": len(new["runs"])}, "runs": [*earlier["runs"], *new["runs"]]}
+    return {
+        **earlier,
+        "more": [*earlier.get("more", ()), {**new, "runs": len(new["runs"])}],
+        "runs": [*earlier["runs"], *new["runs"]],
+    }
 
 
 def document() -> str:
@@ -194,7 +198,7 @@ def document() -> str:
 
 def _when(recorded: dict[str, Any], kept: int, given: int) -> str:
     where = f"{len(recorded['runs'])} models on {recorded['date']}, {build_of(recorded)}"
-    if more := recorded.get("more"):
+    for more in recorded.get("more", ()):
         where += f", {more['runs']} of them on {more['date']}, {build_of(more)}"
     return f"{where}. {kept} of {given} guarantees that C-QoS gives hold in all runs of the model."
 

@@ -50,10 +50,7 @@ def actions(
         if not _touches(finding, path, extent, analysis, units):
             continue
         fixed = [each for each in given if each.code == finding.code and each.message.startswith(finding.message)]
-        harmless = (
-            each for each in finding.remedies if not each.weakens and not each.breaks and each.kind != "needs_code"
-        )
-        best = next(harmless, None)
+        best = next((each for each in finding.remedies if each.is_automatic), None)
         for remedy in finding.remedies:
             edit = _edit(remedy, analysis, units, uris)
             if edit is not None:

@@ -265,7 +265,6 @@ CAPABILITIES: Final = (
         says="{endpoint} speaks MQTT 3.1.1 with keep alive {keep_alive}, and the broker allows at most {server_keep_alive}",
         because="the broker cannot tell a client of 3.1.1 another keep alive: Mosquitto refuses the connection since 2.0.12",
         clause="Mosquitto, ChangeLog of 2.0.12, and mosquitto.conf(5), max_keepalive",
-        fixes=("keep_alive", "server_keep_alive"),
         help="let the client ping at least so often, or raise the limit of the broker",
     ),
 )

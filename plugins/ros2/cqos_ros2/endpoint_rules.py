@@ -300,7 +300,8 @@ ENDPOINTS: Final = (
         clause="rmw_microxrcedds",
     ),
     forbids(
-        (RMW == "zenoh") & (stated(DEADLINE) | stated(LEASE)),
+        (RMW == "zenoh")
+        & ((stated(DEADLINE) & ~stated(DEADLINE, "infinite")) | (stated(LEASE) & ~stated(LEASE, "infinite"))),
         code="ROS326",
         name="no-events-on-zenoh",
         says="{endpoint} states a deadline or a lease: on rmw_zenoh its callback keeps the node from starting, or is never called",

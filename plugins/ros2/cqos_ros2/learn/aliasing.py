@@ -157,7 +157,9 @@ class _Parts:
         self.calls = [each for each in self.written if isinstance(each, Call)]
         self.texts = [each.value for each in self.written if isinstance(each, Literal) and isinstance(each.value, str)]
         self.assigned = [*_assigned(statements)]
-        given = expressions_in((), (("", [each.default for each in function.parameters if each.default], function.place),))
+        given = expressions_in(
+            (), (("", [each.default for each in function.parameters if each.default], function.place),)
+        )
         self.words = {last_part(each.text) for each in (*self.written, *given) if isinstance(each, Name)}
         self.words |= {each.name for each in (*self.written, *given) if isinstance(each, Attribute)}
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Participant, System
 
-_NODL: Final = b"nodl_version"
+_NODL: Final = re.compile(rb"^nodl_version\s*:", re.MULTILINE)
 _CONVERTED: Final = "# `cqos learn` wrote this file once, from a file of another form; from now on it is yours.\n"
 _DRAFT: Final = (
     "# `cqos learn` wrote this draft from one run; from now on it is yours.\n"
@@ -62,7 +62,7 @@ def convert(path: str, package: str | None, nodes: Sequence[str], output: str | 
         InputError: the file is not of this form, something that is needed is not stated, or a file is there already.
     """
     data = read_path(path).data
-    stated = DESIGN in data or _NODL in data
+    stated = DESIGN in data or _NODL.search(data) is not None
     if stated and nodes:
         message = f"`{path[:120]}` states its nodes itself"
         raise InputError([Problem("CQ001", message, None, "leave --node out; it is for what ran")])
@@ -113,9 +113,18 @@ def _package_around(path: str) -> str:
     raise InputError([Problem("CQ001", f"`{path[:120]}` is in no package", None, "name one with --package")])
 
 
+def _of_learn(problem: Problem) -> Problem:
+    """Return what is wrong with a file, with what `cqos learn` takes instead where nothing reads it."""
+    advice = "for sources, name the folder of their package; a file is NoDL, a node design of Autoware, or a recording of what ran"
+    return Problem(problem.code, problem.message, problem.place, advice) if problem.code == "CQ003" else problem
+
+
 def _of_snapshot(path: str, package: str | None, nodes: Sequence[str]) -> Iterator[dict[str, Any]]:
     """Yield the draft of a node file for each node of a recording that is asked for."""
-    system = cqos.read(path)
+    try:
+        system = cqos.read(path)
+    except InputError as error:
+        raise InputError([_of_learn(each) for each in error.problems]) from None
     there = {
         name: participant
         for name, participant in system.participants.items()

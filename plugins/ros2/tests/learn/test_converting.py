@@ -77,6 +77,7 @@ def folder(tmp_path, monkeypatch):
         ("Loader.node.yaml", DESIGN),
         ("ran.yaml", RAN),
         ("i.txt", TOPIC_INFO),
+        ("source.py", "# nodl_version of the nodes: 2\n"),
         *OTHERS,
     ):
         (tmp_path / name).write_text(text)
@@ -186,6 +187,7 @@ def test_a_draft_decides_nothing_until_it_is_confirmed(folder, run):
             "two nodes would be written to `a.node.yaml`",
         ),
         (["old.nodl.yaml", "--package", "b"], "is neither NoDL of version 2 nor a node design"),
+        (["source.py"], "for sources, name the folder of their package"),
         (["ear.nodl.yaml"], "is in no package"),
         (["ear.nodl.yaml", "--diff"], "--diff is for sources, and `ear.nodl.yaml` is another file"),
         (["ear.nodl.yaml", "--node", "x"], "`ear.nodl.yaml` states its nodes itself"),
