@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import cqos_core as cqos
-from cqos_core import Endpoint, Setting
+from cqos_core import Endpoint, Setting, System
 from cqos_core.model.rows import EndpointList, RowEndpoint, kinds_of, rows_of
 from tests.benchmarks import inputs
 
@@ -15,8 +15,12 @@ FORMS = (inputs.system_file, inputs.diagram)
 SIZE = 1_200
 
 
+def read_system(form) -> System:
+    return cqos.read(b"".join(form(SIZE)))
+
+
 def read(form) -> list[Endpoint]:
-    return cqos.read(b"".join(form(SIZE))).endpoints
+    return read_system(form).endpoints
 
 
 def left(endpoints: list[Endpoint]) -> int:
@@ -108,3 +112,16 @@ def test_ids_of_lines_give_way_as_those_of_others():
     chosen = b"  b:\n    subscribes:\n      /x: {id: a/publisher/t7}\n"
     with pytest.raises(cqos.InputError, match=r"is taken, first at <bytes>:13:7"):
         cqos.read(text + chosen)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_change_of_the_system_does_not_reach_a_report_that_was_made_before(form):
+    system = read_system(form)
+    whole = cqos.check(replace(system, endpoints=[*system.endpoints])).to_dict()
+    system = read_system(form)
+    report = cqos.check(system)
+    for endpoint in system.endpoints:
+        endpoint.settings = {"reliability": Setting("best_effort"), "depth": Setting("0")}
+        endpoint.topic = "elsewhere"
+    system.endpoints.clear()
+    assert report.to_dict() == whole

@@ -171,7 +171,7 @@ def _of_pairs(
     rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
     for each in concerned:
-        frame, role, observed = each.like.frame, each.endpoint.role, each.endpoint.observed
+        frame, role, observed = each.like.frame, each.kin.role, each.kin.observed
         refusing = rules.get((frame, role, observed))
         if refusing is None:
             refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))

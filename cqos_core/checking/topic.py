@@ -102,10 +102,10 @@ def check_topic(
         outcomes = judge_shape(settled(endpoints, acceptances).shape)
         known.keep(bits, outcomes)
     one, other = endpoints
-    ends = (one, other) if one.endpoint.role == PUBLISHER else (other, one)
+    ends = (one, other) if one.kin.role == PUBLISHER else (other, one)
     found = TopicResult(ends, outcomes, acceptances, team, is_pair=True)
     found.lonely = ()
-    if outcomes is QUIET and team is None and one.endpoint.participant != other.endpoint.participant:
+    if outcomes is QUIET and team is None and one.kin.participant != other.kin.participant:
         found.made = ()
     return found
 
@@ -158,10 +158,10 @@ def _members(topic: MatchedTopic, row: Row) -> tuple[list[Resolved], list[Resolv
 
 def _group(shown: str, offering: Sequence[Resolved], requesting: Sequence[Resolved], row: Row) -> Group:
     if len(offering) == len(requesting) == 1:
-        internal = int(offering[0].endpoint.participant == requesting[0].endpoint.participant)
+        internal = int(offering[0].kin.participant == requesting[0].kin.participant)
     else:
-        owners = Counter(endpoint.endpoint.participant for endpoint in offering)
-        internal = sum([owners[endpoint.endpoint.participant] for endpoint in requesting])
+        owners = Counter(endpoint.kin.participant for endpoint in offering)
+        internal = sum([owners[endpoint.kin.participant] for endpoint in requesting])
     return Group(
         topic=shown,
         publishers=tuple(sorted([endpoint.id for endpoint in offering])),

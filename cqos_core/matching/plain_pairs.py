@@ -6,7 +6,6 @@ report for certain, the result is the same. `cqos_core.matching.topic_shape` mak
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.matching.judge import (
@@ -27,12 +26,9 @@ if TYPE_CHECKING:
 
     from cqos_core.language.compiled import Reporting
     from cqos_core.matching.topic_shape import ShapeResult
-    from cqos_core.resolving.bulk_topics import End
-    from cqos_core.resolving.bulk_topics import Reporting as OfEnds
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Resolved
 
 _MOST_RESULTS: Final = 1_000
-_MANY: Final = 20
 _Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
 """Profiles of a publisher and a subscriber, and whether either was observed."""
 
@@ -78,44 +74,23 @@ _KNOWN: Final[dict[tuple[ProfileFrame, ProfileFrame, bool, bool], PlainPairs]] =
 
 def reporting_rules(one: Resolved, other: Resolved) -> tuple[PlainPairs, int] | None:
     """Return which rules report on two endpoints that are alone on their topic, as bits; None where functions alone do not tell."""
-    if one.endpoint.role != PUBLISHER:
+    if one.kin.role != PUBLISHER:
         one, other = other, one
-    if one.endpoint.role != PUBLISHER or other.endpoint.role != SUBSCRIBER or one.is_copy or other.is_copy:
+    if one.kin.role != PUBLISHER or other.kin.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    known = _functions((one.like, other.like, one.endpoint.observed, other.endpoint.observed))
+    known = _functions((one.like, other.like, one.kin.observed, other.kin.observed))
     bits = None if known is None else _bits(known, one.known, other.known)
     return None if known is None or bits is None else (known, bits)
 
 
-def reporting_on_ends() -> OfEnds:
-    """Return what tells of two ends which rules report on them; functions are made for what many have in common."""
-    met = Counter[Any]()
-    ready: dict[Any, PlainPairs] = {}
-
-    def reporting(one: End, other: End) -> tuple[dict[int, ShapeResult], int] | None:
-        (publisher, offering, offered), (subscriber, requesting, requested) = one, other
-        ends = publisher, subscriber, offering, requesting
-        known = ready.get(ends)
-        if known is None:
-            met[ends] += 1
-            known = _functions(ends, at_once=met[ends] > _MANY)
-            if known is None:
-                return None
-            ready[ends] = known
-        bits = _bits(known, offered, requested)
-        return None if bits is None else (known.results, bits)
-
-    return reporting
-
-
-def _functions(ends: _Ends, *, at_once: bool = False) -> PlainPairs | None:
+def _functions(ends: _Ends) -> PlainPairs | None:
     """Return what functions tell of such profiles; None where they do not tell all."""
     publisher, subscriber, offering, requesting = ends
     if publisher.unread or publisher.refused or subscriber.unread or subscriber.refused:
         return None
     key = publisher.frame, subscriber.frame, offering, requesting
     known = _KNOWN.get(key)
-    if known is None and (known := _known(ends, at_once=at_once)):
+    if known is None and (known := _known(ends)):
         keep(_KNOWN, key, known)
     return known
 
@@ -132,14 +107,14 @@ def _bits(known: PlainPairs, *ends: Sequence[Any]) -> int | None:
     return bits
 
 
-def _known(ends: _Ends, *, at_once: bool) -> PlainPairs | None:
+def _known(ends: _Ends) -> PlainPairs | None:
     """Return what is known of profiles that have as much in common with others as these; None before there are functions for it."""
     publisher, subscriber, offering, requesting = ends
     pack = publisher.pack
     if subscriber.needs or publisher.from_peers or subscriber.from_peers:
         return None
     # Where the rules of pairs have functions, others with as much in common are many.
-    at_once = at_once or None not in [rules(pack).ready(publisher, subscriber) for rules in (meeting_rules, pair_rules)]
+    at_once = None not in [rules(pack).ready(publisher, subscriber) for rules in (meeting_rules, pair_rules)]
     sides = (publisher, PUBLISHER, offering), (subscriber, SUBSCRIBER, requesting)
     assuming = read_in_worlds(pack, publisher.frame, 0) | read_in_worlds(pack, subscriber.frame, 1)
     # Rules, the bits of those that count, and whether all that a rule says follows from the fact that it reports.
