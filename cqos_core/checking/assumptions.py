@@ -208,7 +208,7 @@ def _is_plain(override: Override, endpoint: Resolved) -> bool:
     if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
         return False
     pack, steered = endpoint.pack, override.index in steered_by_options(endpoint.pack)
-    if steered and options_behind(pack, override.index, override.stated().text, endpoint.role):
+    if steered and options_behind(pack, override.index, override.stated.text, endpoint.role):
         return False
     return keep(_PLAIN, override, value=True)
 

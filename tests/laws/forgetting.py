@@ -21,7 +21,6 @@ def forget() -> None:
         resolved._FRAMES,
         bases._BASES,
         bases._OVERRIDES,
-        bases._PLAIN_NAMES,
         memory_module._NUMBERED,
         plain_pairs._KNOWN,
         derived_guarantees._GIVEN,
