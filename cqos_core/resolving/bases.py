@@ -131,9 +131,10 @@ class Draft(NamedTuple):
 
     def value(self, index: int) -> Value:
         """Return the value of an override, or that of its base."""
+        size = self.base.size
         for each in self.overrides:
-            if each.plainly == index:
-                return each.value
+            if each.plainly == index % size:
+                return each.value if index < size else each.word  # type: ignore[return-value]
         value: Value = self.base.profile.values[index]
         return value
 

@@ -51,7 +51,7 @@ def forget() -> None:
             judge.of_one,
             judge.refusing_rules,
             judge.refusing_values,
-            judge._errors_that_read,
+            judge.errors_that_read,
             assumed._without_assumption,
             verdicts.verdicts_of,
         ),

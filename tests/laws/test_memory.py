@@ -40,7 +40,7 @@ def test_everything_that_remembers_is_forgotten_here():
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
-        "_errors_that_read",
+        "errors_that_read",
         "_without_assumption",
         "refusing_values",
         "_with",
