@@ -6,7 +6,7 @@ from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
 from cqos_core.language import answers
-from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
+from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
@@ -22,7 +22,8 @@ def forget() -> None:
         bases._BASES,
         bases._OVERRIDES,
         memory_module._NUMBERED,
-        plain_pairs._KNOWN,
+        pair_outcomes._OUTCOMES,
+        pair_verdicts._READY,
         derived_guarantees._GIVEN,
         compared.COMPARED,
         asked._PARTS,
@@ -53,7 +54,7 @@ def forget() -> None:
             judge.refusing_values,
             judge.errors_that_read,
             assumed._without_assumption,
-            verdicts.verdicts_of,
+            pair_verdicts._over_both,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),

@@ -11,7 +11,7 @@ from cqos_core import check_pair, read
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import judge, verdicts
+from cqos_core.matching import judge, pair_verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
 from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
@@ -35,7 +35,7 @@ def test_everything_that_remembers_is_forgotten_here():
         profiles,
         resolved,
         shape,
-        verdicts,
+        pair_verdicts,
     )
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
@@ -58,7 +58,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "signal_rules",
         "of_one",
         "refusing_rules",
-        "verdicts_of",
+        "_over_both",
         "base_layer",
         "_deciding",
         "assuming",

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.checking import topic
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import plain_pairs, rule_set
+from cqos_core.matching import pair_outcomes, rule_set
 from tests.benchmarks import inputs
 from tests.laws.systems import BOTH, WHERE, systems
 
@@ -26,7 +26,7 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
     found = []
 
     def asked(*ends):
-        found.append(plain_pairs.reporting_rules(*ends))
+        found.append(pair_outcomes.reporting_rules(*ends))
         return found[-1]
 
     text = b"".join(inputs.system_file(1_000))
