@@ -52,7 +52,7 @@ def checks(tight):
 
 
 @pytest.mark.parametrize(
-    "heavy", [document(1, 15 * MIB), document(40_000)], ids=["a long request", "a request that makes much of little"]
+    "heavy", [document(1, 15 * MIB), document(10_000)], ids=["a long request", "a request that makes much of little"]
 )
 def test_a_worker_that_took_all_its_memory_is_replaced(heavy, tight, checks):
     checks.CheckDocument(document(1), timeout=60)

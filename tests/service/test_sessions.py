@@ -316,8 +316,8 @@ def test_the_number_of_sessions_is_bounded(start):
             assert session.report().endpoints == 2
 
 
-def test_an_idle_session_is_closed_and_leaves_its_place(start):
-    with start("--max-sessions", "1", "--max-share", "1", "--max-idle-seconds", "0.5") as own, own.client() as client:
+def test_an_idle_session_is_closed_and_leaves_its_place(forgetful):
+    with forgetful.client() as client:
         with client.session(two()) as one:
             one.report()
             time.sleep(0.8)
