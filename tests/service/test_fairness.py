@@ -52,8 +52,8 @@ class Simulated(asyncio.SelectorEventLoop):
 
 
 def simulated(work):
-    with asyncio.Runner(loop_factory=Simulated) as runner:
-        return runner.run(work)
+    with contextlib.closing(Simulated()) as loop:
+        return loop.run_until_complete(work)
 
 
 async def ready(_thing):
