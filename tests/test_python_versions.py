@@ -33,8 +33,13 @@ def patterns(tree):
             yield node.lineno, node.value
 
 
+WRITTEN = re.compile(r"[*+?}]\+|\(\?>")  # how these are written; most texts have neither
+
+
 def newer(pattern):
     """Say whether a pattern has what Python 3.10 does not know."""
+    if not WRITTEN.search(pattern if isinstance(pattern, str) else pattern.decode("latin-1")):
+        return False
     try:
         parsed = parser.parse(pattern)
     except (re.error, ValueError, OverflowError, TypeError):
