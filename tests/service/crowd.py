@@ -15,7 +15,7 @@ import grpc
 from cqos.v1 import check_pb2, check_pb2_grpc, session_pb2, session_pb2_grpc
 from tests.service.test_robustness import system
 
-HEAVY = 100
+HEAVY = 200
 
 
 def heavy(number):

@@ -260,8 +260,8 @@ class Crowd:
         (("flood", 60), ("trickle", 10), 20),
         # Each stream had its turn, regardless of its caller: more than 60 of their pairs for each of the other's.
         (("streams", 50), ("pairs", 10), 300),
-        # And each session: more than 12 of their edits for each of the other's.
-        (("edits", 12), ("drawing", 8), 32),
+        # And each session: more than 20 of their edits for each of the other's.
+        (("edits", 20), ("drawing", 10), 40),
     ],
     ids=["documents and models", "pairs", "sessions"],
 )
