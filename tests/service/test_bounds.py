@@ -141,21 +141,28 @@ def test_a_stream_that_sends_nothing_ends(method, impatient):
         never.set()
 
 
+@pytest.fixture(scope="module")
+def few(start):
+    """A service that takes eight calls, two of each caller."""
+    with start("--max-calls", "8", "--max-share", "0.25") as running:
+        yield running
+
+
 @pytest.mark.parametrize("method", [REFLECTION, PAIRS, PAIR])
-def test_streams_over_many_connections_lock_nobody_out(method, start):
+def test_streams_over_many_connections_lock_nobody_out(method, few):
     never = threading.Event()
 
     def nothing():
         never.wait(60)
         yield from ()
 
-    with start("--max-calls", "8", "--max-share", "0.25") as own, contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack:
         for _ in range(6):  # each is a caller of its own, and has two of the eight places
-            channel = stack.enter_context(reached(own.grpc, ("grpc.use_local_subchannel_pool", 1)))
+            channel = stack.enter_context(reached(few.grpc, ("grpc.use_local_subchannel_pool", 1)))
             held = [channel.stream_stream(method)(nothing(), timeout=60) for _ in range(2)]
             for each in held:
                 stack.callback(each.cancel)
-        with reached(own.grpc, ("grpc.use_local_subchannel_pool", 1)) as channel:
+        with reached(few.grpc, ("grpc.use_local_subchannel_pool", 1)) as channel:
             for _ in range(20):
                 channel.unary_unary(PAIR)(POLITE, timeout=20)
         never.set()

@@ -348,9 +348,9 @@ def test_mutual_tls_lets_in_who_has_a_certificate(keys, start, monkeypatch, capf
         assert main(asked) == 0
 
 
-def test_a_client_without_tls_ignores_the_certificate_of_the_environment(start, monkeypatch):
+def test_a_client_without_tls_ignores_the_certificate_of_the_environment(service, monkeypatch):
     monkeypatch.setenv("CQOS_CLIENT_CERT", "missing.pem")
-    with start() as service, service.client() as client:
+    with service.client() as client:
         assert client.check_pair("ros2").verdict == "compatible"
 
 
