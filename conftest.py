@@ -72,4 +72,7 @@ def pytest_collection_finish() -> None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add our options."""
-    parser.addoption("--soak", type=float, default=2.0, help="seconds that the service is kept under mixed load")
+    seconds = 10.0 if os.environ.get("CQOS_HYPOTHESIS") == "explore" else 0.0
+    parser.addoption(
+        "--soak", type=float, default=seconds, help="seconds of mixed load for the service; 0: a few calls"
+    )

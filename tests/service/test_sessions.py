@@ -302,22 +302,8 @@ def test_a_worker_that_ends_between_two_edits_is_noticed_by_all_its_sessions(sta
             assert session.report() == here.report()
 
 
-def test_the_number_of_sessions_is_bounded(start):
-    with start("--max-sessions", "2", "--max-share", "1") as own, own.client() as client:
-        with client.session(two()) as one, client.session(two()) as other:
-            one.report()
-            other.report()
-            with (
-                client.session() as third,
-                pytest.raises(ServiceError, match="one caller may have 2 of the 2 sessions"),
-            ):
-                third.report()
-        with client.session(two()) as session:
-            assert session.report().endpoints == 2
-
-
-def test_an_idle_session_is_closed_and_leaves_its_place(start):
-    with start("--max-sessions", "1", "--max-share", "1", "--max-idle-seconds", "0.5") as own, own.client() as client:
+def test_an_idle_session_is_closed_and_leaves_its_place(forgetful):
+    with forgetful.client() as client:
         with client.session(two()) as one:
             one.report()
             time.sleep(0.8)
