@@ -497,7 +497,11 @@ PROGRAMS = (
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
     ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),
     ("java", "default-jre-headless", "no audit runs on a Spark cluster"),
-    ("chromium", "chromium", "the page of the modeler is not tried"),
+    (
+        "chromium-headless-shell|chromium|chromium-browser|google-chrome",
+        "chromium-headless-shell",
+        "the page of the modeler is not tried",
+    ),
     ("nvim", "neovim", "the language server is not tried in an editor"),
     ("zsh", "zsh", "completion is not tried in zsh"),
     ("fish", "fish", "completion is not tried in fish"),
@@ -509,17 +513,23 @@ SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 
 def have_programs() -> None:
     """Install the programs and headers that tests need where we may, else say what is left out."""
-    for program, package, left_out in PROGRAMS:
-        headers = (*INCLUDES.glob(program), *INCLUDES.glob(f"*-linux-*/{program}"))
-        if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS) or headers:
+    for programs, package, left_out in PROGRAMS:
+        if any(map(is_there, programs.split("|"))):
             continue
         apt_get = shutil.which("apt-get")
         if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
             print(f"dev.py: installing {package}, which tests need ...", file=sys.stderr, flush=True)
             if installed_by(apt_get, package):
                 continue
-        message = f"dev.py: {program} is not installed, so {left_out} (apt-get install {package})"
+        message = f"dev.py: {package} is not installed, so {left_out} (apt-get install {package})"
         print(message, file=sys.stderr, flush=True)
+
+
+def is_there(program: str) -> bool:
+    """Whether a program can be started, or a header included."""
+    if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS):
+        return True
+    return any(True for pattern in (program, f"*-linux-*/{program}") for _ in INCLUDES.glob(pattern))
 
 
 def installed_by(apt_get: str, package: str) -> bool:
