@@ -637,7 +637,6 @@ def test_a_participant_finds_its_broker():
     from cqos_core.language.domains import Count, Text
     from cqos_core.language.parsing import parse
     from cqos_core.language.policy import Policy
-    from cqos_core.matching.pipeline import context
     from cqos_core.packs.rule import requires
     from tests.worlds import POST
 
@@ -654,14 +653,14 @@ def test_a_participant_finds_its_broker():
 
     def speaks(*brokers: Broker) -> bool:
         system.brokers = {broker.id: broker for broker in brokers}
-        return "POST801" in codes(checked(system, where=context([pack])))
+        return "POST801" in codes(checked(system, packs=[pack]))
 
     small, large = Broker("small", settings=settings(limit="1")), Broker("large", settings=settings(limit="9"))
     assert speaks()
     assert not speaks(large)
     assert speaks(small)
     assert not speaks(small, large)  # neither is named, so no value of a broker is known
-    report = checked(system, where=context([pack]))
+    report = checked(system, packs=[pack])
     assert (report.verdict, "CQ216" in codes(report)) == ("unknown", True)
     system.participants["w"] = Participant("w", settings=settings(broker="large"))
     assert not speaks(small, large)
