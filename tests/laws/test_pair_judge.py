@@ -113,6 +113,7 @@ def test_a_number_is_no_flag_however_often_it_was_seen():
     for _ in range(3):
         assert judge.verdict({"depth": 1}, {"depth": 1}) == "compatible"
         assert judge.verdict({"depth": 1}, {"depth": True}) == "unknown"
+        assert judge.verdict({"depth": True}, {"depth": 1}) == "unknown"
 
 
 @pytest.mark.parametrize("seen", [0, 3])
