@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.checking.session import Session
+from cqos_core import Session
 from cqos_core.language.domains import Count, Flag, Text
 from cqos_core.language.expression import as_condition, broker, offered, requested
 from cqos_core.language.policy import Policy

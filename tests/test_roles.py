@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.checking.session import Session
+from cqos_core import Session, check
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core import check
-from cqos_core.checking.session import Session
+from cqos_core import Session, check
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires

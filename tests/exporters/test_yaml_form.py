@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.analysis.explanation import endpoints_of
+from cqos_core.api import context
 from cqos_core.checking.checker import check_system
 from cqos_core.files.design import design_of
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.language.values import Anything
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (
     Acceptance,
     Bound,

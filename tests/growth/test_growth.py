@@ -12,11 +12,11 @@ import time
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from tests.laws.forgetting import forget
 
 from tests.effort import EXPLORE
 from tests.growth.linear import uncollected
 from tests.growth.models import MODELS
-from tests.laws.forgetting import forget
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core import read
 from cqos_core.analysis.planning.constraints import Goals
 from cqos_core.analysis.planning.model import build
+from cqos_core.api import context
 from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from tests.worlds import POST
