@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from cqos_core.packs import Policy, RulePack
 
 PACKS: Final = (POST, DDS, MQTT, ROS2)
+PATTERNS: Final = ("a", "b", "a*", "b?", "c", "*", "[ab]", "?", "ab", "bc")
+# Enough that nearly all ends of a crowd differ.
 WORDS: Final = {
-    "count": ("1", "2", "5"),
-    "duration": ("1s", "2s", "3s", "infinite"),
-    "names": ("[]", "[a]", "[a, b]", "[a*, c]", "['[ab]']", "['*']", "[b, '?']"),
+    "count": tuple(map(str, range(1, 60))),
+    "duration": (*(f"{number}s" for number in range(1, 60)), "infinite"),
+    "names": ("[]", *(f"['{one}', '{other}']" for one in PATTERNS for other in PATTERNS)),
     "text": ("x", "y"),
     "flag": ("true", "false"),
 }
-
-
 SEEDS: Final = 40 if EXPLORE else 2
-MANY: Final = 40
+MANY: Final = 60
 ASKED: Final = 400 if EXPLORE else 60
 
 
@@ -38,23 +38,28 @@ def a_system(pack: RulePack, seed: int) -> System:
     """Endpoints of one topic, nearly all different; some values are not known, and some endpoints are accepted."""
     random = Random(seed)  # noqa: S311 - no secrets
     system = System("random", pack.id)
+    compared = {use.index for scope in ("meets", "pair") for each in pack.by_scope[scope] for use in each.bound.uses}
 
     def settings(level: str, most: int) -> dict[str, Setting]:
-        policies = [each for each in pack.policies if each.level == level and not each.derived]
+        policies = [pack.policies[at] for at in sorted(compared) if pack.policies[at].level == level]
+        policies = [each for each in policies if not each.derived]
         chosen = random.sample(policies, min(most, len(policies)))
         return {each.name: setting(each) for each in chosen}
 
     def setting(policy: Policy) -> Setting:
         words = getattr(policy.domain, "names", ()) or WORDS.get(policy.domain.kind, ("x",))
-        return Setting(random.choice(words), unknown=random.choice(("",) * 9 + ("nobody knows",)))
+        return Setting(random.choice(words), unknown=random.choice(("",) * 5 + ("nobody knows",)))
 
     for name in ("p0", "p1", "p2"):
         system.participants[name] = Participant(name, settings=settings("participant", 1) | settings("option", 1))
     for number in range(MANY):
         role: Any = ("publisher", "subscriber")[number % 2]
         owner = random.choice([*system.participants])
-        own = settings("endpoint", 6)
-        system.endpoints.append(Endpoint(id=f"e{number}", role=role, topic="t", participant=owner, settings=own))
+        own = settings("endpoint", random.choice((4, 30, 30)))
+        seen = random.random() < 0.2  # of which nothing is known that it does not state
+        system.endpoints.append(
+            Endpoint(id=f"e{number}", role=role, topic="t", participant=owner, settings=own, observed=seen)
+        )
     rules = [bound.rule.code for bound in (*pack.by_scope["meets"], *pack.by_scope["pair"])]
     system.accept = [Acceptance(rule=random.choice(rules), because="known", endpoint=f"e{random.randrange(MANY)}")]
     return system
