@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
-from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.language.expression import offered, unfolded
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import judge_pair
@@ -20,7 +19,7 @@ from cqos_core.packs.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WO
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.pack import PACK as ROS2
-from tests.worlds import CARE, DELAY, POST, codes, only, reader, settings, world, writer
+from tests.worlds import CARE, DELAY, POST, codes, only, pair_system, reader, settings, world, writer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from copy import deepcopy
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import check, explain
@@ -36,8 +37,9 @@ from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from cqos_core.language.domains import SettingValue
     from cqos_core.model.report import Fact, Finding, Report
     from cqos_core.model.system import Role, Settings
 
@@ -347,3 +349,26 @@ def only(report: Report, code: str) -> Finding:
         f"{code} {len(found)} times; the report has {[str(f.code) + ' ' + f.message for f in report.findings]}"
     )
     return found[0]
+
+
+def pair_system(
+    protocol: str,
+    offered: Mapping[str, SettingValue],
+    requested: Mapping[str, SettingValue],
+    options: Mapping[str, SettingValue] = MappingProxyType({}),
+    topic: Mapping[str, SettingValue] = MappingProxyType({}),
+    needs: Mapping[str, SettingValue] = MappingProxyType({}),
+) -> System:
+    """The system of a publisher and a subscriber that `check_pair` judges by itself, with its arguments."""
+    about = settings(**topic)
+    name = about.pop("name", Setting("topic")).text
+    system = System(protocol=protocol, options={protocol: settings(**options)})
+    system.topics[name] = Topic(name, about, external=True)
+    for role, stated_values in (("publisher", offered), ("subscriber", requested)):
+        own = settings(**stated_values)
+        preset = own.pop("profile", None)
+        profiles = () if preset is None else (preset.text,)
+        more = {"settings": own, "needs": settings(**needs) if role == "subscriber" else {}}
+        system.endpoints.append(endpoint(role, name, role, *profiles, more=more))  # type: ignore[arg-type]
+        system.participants[role] = Participant(role)
+    return system

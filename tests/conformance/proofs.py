@@ -19,7 +19,6 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import check
-from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.analysis.proving import NotRunnableError, Outcome
 from cqos_core.analysis.proving.runs import disagreements, fixed, named, prepare, summary
 from cqos_core.api import context
@@ -29,6 +28,7 @@ from cqos_core.files.merging import merge
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
+from tests.worlds import pair_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

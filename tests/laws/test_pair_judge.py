@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 import cqos_core as cqos
-from cqos_core.api import as_text
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
 from tests.effort import EXPLORE
-from tests.worlds import POST
+from tests.worlds import POST, pair_system
 
 if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
@@ -53,33 +52,9 @@ def a_side(random: Random, pack: RulePack) -> dict[str, Any]:
     return found
 
 
-def end(role: Any, topic: str, stated: dict[str, Any], needs: dict[str, Any]) -> cqos.Endpoint:
-    own = {name: as_text(value) for name, value in stated.items()}
-    profile = own.pop("profile", None)
-    return cqos.Endpoint(
-        id=role,
-        role=role,
-        topic=topic,
-        participant=role,
-        settings={name: cqos.Setting(text) for name, text in own.items()},
-        profiles=() if profile is None else (cqos.ProfileRef(profile),),
-        needs={name: cqos.Setting(as_text(value)) for name, value in needs.items()},
-    )
-
-
 def general(pack: RulePack, offered: Any, requested: Any, around: tuple[Any, Any, Any]) -> cqos.PairReport:
     """Explain a pair in a system of its own."""
-    options, topic, needs = around
-    facts = {name: cqos.Setting(as_text(value)) for name, value in topic.items()}
-    name = facts.pop("name", cqos.Setting("topic")).text
-    ends = [end("publisher", name, offered, {}), end("subscriber", name, requested, needs)]
-    system = cqos.System(
-        protocol=pack.id,
-        options={pack.id: {name: cqos.Setting(as_text(value)) for name, value in options.items()}},
-        participants={each.id: cqos.Participant(each.id) for each in ends},
-        topics={name: cqos.Topic(name, facts, external=True)},
-        endpoints=ends,
-    )
+    system = pair_system(pack.id, offered, requested, *around)
     return cqos.explain(system, publisher="publisher", subscriber="subscriber", packs=[pack])
 
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
 from cqos_core import check
-from cqos_core.analysis.pair_judge import pair_system
 from cqos_core.cli import main
 from cqos_core.model.problems import InputError
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
@@ -23,6 +22,7 @@ from cqos_core.remote.messages import pair_value, report_value, system_message, 
 from cqos_core.testing import _settings, load_cases
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, systems
+from tests.worlds import pair_system
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERY = 1 if EXPLORE else 3
