@@ -12,9 +12,9 @@ import time
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from tests.laws.forgetting import forget
 
 from tests.effort import EXPLORE
+from tests.growth.forgetting import forget
 from tests.growth.linear import uncollected
 from tests.growth.models import MODELS
 

@@ -1,0 +1,63 @@
+"""Forgets what the process remembers of systems that it checked, so that the next one is as new as the first."""
+
+from __future__ import annotations
+
+from cqos_core.analysis import pair_judge
+from cqos_core.checking import assumptions as assumed
+from cqos_core.checking import fixes
+from cqos_core.language import answers
+from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
+from cqos_core.matching import topic_shape as shape
+from cqos_core.model import memory as memory_module
+from cqos_core.remote import asked
+from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
+from cqos_core.resolving.reader import _plain_remembered
+
+
+def forget() -> None:
+    """Forget all of it."""
+    known = (resolved.READ, resolved._PROFILES, plainly._NAMED, participants._SURROUNDINGS)
+    of_settings = (
+        resolved._FRAMES,
+        bases._BASES,
+        bases._OVERRIDES,
+        bases._PLAIN_NAMES,
+        memory_module._NUMBERED,
+        plain_pairs._KNOWN,
+        derived_guarantees._GIVEN,
+        compared.COMPARED,
+        asked._PARTS,
+        answers.ANSWERED,
+        assumed._PLAIN,
+        assumed._RESTING,
+    )
+    for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
+        memory.clear()
+    for remembered in (
+        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
+        *(judge.of_end, fixes._with),
+        *(
+            judge.refusing_worlds,
+            judge.assuming,
+            judge.read_in_worlds,
+            facts.steered_by_options,
+            assumed._options,
+            facts._remembered,
+        ),
+        *(
+            judge.pair_rules,
+            judge.meeting_rules,
+            judge.undecided_meetings,
+            judge.signal_rules,
+            judge.of_one,
+            judge.refusing_rules,
+            judge.refusing_values,
+            judge._errors_that_read,
+            assumed._without_assumption,
+            verdicts.verdicts_of,
+        ),
+        *(profiles.conventions, profiles.conventional, profiles.base_layer),
+        *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
+        *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
+    ):
+        remembered.cache_clear()
