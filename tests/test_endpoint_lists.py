@@ -76,7 +76,6 @@ class TestEndpoints:
             assert made == endpoint
             assert endpoint == made
         assert repr(endpoint).startswith("Endpoint(id=")
-        assert endpoint != endpoint.id
         assert not hasattr(endpoint, "colour")
         endpoint.settings["depth"] = Setting("8")
         assert endpoint != read(form)[7]
