@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from cqos_core.plugins import load_plugins
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import any_options, any_settings, said_by_check, write_fleet

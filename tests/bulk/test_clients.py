@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from tests.bulk.needed import needed
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core import check
 from cqos_core.analysis.pair_judge import check_pair
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from tests.bulk.needed import needed
 from tests.bulk.random_clients import write_clients
 from tests.bulk.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
@@ -56,7 +56,7 @@ def said_of_two(folder: Path, protocol: str, example: Any, options: Mapping[str,
                 {"id": role, "protocol": protocol, "role": role, "participant": role, "topic": topic, **stated}
             )
     (system,) = systems_in(path, options)
-    return {each.code for each in check_system(system, context()).findings}
+    return {each.code for each in check(system).findings}
 
 
 @pytest.mark.explored

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import said_by_check, systems_in
 from tests.bulk.test_audit import audited
@@ -91,7 +90,7 @@ def said_by_topic(path: Path) -> set[tuple[str, str, str | None]]:
     """Return code, severity and topic of each finding of a check; what several topics share has no topic."""
     found = set()
     for system in systems_in(path):
-        for each in check_system(system, context()).findings:
+        for each in check(system).findings:
             if each.code not in {"CQ404", "CQ406"}:  # notes about a whole system
                 found |= {(each.code, each.severity.value, topic) for topic in (each.topic, *each.more_topics)}
     return found

@@ -16,9 +16,9 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.behaviour.paths.budgets import budgets
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_dds.prove.fast import PROVER
 from tests.conformance.origin import build_of, origin
 

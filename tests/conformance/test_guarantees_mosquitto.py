@@ -17,7 +17,7 @@ import pytest
 from cqos_core import check, explain, read
 from cqos_core.analysis.proving import Fault
 from cqos_core.analysis.proving.runs import disagreements, kept_by, named, prepare
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.prove.client import Client, Connection, Publication, Subscription
 from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program

@@ -9,7 +9,7 @@ if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
 from cqos_core.analysis.proving.runs import disagreements
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from cqos_dds.prove import cyclone, fast
 from tests.conformance.proofs import (
     EXAMPLES,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import cqos_core as cqos
 from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.analysis.runtime_logs import explain_misfits
+from cqos_core.api import context
 from cqos_core.formatters.json_report import render_json
-from cqos_core.matching.pipeline import context
 from cqos_core.model.style import Style
 from cqos_core.model.system import Endpoint, Overlay, Participant, Setting, System
 from cqos_core.packs.logs import misfits

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from tests.effort import EXPLORE
+from tests.growth.forgetting import forget
 from tests.growth.linear import uncollected
 from tests.growth.models import MODELS
-from tests.laws.forgetting import forget
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 import yaml
 
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.behaviour.paths.chains import chain_times
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 
 MS = 1_000_000
 RUNS = 60

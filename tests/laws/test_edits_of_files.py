@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.files.applying import apply_edits
 from cqos_core.language.domains import Choice, Count, Duration, Flag
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.resolving.resolve import resolve
 from cqos_core.resolving.rewrites import edits_of

@@ -14,8 +14,7 @@ from hypothesis import given, settings
 
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -129,7 +128,7 @@ EDITS = [
 def test_every_report_of_a_session_equals_that_of_the_library(client):
     here = cqos.Session(two())
     with client.session(two()) as there:
-        assert there.report() == here.report() == check_system(two(), context())
+        assert there.report() == here.report() == check(two())
         for edit in EDITS:
             edit(here)
             edit(there)
@@ -281,7 +280,7 @@ def test_a_session_whose_worker_is_gone_goes_on_in_another_one(start):
                 each.put(endpoint("w", reliability="reliable"))
                 assert each.report() == here.report()
         with client.session(two()) as session:
-            assert session.report() == check_system(two(), context())
+            assert session.report() == check(two())
 
 
 def test_a_worker_that_ends_between_two_edits_is_noticed_by_all_its_sessions(start):
