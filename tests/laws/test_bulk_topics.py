@@ -3,7 +3,7 @@
 from dataclasses import replace
 from unittest.mock import patch
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
@@ -27,7 +27,6 @@ def both(check):
 
 
 @given(st.sampled_from(BOTH).flatmap(systems))
-@settings(max_examples=20)
 def test_nothing_is_lost_in_bulk(system):
     with patch.object(bulk_topics, "LEAST", 0), patch.object(plain_pairs, "_MANY", 0):
         one, other, _ = both(lambda: check_system(system, WHERE))
