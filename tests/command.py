@@ -71,6 +71,22 @@ def run(
         return Done(code, files[1].read_bytes().decode(), files[2].read_bytes().decode())
 
 
+def run_here(arguments: Sequence[object], folder: Path) -> Done:
+    """Run ``cqos`` in a folder, in this process: what it imports, such as an engine of tables, is there already."""
+    from cqos_core.cli import main
+
+    out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = main([str(each) for each in arguments])
+    finally:
+        os.chdir(before)
+    written = [each.buffer.getvalue().decode() for each in (out, err)]
+    return Done(code, *written)
+
+
 @cache
 def _server() -> subprocess.Popen[str]:
     """The process to fork from; it ends with the tests."""

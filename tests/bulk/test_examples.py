@@ -14,7 +14,7 @@ from cqos_core.matching.pipeline import context
 from tests.bulk.needed import needed
 from tests.bulk.random_clients import write_clients
 from tests.bulk.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
-from tests.command import run
+from tests.command import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ subscriber,s2,/t,30ms
 
 def test_an_example_takes_both_ends_from_one_finding(tmp_path):
     (tmp_path / "pair.csv").write_text(DEADLINES, "utf-8")
-    done = run(["audit", "pair.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
+    done = run_here(["audit", "pair.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
     (finding,) = json.loads(done.out)["findings"]
     (example,) = finding["examples"]
     report = check_pair("ros2", example["publisher"], example["subscriber"])

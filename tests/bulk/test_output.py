@@ -9,7 +9,7 @@ import shutil
 import pytest
 
 from tests.bulk.needed import needed
-from tests.command import run
+from tests.command import run_here
 
 for _name in ("narwhals", "duckdb", "pyarrow"):
     needed(_name)
@@ -24,7 +24,7 @@ def folder(tmp_path):
 
 
 def audited(folder, output, source="fleet.csv"):
-    return run(["audit", source, "--protocol", "ros2", "--findings", output], folder)
+    return run_here(["audit", source, "--protocol", "ros2", "--findings", output], folder)
 
 
 @pytest.mark.parametrize("output", ["fleet.csv", "./fleet.csv", "link.csv", "hard.csv", "deep/../fleet.csv"])
