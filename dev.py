@@ -181,7 +181,9 @@ def conformance(_: list[str]) -> int:
         ("mqtt_table",),
     )
     steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
-    return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])
+    steps += [("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])]
+    os.environ["CQOS_HYPOTHESIS"] = "explore"
+    return run_steps([*steps, ("faults", [tool("pytest"), "-m", "explored", "tests/conformance"])])
 
 
 def tables(arguments: list[str]) -> int:
