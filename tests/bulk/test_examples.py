@@ -11,7 +11,6 @@ import pytest
 from cqos_core.analysis.pair_judge import check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context
-from tests.bulk.needed import needed
 from tests.bulk.random_clients import write_clients
 from tests.bulk.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
 from tests.command import run_here
@@ -23,8 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Setting
 
-for _name in ("narwhals", "duckdb", "polars", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 _OF_MORE_THAN_A_PAIR = {"MQTT605"}
 """Rules of pairs that read what else the client has: here another subscription on the same topic."""

@@ -20,8 +20,7 @@ from tests.effort import EXPLORE
 if TYPE_CHECKING:
     from pathlib import Path
 
-for _name in ("narwhals", "duckdb", "polars", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 _COMMON = ("t", "/t", "//", "/t//u", "/t/", "/", "~", "~t", "~/t", "{node}/t", "{robot}", "a b", " /t", "/t\t", "tür", "/t\u200b", "/\u2024t",
            "日本", "\U0001f600", "NULL", "null", "1", "/1", "/a/1b", "_", "/_t", "/a__b", "/T", '"', "'", "a,b", "/t%", "/t*", "/t?", "/[t]",

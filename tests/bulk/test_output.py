@@ -11,8 +11,7 @@ import pytest
 from tests.bulk.needed import needed
 from tests.command import run_here
 
-for _name in ("narwhals", "duckdb", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 TABLE = "role,participant,topic,reliability\npublisher,a,/t,best_effort\nsubscriber,b,/t,reliable\n"
 
