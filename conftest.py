@@ -65,6 +65,10 @@ def in_parts(items: Sequence[pytest.Item], workers: int) -> Iterator[pytest.Item
     yield from rest
 
 
+NEW_OBJECTS = 50_000
+"""So many more objects than before make Python look for garbage."""
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection() -> None:
     """Collect no garbage while tests are found: nearly all that is made stays, and looking through it again and again takes twice as long."""
@@ -72,8 +76,9 @@ def pytest_collection() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Leave what the tests are made of out of every later collection of garbage: it stays until the end."""
+    """Leave what the tests are made of out of every later collection of garbage, which is as rare as in the command."""
     gc.freeze()
+    gc.set_threshold(NEW_OBJECTS)
     gc.enable()
 
 
