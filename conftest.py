@@ -65,8 +65,8 @@ def in_parts(items: Sequence[pytest.Item], workers: int) -> Iterator[pytest.Item
     yield from rest
 
 
-NEW_OBJECTS = 50_000
-"""So many more objects than before make Python look for garbage."""
+NEW_OBJECTS = 5_000
+"""So many more objects than before make Python look for garbage; after 10,000 our own code counts those that are frozen, which are many here."""
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -76,7 +76,7 @@ def pytest_collection() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Leave what the tests are made of out of every later collection of garbage, which is as rare as in the command."""
+    """Leave what the tests are made of out of every later collection of garbage, and look for it less often."""
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
     gc.enable()

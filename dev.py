@@ -152,6 +152,7 @@ def test(arguments: list[str]) -> int:
 def explore(arguments: list[str]) -> int:
     """Run the long form of tests, and random examples that no run had before; a failing example becomes a case."""
     setup(everything=True)
+    have_programs()
     os.environ["CQOS_HYPOTHESIS"] = "explore"
     return run_steps([("pytest", pytest_command(["-m", "hypothesis or explored", *arguments]))])
 

@@ -75,7 +75,8 @@ def run_here(arguments: Sequence[object], folder: Path) -> Done:
     """Run ``cqos`` in a folder, in this process: what it imports, such as an engine of tables, is there already."""
     from cqos_core.cli import main
 
-    out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
+    written = io.BytesIO(), io.BytesIO()
+    out, err = (io.TextIOWrapper(each, "utf-8", write_through=True) for each in written)
     before = Path.cwd()
     os.chdir(folder)
     try:
@@ -83,8 +84,8 @@ def run_here(arguments: Sequence[object], folder: Path) -> Done:
             code = main([str(each) for each in arguments])
     finally:
         os.chdir(before)
-    written = [each.buffer.getvalue().decode() for each in (out, err)]
-    return Done(code, *written)
+    said, complained = (each.getvalue().decode() for each in written)
+    return Done(code, said, complained)
 
 
 @cache
