@@ -152,6 +152,7 @@ def test(arguments: list[str]) -> int:
 def explore(arguments: list[str]) -> int:
     """Run the long form of tests, and random examples that no run had before; a failing example becomes a case."""
     setup(everything=True)
+    have_programs()
     os.environ["CQOS_HYPOTHESIS"] = "explore"
     return run_steps([("pytest", pytest_command(["-m", "hypothesis or explored", *arguments]))])
 
@@ -181,7 +182,9 @@ def conformance(_: list[str]) -> int:
         ("mqtt_table",),
     )
     steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
-    return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])
+    steps += [("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])]
+    os.environ["CQOS_HYPOTHESIS"] = "explore"
+    return run_steps([*steps, ("faults", [tool("pytest"), "-m", "explored", "tests/conformance"])])
 
 
 def tables(arguments: list[str]) -> int:

@@ -67,7 +67,6 @@ CASES: Final = (
     *(Case(kind, size, mtu, 100, FAST) for kind, size, mtu in product(KINDS, (*SIZES, 150_000), (LOOPBACK, 1_500))),
 )
 FEW: Final = (Case("reliable", 8_000, samples=40), Case("best_effort", 60_000, 1_500, 40))
-FEW_FAST: Final = (Case("reliable", 500, samples=40, product=FAST), Case("best_effort", 150_000, 1_500, 40, FAST))
 
 
 def missing() -> str | None:

@@ -322,6 +322,21 @@ MODELS: Final = {
     wild_partitions: 100,
 }
 """Each with its smallest size that takes long enough to be measured."""
+ALWAYS: Final = (
+    acceptances,
+    access_control,
+    best_available,
+    bridge_clique,
+    broken_topics,
+    includes,
+    log_lines,
+    near_misses,
+    overlays,
+    partitions,
+    references,
+    topics,
+)
+"""Those of each run of the tests: one for each part of a check whose cost could grow faster. `dev.py explore` counts all."""
 LARGEST: Final = {includes: 1000}
 """How large the input of a model may be before C-QoS refuses it."""
 

@@ -129,7 +129,7 @@ class Telling(Editing):
         assert changes.counts == counted(fresh)
 
 
-Telling.TestCase.settings = settings(stateful_step_count=20)
+Telling.TestCase.settings = settings(stateful_step_count=15)
 TestTelling = Telling.TestCase
 
 

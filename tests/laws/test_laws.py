@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
@@ -143,7 +143,6 @@ def uses_peers(system):
     return any(setting.text == "best_available" for each in system.endpoints for setting in each.settings.values())
 
 
-@settings(max_examples=25)
 @given(st.integers(1, 40))
 def test_many_equal_endpoints_cost_one_finding(many):
     system = System("many", "ros2", participants={"p": Participant("p"), "s": Participant("s")})

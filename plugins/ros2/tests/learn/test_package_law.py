@@ -6,7 +6,7 @@ import py_compile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hypothesis import given, seed, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.api import context
@@ -103,8 +103,6 @@ def learned_again(system):
         return read(Source(str(Path(folder, "src")), b""), ReadContext(options=switches))
 
 
-@seed(20261123)
-@settings(max_examples=25, deadline=None, database=None)
 @given(ENDPOINTS)
 def test_learning_a_written_package_gives_the_same_system(endpoints):
     """The types of the topics of an action follow from its own, so they are left out here."""
