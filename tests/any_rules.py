@@ -71,7 +71,7 @@ def a_test(random: Random) -> Condition:
     words = [random.choice(("x", "y", other(random.choice((STAMP, SENDER))))) for _ in range(random.randint(2, 3))]
     cares = [random.choice(("plain", "signed", "insured", other(CARE))) for _ in range(random.randint(1, 3))]
     asked = random.choice((CARE, STAMP, FLOOR))
-    found: list[Any] = [
+    found: list[Condition] = [
         compared(random, number, a_number(random, 1)),
         compared(random, number, random.randint(-4, 8)),
         compared(random, side(DELAY) * random.randint(1, 3), other(DELAY) + random.choice(("1s", offered(DELAY)))),

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 class Form(NamedTuple):
     """A value or a truth value: what is applied, to which forms.
 
-    ``op`` is ``constant`` or ``read`` with what it holds; ``<``, ``<=``, ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``,
+    ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `Reading` needs; ``<``, ``<=``, ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``,
     ``max``, ``matches`` or ``overlaps``; ``in_`` with a value and those of which it is one, ``among`` with a value and a list of names;
     or one that a `Reading` uses. Sums and products end at infinite; the constant of a product stands last.
     """
@@ -280,19 +280,20 @@ class _Walk:
         if _are_known(values):
             form = Form(node.name, tuple(least for least, _ in values))
             return form, form
-        if node.name == "*" and self.may_be_negative(node):
-            raise _LeftOpenError("* of negative values")
         least, most = (Form(node.name, ends) for ends in zip(*values, strict=True))
+        if node.name == "*" and may_be_negative(least, self.vocabulary):
+            raise _LeftOpenError("* of negative values")
         return least, most
 
-    def may_be_negative(self, node: Node) -> bool:
-        """Whether anything that a value is computed from may be below zero."""
-        return any(
-            self.vocabulary.policies[self.vocabulary.find(each)].domain.lowest < 0
-            if isinstance(each, Term)
-            else isinstance(each, Literal) and isinstance(each.value, int) and each.value < 0
-            for each in node.walk()
-        )
+
+def may_be_negative(form: Form, vocabulary: Vocabulary) -> bool:
+    """Whether a number, or anything that it is computed from, may be below zero."""
+    op, args = form
+    if op == "read":
+        return bool(vocabulary.policies[args[0][1]].domain.lowest < 0)
+    if op == "constant":
+        return bool(args[0] < 0)
+    return any(may_be_negative(arg, vocabulary) for arg in args)
 
 
 def _over_known(form: Form, values: Iterable[Bounds]) -> Spans:

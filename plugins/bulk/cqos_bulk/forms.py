@@ -25,6 +25,7 @@ from cqos_core.language.spans import (
     compared_values,
     constant,
     joined,
+    may_be_negative,
     negated,
     spans_of,
     value_bounds,
@@ -115,28 +116,16 @@ class _Columns:
     def refuse(self, form: Form) -> None:
         """Refuse what engines cannot compute."""
         op, args = form
-        if op in {"read", "constant"}:
-            policy = self.vocabulary.policies[args[0].policy] if op == "read" else None
-            if policy is not None and isinstance(policy.domain, Names) and args[0].part == "value":
+        if op == "read" and args[0].part == "value":
+            policy = self.vocabulary.policies[args[0].policy]
+            if isinstance(policy.domain, Names):
                 raise NoFormError(f"list {policy.name}")
-            return
-        for arg in args:
+        for arg in args if op not in {"read", "constant"} else ():
             self.refuse(arg)
-        if op in {"in_", "among", "overlaps"} or (op == "matches" and args[1].op != "constant"):
-            raise NoFormError(op)
-        if op == "*" and args[1].op != "constant":
-            raise NoFormError("* of two values")
-        if op in {"+", "*"} and self.may_be_negative(form):
-            raise NoFormError(f"{op} of negative values")
-
-    def may_be_negative(self, form: Form) -> bool:
-        """Whether anything that a value is computed from may be below zero, so that there is no room for it below infinite."""
-        op, args = form
-        if op == "read":
-            return self.vocabulary.policies[args[0].policy].domain.lowest < 0  # type: ignore[no-any-return] # of a column
-        if op == "constant":
-            return bool(args[0] < 0)
-        return any(map(self.may_be_negative, args))
+        if op in {"matches", "*"} and args[1].op != "constant":
+            raise NoFormError(f"{op} of two values")
+        if op == "+" and may_be_negative(form, self.vocabulary):
+            raise NoFormError("+ of negative values")
 
     def bounds(self, second: bool, index: int, part: str = "value") -> Bounds:  # noqa: FBT001 - the first field of a column
         least, most = (self.column(Column(second, index, part, end)) for end in (False, True))
@@ -209,21 +198,15 @@ def _unmatched(bound: BoundRule, columns: _Columns) -> Iterator[Form]:
                 yield compared("==", columns.column(Column(second, index, "unmatched")), constant(1)[0])
 
 
-def cells_of(
-    vocabulary: Vocabulary, values: Values, unmatched: frozenset[int], columns: Iterable[Column]
-) -> list[int | str | None]:
-    """Return what stands in some columns of an end; None where a value follows from assumptions or peers.
+def cell_of(vocabulary: Vocabulary, values: Values, unmatched: frozenset[int], column: Column) -> int | str | None:
+    """Return what stands in a column of an end; None where a value follows from assumptions or peers.
 
     Args:
         vocabulary: of the pack.
         values: of the end, with how each was written.
         unmatched: the policies that its middleware does not match on, by index.
-        columns: those to fill.
+        column: the one to fill.
     """
-    return [_cell(vocabulary, values, unmatched, column) for column in columns]
-
-
-def _cell(vocabulary: Vocabulary, values: Values, unmatched: frozenset[int], column: Column) -> int | str | None:
     if column.part == "unmatched":
         return int(column.policy in unmatched)
     value = values[column.policy]

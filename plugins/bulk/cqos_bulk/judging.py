@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_bulk.forms import Column, RuleForm, cells_of, failing, form_of, forms_of
-from cqos_bulk.worlds import worlds_of_ends
+from cqos_bulk.forms import Column, RuleForm, cell_of, failing, form_of, forms_of, whole
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.spans import FALSE, TRUE, joined
-from cqos_core.language.values import Anything, is_plain
+from cqos_core.language.values import Anything, Range, in_world, is_plain, worlds_of
 from cqos_core.matching.judge import ask, of_end, signal_rules
 from cqos_core.matching.pairing import equal_in_pairs
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
 
 _MOST_COMBINATIONS: Final = 20_000
+_MOST_WORLDS: Final = 16
 _SIDES: Final = (False, True)
 
 
@@ -64,7 +64,7 @@ def judge_of(profiles: FleetProfiles) -> Judge:
     opened = [_opened(each, sorted(read)) for each in known]
     ends, others = _common(known, opened)
     python |= others
-    worlds = worlds_of_ends(vocabulary, (dict(ends[0]), dict(ends[1])))
+    worlds = _worlds(vocabulary, ends)
     if worlds is None:
         python = {*range(len(known))}
         worlds = [{}]
@@ -107,6 +107,28 @@ def _common(known: Sequence[KnownProfile], opened: Sequence[_Open]) -> tuple[tup
     return (ends[0], ends[1]), others
 
 
+def _worlds(vocabulary: Vocabulary, ends: tuple[_Open, _Open]) -> list[dict[Column, Any]] | None:
+    """Return the columns that depend on assumptions as constants, for each assignment of these; None where there are too many."""
+    worlds = worlds_of(value for end in ends for _, value in end)
+    if worlds is None or len(worlds) > _MOST_WORLDS:
+        return None
+    found = []
+    for world in worlds:
+        constants: dict[Column, Any] = {}
+        for second, end in zip(_SIDES, ends, strict=True):
+            for index, value in end:
+                here = in_world(value, world)
+                span: tuple[int | str, int | str] = whole(vocabulary.policies[index].domain)
+                if isinstance(here, Range):
+                    span = here
+                elif isinstance(here, (int, str)):
+                    span = (here, here)
+                for most in (False, True):
+                    constants[Column(second, index, "value", most)] = span[most]
+        found.append(constants)
+    return found
+
+
 def _speaking(rules: Iterable[BoundRule], known: Sequence[KnownProfile]) -> set[int]:
     """Return the publishers that a rule without a column form reports beside any subscriber."""
     found: set[int] = set()
@@ -134,9 +156,7 @@ def _constants(vocabulary: Vocabulary, known: Sequence[KnownProfile], columns: I
         for profile in sides[column.second]:
             value = profile.values[column.policy]
             cells.add(
-                None
-                if isinstance(value, Anything)
-                else cells_of(vocabulary, profile.values, profile.unmatched, [column])[0]
+                None if isinstance(value, Anything) else cell_of(vocabulary, profile.values, profile.unmatched, column)
             )
             if len(cells) > 1 or None in cells:
                 break
@@ -192,7 +212,7 @@ def _cell(vocabulary: Vocabulary, each: KnownProfile, column: Column, *, hide: b
     profile = each.resolved.profile
     if hide and isinstance(profile.values[column.policy], Anything):
         return None
-    return cells_of(vocabulary, profile.values, profile.unmatched, [column])[0]
+    return cell_of(vocabulary, profile.values, profile.unmatched, column)
 
 
 def _left_open(each: KnownProfile) -> bool:
