@@ -394,6 +394,22 @@ def test_rules_over_participants_and_options_are_asked_once_of_all_who_share_the
     assert not {"POST801", "POST802"} & set(codes(checked(*parts, packs=packs)))
 
 
+def test_a_rule_that_counts_what_depends_on_an_assumption_reports_on_each_of_many_topics():
+    rules = (
+        forbids(parse("count(offered(care) >= 'plain') > 1"), code="POST801", name="a", because="it is crowded"),
+        forbids(
+            parse("(offered(care) == 'insured') & (count(offered(copies) > 50) > 0)"),
+            code="POST802",
+            name="b",
+            because="it is dear",
+        ),
+    )
+    where = context([replace(POST, rules=rules)])
+    boxes = [f"box{number}" for number in range(1, 31)]
+    writers = [writer(box, f"{box}{name}", care="usual", copies=n) for n, box in enumerate(boxes, 1) for name in "ab"]
+    assert codes(checked(*writers, where=where)).count("POST801") == len(boxes)
+
+
 # The report
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cqos_bulk.forms import spans
+from cqos_bulk.forms import cell_of
 from cqos_bulk.profiles import FleetProfiles
 from cqos_core.api import context
 from cqos_core.language.domains import Names
@@ -33,7 +33,7 @@ class End(NamedTuple):
     needs: frozenset[str] = frozenset()
 
     def cells(self, pack: RulePack, columns: Sequence[Column]) -> list[int | str | None]:
-        return spans(pack.vocabulary, self.values, self.unmatched, columns)
+        return [cell_of(pack.vocabulary, self.values, self.unmatched, column) for column in columns]
 
 
 def _random_end(pack: RulePack, seed: random.Random, constants: dict[int, list[Any]]) -> End:

@@ -12,8 +12,10 @@ import pytest
 from cqos_bulk.source_text import answers, as_javascript, as_sql, compiled_pack
 from cqos_bulk.writers import pattern_of
 from cqos_core.plugins import load_plugins
+from tests.any_rules import any_rules
 from tests.bulk.needed import needed
-from tests.bulk.tried_rules import Tried, answers_in, both_ends, both_kinds
+from tests.bulk.random_ends import random_ends
+from tests.bulk.tried_rules import PAIRS, Tried, answers_in, both_ends, both_kinds, both_kinds_over
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
@@ -132,6 +134,22 @@ def test_narwhals_says_what_python_says(pack, seed):
         else:
             frame = nw.from_native(native.from_arrow(table).lazy())
         assert answers_in(frame, tried) == [[*each] for each in tried.expected]
+
+
+@pytest.mark.explored
+@seeds
+@pytest.mark.parametrize("engine", ["polars", "duckdb"])
+def test_random_conditions_say_as_columns_what_python_says(engine, seed):
+    pack = any_rules(150, seed)
+    nw, native = needed("narwhals"), needed(engine)
+    for _, some in both_kinds_over(pack, random_ends(pack, PAIRS, str(seed))):
+        table = both_ends(some)
+        frame = native.from_arrow(table).lazy() if engine == "polars" else native.connect().from_arrow(table)
+        assert len(some.rules) > 10
+        found = answers_in(nw.from_native(frame), some)
+        for at, rule in enumerate(some.rules):
+            expected = [each[at] for each in some.expected]
+            assert [each[at] for each in found] == expected, rule.bound.rule.condition
 
 
 @pytest.mark.parametrize("pattern", ["*[!A-Za-z0-9_/]*", "*//*", "*/[0-9]*", "a.b?", "*/_*", "[]a]x", "a|b(c)"])

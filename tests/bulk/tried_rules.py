@@ -13,6 +13,7 @@ from tests.bulk.random_fleet import any_rows
 if TYPE_CHECKING:
     from cqos_bulk.forms import Column, RuleForm
     from cqos_core.packs.pack import RulePack
+    from tests.bulk.random_ends import End
 
 PAIRS = 150
 OF_SYSTEM = 50
@@ -22,14 +23,11 @@ OF_SYSTEM = 50
 class Tried:
     """Random pairs of a pack, in columns, and what its rules say of them."""
 
-    def __init__(self, pack: RulePack, rules: list[RuleForm], seed: int, *, alone: bool) -> None:
+    def __init__(self, pack: RulePack, rules: list[RuleForm], ends: list[tuple[End, End]], *, alone: bool) -> None:
         self.pack, self.rules = pack, rules
-        self.ends = random_ends(pack, PAIRS - OF_SYSTEM, f"{pack.id}{seed or ''}")
-        self.ends += ends_of_system(pack, any_rows(pack.id, seed, PAIRS), OF_SYSTEM, f"{pack.id}{seed}")
-        if alone:
-            self.ends = [(first, first) for first, _ in self.ends]
+        self.ends = [(first, first) for first, _ in ends] if alone else ends
         self.expected = [[said(rule, *pair) for rule in rules] for pair in self.ends]
-        used = {each for rule in rules for form in (rule.reports, rule.unknown) for each in form.columns()}
+        used = {each for rule in rules for form in (rule.reports, rule.unknown) for each in form.reads()}
         self.columns = sorted({each._replace(second=False) for each in used})
 
     def table(self, side: int) -> dict[str, list[Any]]:
@@ -43,8 +41,17 @@ class Tried:
 
 
 def both_kinds(pack: RulePack, seed: int = 0) -> list[tuple[CompiledPack, Tried]]:
+    """Return the rules of a pack over pairs, and those over endpoints, with random pairs."""
+    ends = random_ends(pack, PAIRS - OF_SYSTEM, f"{pack.id}{seed or ''}")
+    return both_kinds_over(
+        pack, [*ends, *ends_of_system(pack, any_rows(pack.id, seed, PAIRS), OF_SYSTEM, f"{pack.id}{seed}")]
+    )
+
+
+def both_kinds_over(pack: RulePack, ends: list[tuple[End, End]]) -> list[tuple[CompiledPack, Tried]]:
+    """Return the rules of a pack over pairs, and those over endpoints, with these ends."""
     compiled = compiled_pack(pack)
-    return [(compiled, Tried(pack, [*rules], seed, alone=at == 1)) for at, rules in enumerate(compiled[:2])]
+    return [(compiled, Tried(pack, [*rules], ends, alone=at == 1)) for at, rules in enumerate(compiled[:2])]
 
 
 def both_ends(tried: Tried) -> Any:

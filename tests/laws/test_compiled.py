@@ -37,6 +37,7 @@ from cqos_core.resolving.resolved import _PROFILES, READ, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
+from tests.any_rules import any_rules
 from tests.effort import EXPLORE
 from tests.worlds import POST
 
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
 
-PACKS: Final = (POST, DDS, MQTT, ROS2)
+PACKS: Final = (any_rules(150), POST, DDS, MQTT, ROS2)
 SEEDS: Final = 40 if EXPLORE else 1
 TEXTS: Final = {
     "count": ("1", "2", "5"),
@@ -220,7 +221,7 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
 
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
-@pytest.mark.parametrize("pack", PACKS[1:], ids=lambda pack: pack.id)
+@pytest.mark.parametrize("pack", PACKS[2:], ids=lambda pack: pack.id)
 def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, monkeypatch):
     monkeypatch.setattr(answers, "WORTH_A_FUNCTION", 1)
     random = Random(seed)  # noqa: S311 - no secrets
@@ -243,7 +244,7 @@ def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, mon
 
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
-@pytest.mark.parametrize("pack", PACKS[1:], ids=lambda pack: pack.id)
+@pytest.mark.parametrize("pack", PACKS[2:], ids=lambda pack: pack.id)
 def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monkeypatch):
     monkeypatch.setattr(derived_guarantees, "WORTH_A_FUNCTION", 1)
     derived_guarantees._alike.cache_clear()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_bulk.folding import Constants, folded, in_all_worlds, worlds_of_ends
-from cqos_bulk.forms import FALSE, TRUE, Column, RuleForm, answer_of, forms_of, spans
+from cqos_bulk.forms import Column, RuleForm, cell_of, failing, form_of, forms_of, whole
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.values import Anything, is_plain
+from cqos_core.language.spans import FALSE, TRUE, joined
+from cqos_core.language.values import Anything, Range, in_world, is_plain, worlds_of
 from cqos_core.matching.judge import ask, of_end, signal_rules
 from cqos_core.matching.pairing import equal_in_pairs
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
 
 _MOST_COMBINATIONS: Final = 20_000
+_MOST_WORLDS: Final = 16
 _SIDES: Final = (False, True)
 
 
@@ -63,20 +64,23 @@ def judge_of(profiles: FleetProfiles) -> Judge:
     opened = [_opened(each, sorted(read)) for each in known]
     ends, others = _common(known, opened)
     python |= others
-    worlds = worlds_of_ends(vocabulary, (dict(ends[0]), dict(ends[1])))
+    worlds = _worlds(vocabulary, ends)
     if worlds is None:
         python = {*range(len(known))}
         worlds = [{}]
     constants = _constants(vocabulary, known, {column for rule in (*rules, *matching) for column in rule.columns()})
 
     def ready(rule: RuleForm) -> RuleForm:
-        reports, quiet = (folded(in_all_worlds(form, worlds), constants) for form in (rule.reports, rule.quiet))
+        found = [form_of(rule.bound, {**constants, **world}) for world in worlds]
+        reports, quiet = (
+            joined("and", forms) for forms in zip(*[(each.reports, each.quiet) for each in found], strict=True)
+        )
         return RuleForm(rule.bound, reports, quiet)
 
     live = [each for each in map(ready, rules) if each.quiet != TRUE and (each.reports, each.unknown) != (FALSE, FALSE)]
     apart = [each for each in map(ready, matching) if each.quiet != TRUE]
     columns = sorted({column for each in live for column in each.columns()})
-    separate = sorted({column for each in apart for column in each.quiet.columns()})
+    separate = sorted({column for each in apart for column in each.quiet.reads()})
     table = _table(profiles, columns, separate, python)
     return Judge(live, apart, columns, separate, table)
 
@@ -103,6 +107,28 @@ def _common(known: Sequence[KnownProfile], opened: Sequence[_Open]) -> tuple[tup
     return (ends[0], ends[1]), others
 
 
+def _worlds(vocabulary: Vocabulary, ends: tuple[_Open, _Open]) -> list[dict[Column, Any]] | None:
+    """Return the columns that depend on assumptions as constants, for each assignment of these; None where there are too many."""
+    worlds = worlds_of(value for end in ends for _, value in end)
+    if worlds is None or len(worlds) > _MOST_WORLDS:
+        return None
+    found = []
+    for world in worlds:
+        constants: dict[Column, Any] = {}
+        for second, end in zip(_SIDES, ends, strict=True):
+            for index, value in end:
+                here = in_world(value, world)
+                span: tuple[int | str, int | str] = whole(vocabulary.policies[index].domain)
+                if isinstance(here, Range):
+                    span = here
+                elif isinstance(here, (int, str)):
+                    span = (here, here)
+                for most in (False, True):
+                    constants[Column(second, index, "value", most)] = span[most]
+        found.append(constants)
+    return found
+
+
 def _speaking(rules: Iterable[BoundRule], known: Sequence[KnownProfile]) -> set[int]:
     """Return the publishers that a rule without a column form reports beside any subscriber."""
     found: set[int] = set()
@@ -121,18 +147,16 @@ def _speaking(rules: Iterable[BoundRule], known: Sequence[KnownProfile]) -> set[
     return found
 
 
-def _constants(vocabulary: Vocabulary, known: Sequence[KnownProfile], columns: Iterable[Column]) -> Constants:
+def _constants(vocabulary: Vocabulary, known: Sequence[KnownProfile], columns: Iterable[Column]) -> dict[Column, Any]:
     """Return the columns that all profiles of their end have alike, and know."""
-    found: Constants = {}
+    found: dict[Column, Any] = {}
     sides = [[each.resolved.profile for each in known if (each.resolved.role != PUBLISHER) is side] for side in _SIDES]
     for column in columns:
         cells = set()
         for profile in sides[column.second]:
             value = profile.values[column.policy]
             cells.add(
-                None
-                if isinstance(value, Anything)
-                else spans(vocabulary, profile.values, profile.unmatched, [column])[0]
+                None if isinstance(value, Anything) else cell_of(vocabulary, profile.values, profile.unmatched, column)
             )
             if len(cells) > 1 or None in cells:
                 break
@@ -188,7 +212,7 @@ def _cell(vocabulary: Vocabulary, each: KnownProfile, column: Column, *, hide: b
     profile = each.resolved.profile
     if hide and isinstance(profile.values[column.policy], Anything):
         return None
-    return spans(vocabulary, profile.values, profile.unmatched, [column])[0]
+    return cell_of(vocabulary, profile.values, profile.unmatched, column)
 
 
 def _left_open(each: KnownProfile) -> bool:
@@ -228,11 +252,11 @@ def _is_silent(bound: BoundRule, known: Sequence[KnownProfile]) -> bool:
         part = waiting.pop()
         if part.name == "&":
             waiting += part.args  # type: ignore[arg-type] # the parts of a condition are conditions
-        elif (answer := answer_of(part, vocabulary)) is not None:
-            read = {*answer.fails.columns()}
+        elif (fails := failing(part, vocabulary, {})) is not None:
+            read = {*fails.reads()}
             alike = _constants(vocabulary, known, [one._replace(second=end) for one in read for end in _SIDES])
             ends = [alike.get(one._replace(second=end)) for one in read for end in _SIDES]
-            if None not in ends and folded(answer.fails, alike) == TRUE and ends[::2] == ends[1::2]:
+            if None not in ends and failing(part, vocabulary, alike) == TRUE and ends[::2] == ends[1::2]:
                 return True
     return False
 

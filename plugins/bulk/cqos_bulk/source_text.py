@@ -65,7 +65,7 @@ def _head(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
 
 def _columns(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
     forms = [part for rule in (*compiled.pairs, *compiled.endpoints) for part in (rule.reports, rule.unknown)]
-    used = {each._replace(second=False, most=False) for form in forms for each in form.columns()}
+    used = {each._replace(second=False, most=False) for form in forms for each in form.reads()}
     yield "Columns, each with `.least` and `.most`; all are whole numbers of 64 bits, but texts:"
     for each in sorted(used):
         name = each.name(pack.vocabulary).removesuffix(".least")

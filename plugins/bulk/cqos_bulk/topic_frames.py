@@ -63,7 +63,7 @@ def routed_topics(ends: Frame, judge: Judge, *, one_system: bool = False, weight
         weighted: they are groups, so that their numbers have to be added; to count rows takes half of that.
     """
     sides = [each for each in ("offering", "requesting") if _differs(judge, each)]
-    asked = {column for rule in judge.rules for column in rule.quiet.columns()}
+    asked = {column for rule in judge.rules for column in rule.quiet.reads()}
     named = [
         *[(column, column_name(judge, column)) for column in judge.columns if column in asked],
         *[(column, column_name(judge, column, matching=True)) for column in judge.matching_columns],

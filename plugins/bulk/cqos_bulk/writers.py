@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     import narwhals as nw
 
-    from cqos_bulk.forms import Column, ColumnForm
+    from cqos_bulk.forms import Column
+    from cqos_core.language.spans import Form
     from cqos_core.language.vocabulary import Vocabulary
 
 
@@ -39,10 +40,10 @@ class Spelling(NamedTuple):
     matches: Callable[[str, str], str]
 
 
-def written(form: ColumnForm, spelling: Spelling) -> str:
+def written(form: Form, spelling: Spelling) -> str:
     """Return a form in a language of text."""
     op, args = form
-    if op == "column":
+    if op == "read":
         return spelling.column(args[0])
     if op == "constant":
         return spelling.constant(args[0])
@@ -66,12 +67,12 @@ def written(form: ColumnForm, spelling: Spelling) -> str:
     return spelling.chosen(f"({parts[0]} > {room})", infinite, together)
 
 
-def expression(form: ColumnForm, column: Callable[[Column], nw.Expr]) -> nw.Expr:
+def expression(form: Form, column: Callable[[Column], nw.Expr]) -> nw.Expr:
     """Return a form as an expression of Narwhals; ``column`` gives that of a column."""
     import narwhals as nw
 
     op, args = form
-    if op == "column":
+    if op == "read":
         return column(args[0])
     if op == "constant":
         return nw.lit(args[0])
@@ -98,7 +99,7 @@ def expression(form: ColumnForm, column: Callable[[Column], nw.Expr]) -> nw.Expr
     return nw.when(left > room).then(infinite).otherwise(together)
 
 
-def _quotient(factor: ColumnForm) -> int:
+def _quotient(factor: Form) -> int:
     """Return how often a constant factor goes into infinite."""
     return INFINITE // factor.args[0] if factor.args[0] else INFINITE
 
