@@ -404,10 +404,9 @@ def test_a_rule_that_counts_what_depends_on_an_assumption_reports_on_each_of_man
             because="it is dear",
         ),
     )
-    where = context([replace(POST, rules=rules)])
     boxes = [f"box{number}" for number in range(1, 31)]
     writers = [writer(box, f"{box}{name}", care="usual", copies=n) for n, box in enumerate(boxes, 1) for name in "ab"]
-    assert codes(checked(*writers, where=where)).count("POST801") == len(boxes)
+    assert codes(checked(*writers, packs=[replace(POST, rules=rules)])).count("POST801") == len(boxes)
 
 
 # The report

@@ -12,7 +12,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypedDict
 
 from cqos_core.language.binding import Binder
@@ -88,20 +87,6 @@ def compiled(questions: Iterable[Question], *, alone: bool = False) -> Compiled:
             body.append(ast.If(_written(test), [noted], [], **_AT))
         exact |= is_exact << position
     return Compiled(_made([*body, ast.Return(_MASK, **_AT)]), exact)
-
-
-def ranked(questions: Iterable[tuple[Question, int]], inexact: int) -> Reporting:
-    """Compile conditions over known values as a function that returns the largest number of one that reports, else 0.
-
-    ``inexact`` is the number of those that may report and have to be asked; it has to be larger than all others.
-    """
-    ranks: list[tuple[int, ast.expr]] = []
-    for question, rank in questions:
-        test, exact = _reporting(question)
-        ranks.append((rank if exact else inexact, _written(test)))
-    ordered = sorted(ranks, key=itemgetter(0), reverse=True)
-    body = [ast.If(test, [_returned(rank)], [], **_AT) for rank, test in ordered if rank]
-    return _made([*body, _returned(0)])
 
 
 def _made(body: list[ast.stmt]) -> Reporting:
@@ -205,10 +190,6 @@ def _written(form: Form) -> ast.expr:
 
 def _constant(value: Any) -> ast.expr:
     return ast.Constant(value, **_AT)
-
-
-def _returned(value: int) -> ast.stmt:
-    return ast.Return(_constant(value), **_AT)
 
 
 def _compared(op: ast.cmpop, parts: list[ast.expr]) -> ast.expr:
