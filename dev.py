@@ -152,6 +152,7 @@ def test(arguments: list[str]) -> int:
 def explore(arguments: list[str]) -> int:
     """Run the long form of tests, and random examples that no run had before; a failing example becomes a case."""
     setup(everything=True)
+    have_programs()
     os.environ["CQOS_HYPOTHESIS"] = "explore"
     return run_steps([("pytest", pytest_command(["-m", "hypothesis or explored", *arguments]))])
 
@@ -181,7 +182,9 @@ def conformance(_: list[str]) -> int:
         ("mqtt_table",),
     )
     steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
-    return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])
+    steps += [("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])]
+    os.environ["CQOS_HYPOTHESIS"] = "explore"
+    return run_steps([*steps, ("faults", [tool("pytest"), "-m", "explored", "tests/conformance"])])
 
 
 def tables(arguments: list[str]) -> int:
@@ -235,6 +238,7 @@ def setup_everything(_: list[str]) -> int:
 
 def lint_steps() -> list[Step]:
     """Names and commands of the static checks."""
+    oldest = f"--python-version={oldest_python()}"
     tests = [project / "tests" for project in projects()]
     scripts = [
         *ROOT.glob("*.py"),
@@ -248,9 +252,10 @@ def lint_steps() -> list[Step]:
         ("ruff check", [tool("ruff"), "check", "."]),
         ("ruff format", [tool("ruff"), "format", "--check", "."]),
         # for the oldest Python that they run on; what it lacks would be found by its users otherwise
-        ("mypy", [tool("mypy"), f"--python-version={oldest_python()}", *packages()]),
-        # apart from the packages, which have one name when imported and another as files below plugins/
-        ("mypy on tests", [tool("mypy"), *(str(path.relative_to(ROOT)) for path in scripts)]),
+        ("mypy", [tool("mypy"), oldest, *packages()]),
+        # apart from the packages, which have one name when imported and another as files below plugins/; for the same Python,
+        # so that what was found of the packages holds here too
+        ("mypy on tests", [tool("mypy"), oldest, *(str(path.relative_to(ROOT)) for path in scripts)]),
         ("import contracts", [tool("lint-imports"), "--no-cache"]),
     ]
 
@@ -495,7 +500,11 @@ PROGRAMS = (
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
     ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),
     ("java", "default-jre-headless", "no audit runs on a Spark cluster"),
-    ("chromium", "chromium", "the page of the modeler is not tried"),
+    (
+        "chromium-headless-shell|chromium|chromium-browser|google-chrome",
+        "chromium-headless-shell",
+        "the page of the modeler is not tried",
+    ),
     ("nvim", "neovim", "the language server is not tried in an editor"),
     ("zsh", "zsh", "completion is not tried in zsh"),
     ("fish", "fish", "completion is not tried in fish"),
@@ -507,17 +516,23 @@ SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 
 def have_programs() -> None:
     """Install the programs and headers that tests need where we may, else say what is left out."""
-    for program, package, left_out in PROGRAMS:
-        headers = (*INCLUDES.glob(program), *INCLUDES.glob(f"*-linux-*/{program}"))
-        if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS) or headers:
+    for programs, package, left_out in PROGRAMS:
+        if any(map(is_there, programs.split("|"))):
             continue
         apt_get = shutil.which("apt-get")
         if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
             print(f"dev.py: installing {package}, which tests need ...", file=sys.stderr, flush=True)
             if installed_by(apt_get, package):
                 continue
-        message = f"dev.py: {program} is not installed, so {left_out} (apt-get install {package})"
+        message = f"dev.py: {package} is not installed, so {left_out} (apt-get install {package})"
         print(message, file=sys.stderr, flush=True)
+
+
+def is_there(program: str) -> bool:
+    """Whether a program can be started, or a header included."""
+    if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS):
+        return True
+    return any(True for pattern in (program, f"*-linux-*/{program}") for _ in INCLUDES.glob(pattern))
 
 
 def installed_by(apt_get: str, package: str) -> bool:

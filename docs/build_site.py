@@ -6,6 +6,7 @@ says holds. A broken link or anchor ends the build with 1. Nothing is loaded fro
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -90,22 +91,25 @@ def described(module: str, names: Iterable[str]) -> Iterator[str]:
 
 def broken_links() -> Iterator[str]:
     """Yield every link of the site that leads nowhere, or to another host than that of the reader's choice."""
-    pages = {path: html.parse(path).getroot() for path in SITE.rglob("*.html") if path.name != "404.html"}
-    anchors = {path: {*page.xpath("//@id"), *page.xpath("//a/@name")} for path, page in pages.items()}
-    for path, page in pages.items():
+    files = {str(path): path for path in SITE.rglob("*") if path.is_file()}
+    shown = (name for name, path in files.items() if path.suffix == ".html" and path.name != "404.html")
+    pages = {name: html.parse(name).getroot() for name in shown}
+    anchors = {name: {*page.xpath("//@id"), *page.xpath("//a/@name")} for name, page in pages.items()}
+    for name, page in pages.items():
+        place, folder = files[name].relative_to(SITE), os.path.dirname(name)  # noqa: PTH120 - of many links, as text
         for loaded in page.xpath("//link[@rel='stylesheet']/@href | //script/@src | //img/@src"):
             if urlsplit(loaded).netloc:
-                yield f"{path.relative_to(SITE)}: loads {loaded}"
+                yield f"{place}: loads {loaded}"
         for link in page.xpath("//a/@href | //img/@src"):
             parts = urlsplit(link)
             if parts.scheme or parts.netloc:
                 continue
-            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
-            target = target / "index.html" if target.is_dir() else target
-            if not target.is_file() or (
+            target = os.path.normpath(os.path.join(folder, unquote(parts.path))) if parts.path else name  # noqa: PTH118
+            target = target if target in files else os.path.join(target, "index.html")  # noqa: PTH118
+            if target not in files or (
                 parts.fragment and target in anchors and unquote(parts.fragment) not in anchors[target]
             ):
-                yield f"{path.relative_to(SITE)}: {link} leads nowhere"
+                yield f"{place}: {link} leads nowhere"
 
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ counts entries that hold for one distribution only, and `left open` what the fil
 
 def known_nodes_page() -> str:
     """Return the page."""
-    rows = [row(yaml.safe_load(path.read_text(encoding="utf-8"))) for path in sorted(SHIPPED.glob("*.node.yaml"))]
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it was built
+    rows = [row(yaml.load(path.read_bytes(), loader)) for path in sorted(SHIPPED.glob("*.node.yaml"))]  # noqa: S506
     total = [sum(int(each[column]) for each in rows) for column in range(4, 9)]
     rows.append((f"{len(rows)} packages", "", "", "", *map(str, total)))
     return HEAD + "".join(f"| {' | '.join(each)} |\n" for each in rows)

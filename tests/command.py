@@ -71,6 +71,23 @@ def run(
         return Done(code, files[1].read_bytes().decode(), files[2].read_bytes().decode())
 
 
+def run_here(arguments: Sequence[object], folder: Path) -> Done:
+    """Run ``cqos`` in a folder, in this process: what it imports, such as an engine of tables, is there already."""
+    from cqos_core.cli import main
+
+    written = io.BytesIO(), io.BytesIO()
+    out, err = (io.TextIOWrapper(each, "utf-8", write_through=True) for each in written)
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = main([str(each) for each in arguments])
+    finally:
+        os.chdir(before)
+    said, complained = (each.getvalue().decode() for each in written)
+    return Done(code, said, complained)
+
+
 @cache
 def _server() -> subprocess.Popen[str]:
     """The process to fork from; it ends with the tests."""

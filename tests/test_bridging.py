@@ -7,16 +7,10 @@ import sys
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from cqos_core.analysis.explanation import explain_pair
-from cqos_core.checking.checker import check_system
-from cqos_core.checking.session import Session
+from cqos_core import Session, explain
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.language.values import FromPeers
-from cqos_core.matching.derived_guarantees import DerivedGuarantees, over
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Bridge, Endpoint, Participant, Route
 from cqos_core.packs.guarantee import NEEDS, RELAYED, WORDS, gives
@@ -46,7 +40,7 @@ GUARANTEES = (
 )
 GIVING = replace(POST, policies=(*POST.policies, *NEEDS), rules=(*POST.rules, *GUARANTEES))
 ABROAD = replace(GIVING, id="mail", title="Mail")
-WHERE = context([GIVING, ABROAD])
+PACKS = [GIVING, ABROAD]
 
 
 def needing(topic, name="reader", more=None, **needs):
@@ -108,7 +102,7 @@ def test_both_sides_of_a_bridge_are_judged_by_their_own_protocols():
 
 
 def check(system):
-    return checked(system, where=WHERE)
+    return checked(system, packs=PACKS)
 
 
 @pytest.mark.parametrize(
@@ -187,7 +181,7 @@ def test_needs_are_handed_on_along_a_chain():
     )
     report = check(system)
     assert bridge_findings(report) == [("POST511", ("one/subscriber/a", "w"))]
-    way = explain_pair(system, "w", "r", WHERE)
+    way = explain(system, publisher="w", subscriber="r", packs=PACKS)
     assert [(hop.topic, hop.verdict, hop.bridge) for hop in way.hops] == [
         ("a", "incompatible", "one"),
         ("b", "compatible", "two"),
@@ -283,38 +277,6 @@ def test_a_session_with_a_bridge_reports_as_a_fresh_check_does():
     assert bridge_findings(session.report()) == []
 
 
-# What hops amount to
-
-VALUES = {"holds": st.sampled_from([0, 1, None])}
-HOPS = st.fixed_dictionaries(
-    {
-        name: VALUES.get(word.kind, st.none() | st.sampled_from([word.nothing, 1, 5, 10**9]))
-        for name, word in WORDS.items()
-    }
-).map(lambda values: [DerivedGuarantees(WORDS[name], value) for name, value in values.items()])
-
-
-def better(word, value, than):
-    """Whether a guarantee is more than another; what is not known stands between nothing and something."""
-    if value is None or than is None:
-        return value != than and (than == word.nothing or than is None) and value is None and than is not None
-    return value > than if word.kind == "holds" else word.stronger(value, than)
-
-
-@given(HOPS, st.lists(HOPS, min_size=1, max_size=3), st.booleans())
-def test_a_hop_before_others_never_improves_what_they_give(first, rest, carried):
-    alone = {each.word.name: each.value for each in over(rest, carried=carried)}
-    longer = {each.word.name: each.value for each in over([first, *rest], carried=carried)}
-    for name, value in longer.items():
-        assert not better(WORDS[name], value, alone.get(name)), (name, value, alone.get(name))
-
-
-@given(st.lists(HOPS, min_size=2, max_size=4))
-def test_without_being_carried_on_no_liveness_crosses_a_bridge(hops):
-    found = [each for each in over(hops, carried=False) if each.word.name == "liveness"]
-    assert all(each.nothing for each in found)
-
-
 # Routes with patterns
 
 
@@ -408,7 +370,7 @@ COPYING = replace(
     GIVING, policies=tuple(replace(p, words={**p.words, **_COPYING}) if p is CARE else p for p in GIVING.policies)
 )
 COPYING_ABROAD = replace(COPYING, id="mail", title="Mail")
-COPIED = context([COPYING, COPYING_ABROAD])
+COPIED = [COPYING, COPYING_ABROAD]
 
 
 def chain(offered_care, requested_care, word, *, start=None, middle=None):
@@ -424,7 +386,7 @@ def chain(offered_care, requested_care, word, *, start=None, middle=None):
 
 
 def verdicts(system):
-    return [group.verdict for group in sorted(checked(system, where=COPIED).groups, key=lambda each: each.topic)]
+    return [group.verdict for group in sorted(checked(system, packs=COPIED).groups, key=lambda each: each.topic)]
 
 
 @pytest.mark.parametrize(
@@ -476,17 +438,17 @@ def test_bridges_in_a_circle_copy_what_comes_into_it():
     there = bridge("there", ("i", "a"), ("o", "b"), receive={"care": "sent"}, send={"care": "sent"})
     back = bridge("back", ("o", "b"), ("i", "a"), receive={"care": "sent"}, send={"care": "sent"})
     system = bridged(writer("a", "w", care="signed"), reader("b", "r", care="signed"), bridges=[there, back], abroad=())
-    assert [group.verdict for group in checked(system, where=COPIED).groups] == ["compatible"] * 2
+    assert [group.verdict for group in checked(system, packs=COPIED).groups] == ["compatible"] * 2
 
 
 def test_fixes_never_set_copied_values():
-    report = checked(chain("plain", "signed", "first"), where=COPIED)
+    report = checked(chain("plain", "signed", "first"), packs=COPIED)
     texts = {remedy.text for finding in report.findings for remedy in finding.remedies}
     assert texts == {"offer care `signed` on w", "request care `plain` on r"}
 
 
 def test_without_a_bridge_there_is_nothing_to_copy_from_beyond_it():
-    finding = only(checked(writer("a", "w", care="sent"), reader("a", "r", care="signed"), where=COPIED), "POST101")
+    finding = only(checked(writer("a", "w", care="sent"), reader("a", "r", care="signed"), packs=COPIED), "POST101")
     assert finding.message.endswith("is not known: the bridge takes it from the publishers on its other side")
 
 
@@ -506,7 +468,7 @@ def test_many_bridges_between_the_same_two_sides_are_copied_over_in_no_time():
         for way, source, target in (("there", "a", "b"), ("back", "b", "a"))
     ]
     system = bridged(writer("a", "w", care="signed"), reader("b", "r", care="signed"), bridges=bridges, abroad=())
-    assert checked(system, where=COPIED).verdict == "compatible"
+    assert checked(system, packs=COPIED).verdict == "compatible"
 
 
 # The same over several ways
@@ -629,11 +591,12 @@ def test_a_name_that_gets_shorter_is_no_circle_of_growth():
 
 
 @pytest.mark.parametrize("most", [10, 51])
-def test_more_endpoints_than_allowed_are_refused_with_the_limit_and_the_route(most):
+def test_more_endpoints_than_allowed_are_refused_with_the_limit_and_the_route(most, monkeypatch):
+    monkeypatch.setenv("CQOS_MAX_ENDPOINTS", str(most))
     topics = [writer(f"home/{number}", f"in/{number}") for number in range(26)]
     system = bridged(*topics, bridges=[bridge("b", ("in", "home/*"), ("out", "far/*"))])
     with pytest.raises(InputError) as raised:
-        check_system(system, replace(WHERE, most_endpoints=most))
+        check(system)
     (problem,) = raised.value.problems
     assert problem.code == "CQ029"
     assert problem.place == place(2)
@@ -641,10 +604,11 @@ def test_more_endpoints_than_allowed_are_refused_with_the_limit_and_the_route(mo
     assert "bridge `b`" in problem.message
 
 
-def test_as_many_endpoints_as_allowed_are_taken():
+def test_as_many_endpoints_as_allowed_are_taken(monkeypatch):
+    monkeypatch.setenv("CQOS_MAX_ENDPOINTS", "78")
     topics = [writer(f"home/{number}", f"in/{number}") for number in range(26)]
     system = bridged(*topics, bridges=[bridge("b", ("in", "home/*"), ("out", "far/*"))])
-    assert check_system(system, replace(WHERE, most_endpoints=78)).findings is not None
+    assert check(system).findings is not None
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from cqos_core.api import check, read
+from cqos_core.api import check, context, read
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.cli.explain import explain
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Verdict
 
 FILE = """

@@ -7,13 +7,13 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from cqos_core.api import check, read
+from cqos_core import Session
+from cqos_core.api import check, context, read
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import TimeRange, read_range
-from cqos_core.checking.session import Session
 from cqos_core.cli.explain import explain
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.problems import InputError, InvalidValueError
 from cqos_core.model.report import Verdict
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.checking import checker
 from cqos_core.checking.checker import check_system
 from cqos_core.language.domains import Count
 from cqos_core.language.parsing import parse
 from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
-from cqos_core.matching.pipeline import context
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import (
@@ -60,23 +58,21 @@ def folded(written: str, _: NameContext) -> Naming:
     return Naming(written.casefold().replace(" ", "_"), written)
 
 
-FOLDING = context([replace(POST, meeting=Meeting(folded))])
+FOLDING = [replace(POST, meeting=Meeting(folded))]
 
 
 def failing(*_: object) -> bool:
     raise ValueError("no")
 
 
-BROKEN = context(
-    [
-        replace(
-            POST,
-            functions=(*POST.functions, Function("failing", failing)),
-            rules=(*POST.rules, forbids(parse("failing(stamp)"), code="POST900", name="a", because="b")),
-        )
-    ]
-)
-TODAY = replace(CONTEXT, today=date(2027, 1, 1))
+BROKEN = [
+    replace(
+        POST,
+        functions=(*POST.functions, Function("failing", failing)),
+        rules=(*POST.rules, forbids(parse("failing(stamp)"), code="POST900", name="a", because="b")),
+    )
+]
+BEFORE, LATER = (str(date.today() + timedelta(days)) for days in (-10, 10))  # noqa: DTZ011 - as a check has it
 
 
 def needing(stated: Endpoint) -> Endpoint:
@@ -142,8 +138,8 @@ CASES: dict[str, tuple[Any, Any]] = {
     "CQ406": (world(writer("box", "a/w"), reader("box", "a/r")), world(writer("box", "a/w"), reader("box", "b/r"))),
     "CQ601": (world(*FAIL, accept=[Acceptance("POST102", "x")]), world(*FAIL, accept=[Acceptance("POST101", "x")])),
     "CQ602": (
-        (world(*FAIL, accept=[Acceptance("POST101", "x", until="2026-12-31")]), TODAY),
-        (world(*FAIL, accept=[Acceptance("POST101", "x", until="2027-01-01")]), TODAY),
+        (world(*FAIL, accept=[Acceptance("POST101", "x", until=BEFORE)]), [POST]),
+        (world(*FAIL, accept=[Acceptance("POST101", "x", until=LATER)]), [POST]),
     ),
     "CQ603": (world(*FAIL, severities={"POST1": "off"}), world(*FAIL, severities={"POST101": "off"})),
     "CQ604": (
@@ -168,8 +164,8 @@ ELSEWHERE = {
 
 
 def report_of(case: Any) -> Report:
-    system, where = case if isinstance(case, tuple) else (case, CONTEXT)
-    return check_system(system, where)
+    system, packs = case if isinstance(case, tuple) else (case, [POST])
+    return checked(system, packs=packs)
 
 
 @pytest.mark.parametrize("code", CASES)
@@ -249,8 +245,8 @@ def test_endpoints_without_a_topic_are_in_no_pair():
 
 def test_protocols_keep_to_themselves():
     other = replace(POST, id="mail")
-    where = context([POST, other])
-    report = checked(writer("box"), reader("box", more={"protocol": "mail"}), where=where)
+    packs = [POST, other]
+    report = checked(writer("box"), reader("box", more={"protocol": "mail"}), packs=packs)
     assert codes(report) == ["CQ401", "CQ404", "CQ402"]
 
 
@@ -359,7 +355,7 @@ def test_spellings_of_one_topic_are_reported_with_all_their_endpoints():
     report = checked(
         *(replace(writer("My box", f"w{n}"), place=place(n)) for n in (3, 2)),
         reader("my Box", "r"),
-        where=FOLDING,
+        packs=FOLDING,
     )
     finding = only(report, "CQ405")
     assert finding.message == "`My box` and `my Box` both stand for topic `my_box`"
@@ -388,16 +384,14 @@ def test_rules_over_participants_and_options_are_asked_once_of_all_who_share_the
         forbids(parse("participant(shelves) > 5"), code="POST801", name="a", because="the wall gives way"),
         forbids(parse("option(year) == 'y1990'"), code="POST802", name="b", because="nobody remembers"),
     )
-    where = context(
-        [replace(POST, policies=(*POLICIES, Policy("shelves", Count(), "1", level="participant")), rules=rules)]
-    )
+    packs = [replace(POST, policies=(*POLICIES, Policy("shelves", Count(), "1", level="participant")), rules=rules)]
     parts = [*(writer("box", f"p{n}/w") for n in range(3)), reader("box", "p0/r")]
     parts_of = [participant(f"p{n}", shelves=(9, 9, 2)[n]) for n in range(3)]
-    report = checked(*parts, *parts_of, where=where, options={"year": "y1990"})
+    report = checked(*parts, *parts_of, packs=packs, options={"year": "y1990"})
     assert only(report, "POST801").sides[0].members == ("p0", "p1")
     assert only(report, "POST801").message == "participant `p0` (and 1 more) has shelves 9: the wall gives way"
     assert only(report, "POST802").sides[0].members == ("p0", "p1", "p2")
-    assert not {"POST801", "POST802"} & set(codes(checked(*parts, where=where)))
+    assert not {"POST801", "POST802"} & set(codes(checked(*parts, packs=packs)))
 
 
 # The report
@@ -454,18 +448,9 @@ def test_a_place_prints_what_it_knows():
     ]
 
 
-def test_findings_are_made_once_and_when_they_are_read(monkeypatch):
-    made, real = [], checker.in_order
-
-    def in_order(found: Any) -> Any:
-        made.append(1)
-        return real(found)
-
-    monkeypatch.setattr(checker, "in_order", in_order)
+def test_findings_are_a_tuple_to_callers():
     report = checked(*FAIL)
     assert report.verdict is Verdict.INCOMPATIBLE
-    assert not made
     assert [finding.code for finding in (*report.findings, *report.findings)] == ["POST101"] * 2
     (finding,) = report.findings
     assert report.findings + (finding,) == (finding,) + report.findings == (finding, finding)  # noqa: RUF005 - as callers may
-    assert made == [1]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.analysis.differences import compare
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from cqos_core.model.difference import ComparedSide
 from tests.worlds import CONTEXT, POST, box, participant, profile, reader, world, writer
 

@@ -4,10 +4,12 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import Edit, Place
-from cqos_core.bpmn.editing import insert as insert_bpmn
 from cqos_core.files.editing import insert
 from cqos_core.files.edits import edited
 from cqos_core.model.source import Source
+from cqos_core.plugins import load_plugins, named
+
+insert_bpmn = named(load_plugins().importers["bpmn"].inserter)
 
 
 def change(text, *edits, inserter=insert):

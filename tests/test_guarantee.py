@@ -10,19 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
-from cqos_core.analysis.pair_judge import pair_system
-from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import offered, unfolded
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import judge_pair
-from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from cqos_core.packs.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.pack import PACK as ROS2
-from tests.worlds import CARE, DELAY, POST, codes, only, reader, settings, world, writer
+from tests.worlds import CARE, DELAY, POST, codes, only, pair_system, reader, settings, world, writer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -113,9 +110,7 @@ def test_there_is_no_other_fault():
 
 
 def judged(needs: Mapping[str, Any], **offer: str) -> Any:
-    return check_system(
-        world(writer("box", **offer), reader("box", more={"needs": settings(**needs)})), context([GIVING])
-    )
+    return check(world(writer("box", **offer), reader("box", more={"needs": settings(**needs)})), packs=[GIVING])
 
 
 def test_an_unmet_need_is_an_error_that_says_what_is_needed_and_why():
@@ -397,7 +392,7 @@ def test_a_pair_a_system_and_two_profiles_agree(pair, stated):
     system = pair_system(pack.id, **text, needs=stated)
     resolved = resolve(system, {pack.id: pack}.get).endpoints
     alone = judge_pair(resolved[0].profile, resolved[1].profile)
-    asked, checked = check_pair(**pair, needs=stated), check_system(system, context([pack]))
+    asked, checked = check_pair(**pair, needs=stated), check(system, packs=[pack])
     assert alone.verdict == asked.verdict == checked.verdict
     guarantees = {rule.code for rule in pack.rules if rule.guarantee}
     spoken = {each.bound.rule.code for each in alone.spoken} & guarantees
@@ -411,7 +406,7 @@ def test_needs_of_one_subscription_are_not_those_of_another():
         reader("box", "first", more={"needs": {"latest": Setting("true")}}),
         reader("box", "second"),
     )
-    report = check_system(system, context([GIVING]))
+    report = check(system, packs=[GIVING])
     assert {group.subscribers: str(group.verdict) for group in report.groups} == {
         ("first",): "incompatible",
         ("second",): "compatible",

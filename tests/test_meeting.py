@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.checking.session import Session
+from cqos_core import Session
 from cqos_core.language.domains import Count, Flag, Text
 from cqos_core.language.expression import as_condition, broker, offered, requested
 from cqos_core.language.policy import Policy
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import Broker, ProfileRef, Setting
 from cqos_core.packs.parts import Completion, Known, Preset
@@ -60,11 +59,10 @@ PACK = replace(
     meeting=replace(POST.meeting, match=along_the_street, overlapping="twice"),
     complete=complete,
 )
-CONTEXT = context([PACK])
 
 
 def report(*parts: Any, **fields: Any) -> Any:
-    return checked(world(*parts, **fields), where=CONTEXT)
+    return checked(world(*parts, **fields), packs=[PACK])
 
 
 def met(found: Any) -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:

@@ -14,7 +14,6 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.packs.catalogue import column_form, rule_table
 from cqos_core.packs.pack import RulePack
@@ -425,7 +424,7 @@ def test_a_severity_may_depend_on_an_option(strictness, said, verdict, readers):
     """The second number has so many distinct values that they are judged many at once."""
     parts = [writer("a", f"w{at}", delay=f"{at + 1}s") for at in range(2 if readers > 1 else 1)]
     parts += [reader("a", f"r{at}", care="insured", delay=f"{at + 9}s") for at in range(readers)]
-    report = check_parts(*parts, options=strictness, where=context([STRICT_POST]))
+    report = check_parts(*parts, options=strictness, packs=[STRICT_POST])
     found = dict.fromkeys((each.code, str(each.severity)) for each in report.findings if each.code.startswith("POST"))
     assert sorted(found) == said
     assert report.verdict == verdict
@@ -472,10 +471,9 @@ def test_a_function_that_fails_is_a_finding_and_the_other_rules_are_judged():
             forbids(parse("failing(stamp)"), code="POST902", name="c", because="b"),
         ),
     )
-    from cqos_core.matching.pipeline import context
 
     report = check_parts(
-        world(writer("box", stamp="x", care="plain"), reader("box", stamp="x", care="signed")), where=context([pack])
+        world(writer("box", stamp="x", care="plain"), reader("box", stamp="x", care="signed")), packs=[pack]
     )
     assert codes(report) == ["CQ701", "CQ701", "POST101"]
     assert [finding.message for finding in report.findings[:2]] == [
@@ -494,13 +492,12 @@ def test_memory_that_is_short_is_no_fault_of_a_function_and_not_remembered_as_on
 
     rule = requires(parse("hungry(offered(stamp))"), code="POST901", name="a", because="b")
     pack = replace(POST, functions=(Function("hungry", hungry),), rules=(rule,))
-    from cqos_core.matching.pipeline import context
 
     asked = world(writer("box", stamp="x"), reader("box", stamp="x"))
     with pytest.raises(MemoryError):
-        check_parts(asked, where=context([pack]))
+        check_parts(asked, packs=[pack])
     short = False
-    assert codes(check_parts(asked, where=context([pack]))) == []
+    assert codes(check_parts(asked, packs=[pack])) == []
 
 
 # Options that a pack declares
@@ -511,12 +508,11 @@ def test_a_pack_may_be_another_one_under_an_option():
     policies = (*POLICIES, mode)
     lax = replace(POST, policies=policies, rules=RULES[1:])
     pack = replace(POST, policies=policies, variants={("mode", "lax"): lax})
-    from cqos_core.matching.pipeline import context
 
-    where = context([pack])
+    packs = [pack]
     pair = [writer("box", care="plain"), reader("box", care="signed")]
-    assert codes(check_parts(*pair, where=where)) == ["POST101"]
-    assert codes(check_parts(*pair, where=where, options={"mode": "Lax"})) == []
+    assert codes(check_parts(*pair, packs=packs)) == ["POST101"]
+    assert codes(check_parts(*pair, packs=packs, options={"mode": "Lax"})) == []
 
 
 def test_facts_have_no_default_and_policies_read_what_they_print():

@@ -10,13 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.checking.checker import check_system
 from cqos_core.files.opening import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, Setting, System
@@ -312,7 +310,7 @@ def systems(draw):
 
 @given(systems())
 def test_both_give_the_same_report(system):
-    assert check_system(system, context([read_pack(source(FILE))])) == check_system(system, context([TWIN]))
+    assert check(system, packs=[read_pack(source(FILE))]) == check(system, packs=[TWIN])
 
 
 def test_the_example_of_a_fourth_protocol_gives_exactly_the_error_that_it_announces():

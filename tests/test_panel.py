@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from cqos_core.bpmn.form import FORM
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.packs.drawing import drawn, moddle
 from cqos_core.packs.pack_file import read_pack
 from cqos_core.packs.panel import shown, values_of
-from cqos_core.plugins import load_plugins
+from cqos_core.plugins import load_plugins, named
 
 OURS = ("dds", "mqtt", "ros2")
+FORM = named(load_plugins().importers["bpmn"].drawn)
 STRANGER = """
 cqos_pack: 1
 id: beacon

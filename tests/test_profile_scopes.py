@@ -5,13 +5,11 @@ from dataclasses import replace
 import pytest
 
 from cqos_core import Session
-from cqos_core.checking.checker import check_system
 from cqos_core.files.design import design_of
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.merging import merge
 from cqos_core.model.system import Place, Profile, ProfileRef, Scope
-from cqos_core.resolving.resolve import resolve
-from tests.worlds import CONTEXT, POST, reader, settings, world, writer
+from tests.worlds import CONTEXT, POST, checked, facts, reader, settings, world, writer
 
 SENDER, BOX = "sender", "box"
 
@@ -43,13 +41,8 @@ LIBRARY = (
 
 
 def values(system, endpoint):
-    resolved = resolve(system, CONTEXT.find_pack)
-    found = next(each for each in resolved.endpoints if each.id == endpoint)
-    index = POST.vocabulary.indices
-    return {
-        name: POST.policy(name).domain.format(found.profile.values[index["endpoint", name]])
-        for name in ("care", "copies", "sealed", "streets")
-    }
+    found = facts(system, of=endpoint)
+    return {name: found[name].value for name in ("care", "copies", "sealed", "streets")}
 
 
 @pytest.mark.parametrize(
@@ -81,10 +74,10 @@ def test_equal_endpoints_on_different_topics_take_different_parts():
 def test_a_circle_and_an_unknown_base_are_reported_once_with_their_place():
     circle = (profile("x", ref("y")), profile("y", ref("z", "publisher")), profile("z", ref("x")))
     lost = profile("lost", ref("bse"))
-    report = check_system(world(writer("t", "w", "x"), reader("t", "r", "x"), *circle), CONTEXT)
+    report = checked(world(writer("t", "w", "x"), reader("t", "r", "x"), *circle))
     (finding,) = [each for each in report.findings if each.code == "CQ212"]
     assert finding.message == "profiles are based on each other in a circle: x → y → z → x"
-    report = check_system(world(writer("t", "w", "lost"), reader("t", "r", "lost"), lost, *LIBRARY), CONTEXT)
+    report = checked(world(writer("t", "w", "lost"), reader("t", "r", "lost"), lost, *LIBRARY))
     (finding,) = [each for each in report.findings if each.code == "CQ204"]
     assert str(finding.help).startswith("did you mean `base`? known: ")
     assert "base/w" not in str(finding.help)
@@ -94,11 +87,11 @@ def test_a_circle_and_an_unknown_base_are_reported_once_with_their_place():
 def test_a_session_keeps_to_it():
     system = world(writer("abc", "w", "own"), reader("abc", "r", "base"), *LIBRARY)
     session = Session(system, packs=[POST])
-    assert session.report() == check_system(system, CONTEXT)
+    assert session.report() == checked(system)
     session.put(writer("b", "w", "own"))
     session.put(reader("b", "r", "base"))
     again = world(writer("b", "w", "own"), reader("b", "r", "base"), *LIBRARY)
-    assert session.report().groups == check_system(again, CONTEXT).groups
+    assert session.report().groups == checked(again).groups
 
 
 def test_a_design_has_a_profile_for_each_way_in_which_it_reads():

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.checking.session import Session
+from cqos_core import Session, check
 from cqos_core.language.expression import as_condition, offered, requested
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
 from cqos_core.packs.rule import forbids, requires
@@ -29,16 +27,16 @@ def with_rule(sentence: Condition, **more: Any) -> RulePack:
 @pytest.mark.parametrize("severity", ["note", "warning", "error"])
 def test_a_rule_about_a_publishers_policy_reports_no_subscriber(severity):
     pack = with_rule(~as_condition(RETURNED), severity=severity)
-    report = checked(writer("box"), reader("box"), where=context([pack]))
+    report = checked(writer("box"), reader("box"), packs=[pack])
     assert only(report, "POST999").endpoints == ("writer",)
-    alone = checked(writer("box", returned=True), reader("box"), where=context([pack]))
+    alone = checked(writer("box", returned=True), reader("box"), packs=[pack])
     assert "POST999" not in codes(alone)
     assert alone.verdict == "compatible"
 
 
 def test_what_the_rule_says_of_other_policies_holds_for_both_roles():
-    where = context([with_rule(as_condition(RETURNED) | as_condition(SEALED))])
-    report = checked(writer("box", returned=True), reader("box", sealed=True), where=where)
+    packs = [with_rule(as_condition(RETURNED) | as_condition(SEALED))]
+    report = checked(writer("box", returned=True), reader("box", sealed=True), packs=packs)
     reported = [finding.endpoints for finding in report.findings if finding.code == "POST999"]
     assert sorted(reported) == [("reader",), ("writer",)]
 

@@ -12,15 +12,13 @@ from jsonschema import Draft202012Validator
 from cqos_core.files.schema import suggested_values, system_schema, written_name
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, flow_text, kind_of, whole_number
-from cqos_core.importers.yaml_form import DOCUMENT
-from cqos_core.importers.yaml_system import read
-from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.plugins import load_plugins
-from cqos_core.resolving.misread import can_be_stated
+from cqos_core.packs.documents import only_document
+from cqos_core.plugins import load_plugins, named
 from tests.effort import EXPLORE
 
+read = named(load_plugins().importers["yaml"].reader)
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "tests" / "importers" / "cases" / "yaml"
 PLUGINS = load_plugins()
@@ -37,8 +35,7 @@ STRUCTURE = {"CQ004", "CQ006", "CQ009", "CQ010"}
 
 def data(text):
     """The first document, as a parser for YAML 1.2 gives it to an editor."""
-    tree = read_tree(Reading(Source("f.yaml", text), [], []))
-    return value(tree.documents[0])
+    return value(only_document(Reading(Source("f.yaml", text), [], [])))
 
 
 def value(node):
@@ -219,7 +216,13 @@ def test_schema_and_reader_agree(document):
 
 # --- what packs suggest ---
 
-STATED = [(pack, policy) for pack in PACKS for policy in pack.policies if can_be_stated(policy) and not policy.derived]
+STATED = [
+    (pack, policy)
+    for pack in PACKS
+    for policy in pack.policies
+    if policy.level != "need" or "subscriber" in policy.roles
+    if not policy.derived
+]
 ODD = ["no such value", "", 0, -1.5, True, None, [], ["a", 1, None], "${x}"]
 
 
@@ -232,8 +235,9 @@ def suggestions(part, name):
 
 def as_read(value):
     """The text that the reader makes of a value below a setting."""
-    tree = read_tree(Reading(Source("f.json", json.dumps({"x": value}).encode()), [], []))
-    return flow_text(tree.documents[0].entries["x"][1])
+    root = only_document(Reading(Source("f.json", json.dumps({"x": value}).encode()), [], []))
+    assert isinstance(root, MappingNode)
+    return flow_text(root.entries["x"][1])
 
 
 def test_every_setting_is_suggested_with_values_that_its_pack_reads():
@@ -250,13 +254,14 @@ def test_every_setting_is_suggested_with_values_that_its_pack_reads():
                 assert policy.domain.has(policy.domain.parse(text)), f"{pack.id}: {name}: {text}"
 
 
-FORMS: dict[str, Any] = {}
-DOCUMENT.definition(FORMS)
+FORMS = {name: each for name, each in PLAIN["$defs"].items() if each == COMPLETING["$defs"][name]}
 
 
 def test_packs_change_nothing_but_suggestions():
     assert PLAIN["$defs"].keys() == COMPLETING["$defs"].keys()
-    assert {**PLAIN, "$defs": FORMS} == {**COMPLETING, "$defs": {name: COMPLETING["$defs"][name] for name in FORMS}}
+    assert {**PLAIN, "$defs": FORMS} == {**COMPLETING, "$defs": FORMS}
+    suggesting = r"\w+_(settings|presets|options)|pack_options|packs"
+    assert [name for name in COMPLETING["$defs"].keys() - FORMS if not re.fullmatch(suggesting, name)] == []
 
 
 def test_no_suggestion_refuses_anything():

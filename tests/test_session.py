@@ -22,6 +22,7 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
+from tests.effort import EXAMPLES
 
 PARTICIPANTS = ("a", "b", "c")
 TOPICS = ("scan", "/scan", "Scan", "map", "/tf_static", "bad name")
@@ -209,7 +210,7 @@ class Editing(RuleBasedStateMachine):
         assert self.session.report() == cqos.check(self.session.system)
 
 
-Editing.TestCase.settings = settings(stateful_step_count=20)
+Editing.TestCase.settings = settings(max_examples=EXAMPLES // 2, stateful_step_count=20)
 TestEditing = Editing.TestCase
 
 

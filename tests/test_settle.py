@@ -11,45 +11,29 @@ import pytest
 from cqos_core.api import check
 from cqos_core.language.domains import Choice, Duration
 from cqos_core.language.policy import Policy
-from cqos_core.language.values import COMBINATIONS, INFINITE, Anything, Depends, FromPeers
-from cqos_core.matching.pairing import group
-from cqos_core.matching.peer_values import settle
-from cqos_core.matching.pipeline import context
-from cqos_core.resolving.resolve import resolve
-from tests.worlds import POLICIES, POST, RULES, checked, codes, only, participant, reader, world, writer
-
-SECOND = 1_000_000_000
+from cqos_core.language.values import COMBINATIONS, FromPeers
+from tests.worlds import POLICIES, POST, RULES, checked, codes, facts, only, participant, reader, writer
 
 
-def settled(*parts: Any, policy: str = "care", of: str = "r", packs: Any = (POST,), **fields: Any) -> Any:
-    """The value of one policy of one endpoint once everybody is there; as text where it is plain."""
-    endpoints = resolve(world(*parts, **fields), context(packs).find_pack).endpoints
-    key = next(endpoint.key for endpoint in endpoints if endpoint.id == of)
-    topic = group([endpoint for endpoint in endpoints if endpoint.key == key])
-    settle(topic)
-    for members in (*topic.publishers, *topic.subscribers):
-        if of in {endpoint.id for endpoint in members.endpoints}:
-            pack = members.profile.pack
-            index = pack.vocabulary.indices["endpoint", policy]
-            value = members.profile.values[index]
-            return pack.policies[index].format(value) if isinstance(value, int) else value
-    raise AssertionError(of)
+def settled(*parts: Any, policy: str = "care", of: str = "r", packs: Any = (POST,), **fields: Any) -> str:
+    """The value of one policy of one endpoint once everybody is there, as `explain` prints it."""
+    return facts(*parts, of=of, packs=packs, **fields)[policy].value
 
 
-def by_order(publishers_first: Any, subscribers_first: Any, *others: tuple[str, Any]) -> Depends:
-    both = ("publishers first", publishers_first), ("subscribers first", subscribers_first)
-    return Depends("start order", (*both, *others))
+def by_order(publishers_first: str, subscribers_first: str, *others: str, word: str = "best") -> str:
+    """How a value is printed that depends on the order of start."""
+    cases = [f"{publishers_first} with publishers first", f"{subscribers_first} with subscribers first", *others]
+    return f"{word} ({'; '.join(cases)})"
 
 
 BEST = reader("box", "r", care="best")
-PLAIN, SIGNED, INSURED = 0, 1, 2
 
 
 def test_a_value_from_peers_is_what_both_orders_of_start_give():
     assert settled(BEST) == "insured"
     assert settled(BEST, writer("box", care="insured")) == "insured"
     # Alone it would have asked for insured letters; beside a plain writer it asks for plain ones.
-    assert settled(BEST, writer("box", care="plain")) == by_order(PLAIN, INSURED)
+    assert settled(BEST, writer("box", care="plain")) == by_order("plain", "insured")
 
 
 def test_who_starts_after_whom_may_be_stated():
@@ -62,7 +46,7 @@ def test_who_starts_after_whom_may_be_stated():
     # One plain writer that is there before is enough, whatever the other is and whenever it starts.
     assert settled(after, plain, writer("box", "w2", care="insured")) == "plain"
     insured = writer("box", care="insured")
-    assert settled(after, insured, writer("box", "w2", care="plain")) == by_order(PLAIN, INSURED)
+    assert settled(after, insured, writer("box", "w2", care="plain")) == by_order("plain", "insured")
     assert settled(after, insured, replace(writer("box", "w2", care="plain"), starts_after=("r",))) == "insured"
     # What starts after the writer is after all that the writer is after.
     by_way = [replace(plain, starts_after=("manager",)), participant("manager", {"starts_after": ("r",)})]
@@ -94,16 +78,17 @@ def test_only_peers_that_it_meets_count():
 
 
 def test_peers_that_are_not_known_leave_it_open():
-    assert settled(BEST, writer("box", care="unknown")) == by_order(Anything("its peers are not known"), INSURED)
-    assert settled(replace(BEST, starts_after=("writer",)), writer("box", care="unknown")) == Anything(
-        "its peers are not known"
-    )
+    unknown = writer("box", care="unknown")
+    for best in (BEST, replace(BEST, starts_after=("writer",))):
+        report = checked(unknown, best)
+        assert report.verdict == "unknown"
+        assert "fit in care is not known: its peers are not known" in only(report, "POST101").message
 
 
 def test_peers_that_depend_on_something_are_taken_apart():
     usual = writer("box", care="usual")
     after = replace(BEST, starts_after=("writer",))
-    assert settled(after, usual) == Depends("post.carrier", (("bike", 0), ("train", 0), ("ship", 2)))
+    assert settled(after, usual) == "best (plain with bike, train; insured with ship)"
     assert settled(after, usual, options={"carrier": "train"}) == "plain"
     report = checked(usual, after)
     assert report.verdict == "compatible"  # whatever the carrier, it takes what is offered
@@ -112,9 +97,9 @@ def test_peers_that_depend_on_something_are_taken_apart():
 # The ways in which peers may be put together
 
 TIMES = ["1s", "3s", "infinite"]
-WAYS: dict[str, tuple[str | Anything, str, str]] = {
-    # with peers of 1s, 3s and infinite; with one peer of infinite; without peers
-    "any": (Anything("it is that of whichever is found first"), "infinite", "5s"),
+WAYS: dict[str, tuple[str, str, str]] = {
+    # with peers of 1s, 3s and infinite; with one peer of infinite; without peers; the word itself where it stays open
+    "any": ("adapt", "infinite", "5s"),
     "constant": ("5s", "5s", "5s"),
     "largest": ("infinite", "infinite", "5s"),
     "largest_stated": ("3s", "infinite", "5s"),
@@ -148,7 +133,7 @@ def test_publishers_may_take_values_from_subscribers_too():
     readers = [reader("box", "r1", pause="1s"), reader("box", "r2", pause="3s")]
     value = settled(adapting, *readers, policy="pause", of="w", packs=[pack])
     # If it starts after the second reader and before the first one, it takes what the second one has.
-    assert value == by_order(5 * SECOND, SECOND, ("another order that gives 3s", 3 * SECOND))
+    assert value == by_order("5s", "1s", "3s with another order that gives 3s", word="adapt")
 
 
 def test_two_that_wait_for_each_other_see_each_other_as_they_are_alone():
@@ -166,16 +151,7 @@ def test_one_that_is_created_with_its_peer_has_the_peers_value_at_once():
     assert settled(adapting, writer("box", mode="high"), policy="mode", packs=[pack]) == "high"
     assert settled(adapting, policy="mode", packs=[pack]) == "low"
     two = [writer("box", "w1", mode="high"), writer("box", "w2", mode="low")]
-    assert settled(adapting, *two, policy="mode", packs=[pack]) == by_order(1, 0)
-
-
-def test_nothing_is_settled_where_nothing_comes_from_peers():
-    endpoints = resolve(world(writer("box"), reader("box", delay="2s")), context([POST]).find_pack).endpoints
-    topic = group(endpoints)
-    before = [members.profile for members in (*topic.publishers, *topic.subscribers)]
-    settle(topic)
-    assert all(m.profile is b for m, b in zip((*topic.publishers, *topic.subscribers), before, strict=True))
-    assert INFINITE in before[0].values
+    assert settled(adapting, *two, policy="mode", packs=[pack]) == by_order("high", "low", word="adapt")
 
 
 def test_a_long_chain_of_starts_is_followed_to_its_end():

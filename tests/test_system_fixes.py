@@ -4,16 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core import check
 from cqos_core.analysis.system_fixes import fix_system
-from cqos_core.checking.checker import check_system
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Acceptance
-from tests.worlds import CONTEXT, reader, world, writer
+from tests.worlds import CONTEXT, POST, reader, world, writer
 
 
 def errors(system):
     return [
-        each for each in check_system(system, CONTEXT).findings if each.severity is Severity.ERROR and not each.accepted
+        each for each in check(system, packs=[POST]).findings if each.severity is Severity.ERROR and not each.accepted
     ]
 
 
@@ -95,9 +95,9 @@ def posts(draw):
 @pytest.mark.parametrize("wanted", ["first", "configuration"])
 @given(posts())
 def test_no_pair_becomes_worse(wanted, system):
-    before = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(system, CONTEXT).pairs}
+    before = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check(system, packs=[POST]).pairs}
     fixed = fix_system(system, CONTEXT, wanted)
-    after = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(fixed.system, CONTEXT).pairs}
+    after = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check(fixed.system, packs=[POST]).pairs}
     assert len(errors(fixed.system)) == len(fixed.left)
     assert sum(after.values()) <= sum(before.values())
     if wanted == "configuration":
@@ -106,8 +106,7 @@ def test_no_pair_becomes_worse(wanted, system):
 
 def test_a_remedy_of_no_endpoint_setting_is_left():
     """What a participant states, or what an application requires, is no setting of an endpoint to lay over."""
-    from cqos_core.api import read
-    from cqos_core.matching.pipeline import context
+    from cqos_core.api import context, read
 
     text = b"""cqos: 1
 protocol: ros2
@@ -116,7 +115,7 @@ participants:
   b: {subscribes: {/t: {reliability: best_effort, needs: {loss_free: true}}}}
 """
     system = read(text)
-    before = [each for each in check_system(system, context()).findings if each.severity is Severity.ERROR]
+    before = [each for each in check(system).findings if each.severity is Severity.ERROR]
     assert {remedy.policy for each in before for remedy in each.remedies} == {"need.loss_free"}
     fixed = fix_system(system, context(), "configuration")
     assert (fixed.applied, {each.code for each in fixed.left}) == ((), {each.code for each in before})

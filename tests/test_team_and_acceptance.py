@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta
 from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
 from cqos_core import read
-from cqos_core.checking.checker import check_system
 from cqos_core.language.domains import Flag
 from cqos_core.language.expression import define
 from cqos_core.language.policy import Policy
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Preset
 from cqos_core.packs.rule import forbids
 from tests.worlds import (
     CARE,
-    CONTEXT,
     DELAY,
     POST,
     SEALED,
@@ -61,7 +58,7 @@ def test_a_check_may_use_the_definitions_of_the_pack():
     risky = define("risky", (CARE == "insured") & ~SEALED)
     pack = replace(POST, rules=(forbids(risky & (DELAY < "1s"), code="POST301", name="a", because="b"),))
     stated = [writer("box", care="insured"), reader("box")]
-    found = only(checked(*stated, checks=[check(sentence="~risky")], where=context([pack])), "CQ605")
+    found = only(checked(*stated, checks=[check(sentence="~risky")], packs=[pack]), "CQ605")
     assert found.notes[0] == 'required by check `ours`: ~risky; risky is (care == "insured") & ~sealed'
 
 
@@ -220,11 +217,11 @@ def test_a_check_that_cannot_be_applied_is_an_error_with_its_place(rule, message
 def test_a_check_for_one_of_two_protocols_is_no_mistake():
     mail = RulePack("mail", "Mail", (Policy("hurried", Flag(), "false"),), ())
     system = world(writer("box"), reader("box"), writer("box", "w2", more={"protocol": "mail"}))
-    where = context([POST, mail])
+    packs = [POST, mail]
     system.checks = [check(bound("hurried", "exactly", "true"))]
-    assert codes(check_system(system, where)) == ["CQ605", "CQ402"]
+    assert codes(checked(system, packs=packs)) == ["CQ605", "CQ402"]
     system.checks = [check(bound("slow", "exactly", "true"))]
-    assert "CQ604" in codes(check_system(system, where))
+    assert "CQ604" in codes(checked(system, packs=packs))
 
 
 def test_two_checks_of_the_same_values_are_two_findings():
@@ -257,8 +254,8 @@ def test_equal_values_are_one_finding_and_many_values_are_few():
 PAIR = [writer("box", "a/w"), reader("box", "b/r", care="signed")]
 
 
-def accepting(*entries: Acceptance, parts: Any = None, today: date | None = None) -> Report:
-    return check_system(world(*(parts or PAIR), accept=list(entries)), replace(CONTEXT, today=today))
+def accepting(*entries: Acceptance, parts: Any = None) -> Report:
+    return checked(*(parts or PAIR), accept=list(entries))
 
 
 def reasons(report: Report) -> dict[str, str | None]:
@@ -335,12 +332,12 @@ def test_a_finding_over_several_topics_is_excused_for_all_of_them_or_not_at_all(
 
 
 def test_an_entry_holds_until_its_day_is_over():
-    entry = Acceptance("POST101", "x", until="2027-01-31", place=place(9))
-    assert codes(accepting(entry, today=date(2027, 1, 31))) == ["POST101"]
-    assert reasons(accepting(entry, today=date(2027, 1, 31))) == {"POST101": "x"}
-    after = accepting(entry, today=date(2027, 2, 1))
+    today = date.today()  # noqa: DTZ011 - as a check has it
+    yesterday = today - timedelta(1)
+    assert reasons(accepting(Acceptance("POST101", "x", until=str(today)))) == {"POST101": "x"}
+    after = accepting(Acceptance("POST101", "x", until=str(yesterday), place=place(9)))
     assert reasons(after) == {"POST101": None, "CQ602": None}
-    assert only(after, "CQ602").message == "the acceptance of POST101 (x) expired on 2027-01-31"
+    assert only(after, "CQ602").message == f"the acceptance of POST101 (x) expired on {yesterday}"
     assert only(after, "CQ602").place == place(9)
 
 
@@ -398,7 +395,7 @@ def test_a_severity_of_an_unknown_rule_is_reported():
 def test_a_preset_of_the_pack_is_as_good_as_a_profile_for_a_check():
     pack = replace(POST, presets={**POST.presets, "gold": Preset({"care": "insured", "sealed": "true"})})
     system = world(writer("box", "w", "gold"), checks=[check(bound("care", "exactly", "insured"))])
-    assert "CQ605" not in codes(check_system(system, context([pack])))
+    assert "CQ605" not in codes(checked(system, packs=[pack]))
 
 
 @pytest.mark.parametrize("key", ["condition", "sentence"])

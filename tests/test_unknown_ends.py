@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core import check
-from cqos_core.checking.session import Session
+from cqos_core import Session, check
 from cqos_core.language.expression import as_condition, offered, requested
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
 from cqos_core.packs.rule_docs import as_text, rule_page
@@ -64,8 +62,8 @@ participants:
 
 def report_with(kind, care="unknown", **more):
     rule = kind(CARE >= "signed", code="POST999", name="of-one-end", because="it is so", role="subscriber", **more)
-    where = context([replace(POST, rules=(*POST.rules, rule))])
-    return checked(writer("box", care="insured"), reader("box", care=care), where=where)
+    packs = [replace(POST, rules=(*POST.rules, rule))]
+    return checked(writer("box", care="insured"), reader("box", care=care), packs=packs)
 
 
 def what_a_rule_says(kind, **more):
@@ -98,8 +96,8 @@ def test_what_cannot_be_decided_stays_silent_about_creation_and_what_is_forbidde
 def test_an_error_that_forbids_pairs_leaves_those_unknown_that_it_cannot_decide(severity, care, said, verdict):
     condition = (offered(CARE) == "insured") & (requested(CARE) == "signed")
     rule = forbids(condition, code="POST999", name="of-pairs", because="it is so", severity=severity)
-    where = context([replace(POST, rules=(*POST.rules, rule))])
-    report = checked(writer("box", care="insured"), reader("box", care=care), where=where)
+    packs = [replace(POST, rules=(*POST.rules, rule))]
+    report = checked(writer("box", care="insured"), reader("box", care=care), packs=packs)
     assert report.verdict == verdict
     assert [str(each.severity) for each in report.findings if each.code == "POST999"] == ([said] if said else [])
 
@@ -121,5 +119,5 @@ def test_a_requirement_that_holds_under_some_assumptions_is_one_of_them():
 def test_a_requirement_on_an_end_is_not_decided_by_what_its_role_lacks():
     system = world(writer("box"), reader("box"))
     rule = requires(as_condition(RETURNED), code="POST999", name="of-one-end", because="it is so")
-    report = checked(system, where=context([replace(POST, rules=(*POST.rules, rule))]))
+    report = checked(system, packs=[replace(POST, rules=(*POST.rules, rule))])
     assert [finding.endpoints for finding in report.findings if finding.code == "POST999"] == [("writer",)]

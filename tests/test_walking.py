@@ -9,7 +9,7 @@ import pytest
 
 from cqos_core.files.walking import Skipped, walk
 
-DEEP = 3_000
+DEEP = 1_600
 """Folders: more than Python calls into each other, and more than a path of Linux has room for."""
 SYSTEM = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {/t: }}, b: {subscribes: {/t: }}}\n"
 assert sys.getrecursionlimit() < DEEP
@@ -30,17 +30,17 @@ def hostile(tmp_path):
     start = Path.cwd()
     os.chdir(folder)
     for _ in range(DEEP):
-        Path("d").mkdir()
-        os.chdir("d")
+        Path("dd").mkdir()
+        os.chdir("dd")
     os.chdir(start)
     yield folder
-    _remove(folder / "d")
+    _remove(folder / "dd")
     shutil.rmtree(folder)
 
 
 def _remove(deep):
     """Remove folders that `shutil` cannot, as their paths are too long: move each up, then remove it."""
-    inner, moved = deep / "d", deep.with_name("moved")
+    inner, moved = deep / "dd", deep.with_name("moved")
     while inner.exists():
         inner.rename(moved)
         deep.rmdir()
@@ -104,7 +104,7 @@ def test_a_workspace_of_such_a_folder_says_what_it_skipped(hostile):
     pytest.importorskip("cqos_ros2")
     from cqos_ros2.launch.workspace import find_packages
 
-    package = hostile / "d" / "d" / "p"
+    package = hostile / "dd" / "dd" / "p"
     package.mkdir()
     (package / "package.xml").write_text("<package><name>p</name></package>")
     (package / "out").symlink_to("/")

@@ -7,10 +7,13 @@ and a rule of every scope, so that the core is tested without any real protocol.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.checker import check_system
+from cqos_core import check, explain
+from cqos_core.api import context
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, as_text
 from cqos_core.language.expression import (
     all_equal,
@@ -28,14 +31,16 @@ from cqos_core.language.expression import topic as of_topic
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import Function
-from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Report
+    from collections.abc import Mapping, Sequence
+
+    from cqos_core.language.domains import SettingValue
+    from cqos_core.model.report import Fact, Finding, Report
     from cqos_core.model.system import Role, Settings
 
 # What an endpoint sets
@@ -304,10 +309,32 @@ def place(line: int, column: int | None = None) -> Place:
     return Place("world.yaml", line, column)
 
 
-def checked(*parts: Any, where: Context = CONTEXT, **fields: Any) -> Report:
+def world_of(*parts: Any, **fields: Any) -> System:
+    """A system, given as such or by its parts."""
+    return parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
+
+
+def checked(*parts: Any, packs: Sequence[RulePack] = (POST,), **fields: Any) -> Report:
     """The report on a system, or on the parts of one."""
-    system = parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
-    return check_system(system, where)
+    return check(world_of(*parts, **fields), packs=packs)
+
+
+def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,), **fields: Any) -> dict[str, Fact]:
+    """What `cqos explain` says of the values of an endpoint, the first where none is named, by policy.
+
+    It is explained beside the first partner on its topic; where it has none, beside one that states nothing, in another town.
+    """
+    system = deepcopy(world_of(*parts, **fields))
+    end = next(each for each in system.endpoints if of in {None, each.id})
+    partner = next((each for each in system.endpoints if each.role != end.role and each.topic == end.topic), None)
+    if partner is None:
+        partner = endpoint("subscriber" if end.role == "publisher" else "publisher", end.topic, "another")
+        system.endpoints.append(partner)
+        system.participants["another"] = participant("another", town=99)
+    first, second = sorted((end, partner), key=lambda each: each.role)
+    report = explain(system, publisher=first.id, subscriber=second.id, packs=packs)
+    sides = ((each.policy, each.offered if end is first else each.requested) for each in report.policies)
+    return {policy: fact for policy, fact in sides if fact is not None}
 
 
 def codes(report: Report) -> list[str]:
@@ -322,3 +349,26 @@ def only(report: Report, code: str) -> Finding:
         f"{code} {len(found)} times; the report has {[str(f.code) + ' ' + f.message for f in report.findings]}"
     )
     return found[0]
+
+
+def pair_system(
+    protocol: str,
+    offered: Mapping[str, SettingValue],
+    requested: Mapping[str, SettingValue],
+    options: Mapping[str, SettingValue] = MappingProxyType({}),
+    topic: Mapping[str, SettingValue] = MappingProxyType({}),
+    needs: Mapping[str, SettingValue] = MappingProxyType({}),
+) -> System:
+    """The system of a publisher and a subscriber that `check_pair` judges by itself, with its arguments."""
+    about = settings(**topic)
+    name = about.pop("name", Setting("topic")).text
+    system = System(protocol=protocol, options={protocol: settings(**options)})
+    system.topics[name] = Topic(name, about, external=True)
+    for role, stated_values in (("publisher", offered), ("subscriber", requested)):
+        own = settings(**stated_values)
+        preset = own.pop("profile", None)
+        profiles = () if preset is None else (preset.text,)
+        more = {"settings": own, "needs": settings(**needs) if role == "subscriber" else {}}
+        system.endpoints.append(endpoint(role, name, role, *profiles, more=more))  # type: ignore[arg-type]
+        system.participants[role] = Participant(role)
+    return system

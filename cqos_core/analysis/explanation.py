@@ -27,9 +27,9 @@ from cqos_core.matching.judge import (
     verdict_alone,
 )
 from cqos_core.matching.outline import Outline
+from cqos_core.matching.pair_outcomes import NOTHING, reporting_rules
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -210,7 +210,7 @@ class _Pair:
         plain = self.alone and not (pipeline and pipeline.resolver.completed)
         self._drafts = drafts if plain else []
         short = reporting_rules(self.offering, self.requesting) if plain else None
-        self._quiet = short is not None and not short[1]
+        self._quiet = short is not None and short[1] == NOTHING
 
     @property
     def alone(self) -> bool:

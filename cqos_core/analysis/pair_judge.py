@@ -6,7 +6,7 @@ presets, values from peers, packs that complete a system) takes the way of an ex
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import timedelta
 from functools import partial
 from types import MappingProxyType
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explain_ends, explained
 from cqos_core.language.domains import SettingValue, as_text
+from cqos_core.matching.pair_verdicts import PairEnd, verdict
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
@@ -38,9 +38,7 @@ from cqos_core.resolving.plainly import without_values
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.language.compiled import Reporting
     from cqos_core.matching.pipeline import Context
-    from cqos_core.matching.verdicts import Short
     from cqos_core.model.report import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
@@ -73,18 +71,14 @@ def _letters(stated: _Texts) -> int:
 
 
 class _Side:
-    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text.
+    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text."""
 
-    ``values``: those when the end goes the short way.
-    """
-
-    __slots__ = ("end", "stated", "types", "values")
+    __slots__ = ("end", "stated", "types")
 
     def __init__(self, stated: _Texts) -> None:
         self.stated = stated
         self.end: PairEnd | None = None
         self.types: tuple[tuple[str, type], ...] = ()
-        self.values: Sequence[Any] | None = None
 
     def spelt_alike(self, settings: Settings) -> bool:
         """Whether settings that are equal are of the same types: True equals 1, and is another text."""
@@ -106,9 +100,6 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        self.short: Short | None = None
-        # Both are set with the first end: a pair without two ends is explained instead.
-        self.judge: Callable[[PairEnd, PairEnd], Verdict]
         self._known: Resolved | None = None
         self._resolver: Resolver | None = None
         self._drafts: dict[Role, tuple[Draft, Resolved]] = {}
@@ -126,7 +117,7 @@ class StatedPairs:
         """Return the verdict of two sides."""
         if offer.end is None or request.end is None:
             return self.report(offer, request).verdict
-        return self.judge(offer.end, request.end)
+        return verdict(offer.end, request.end)
 
     def report(self, offer: _Side, request: _Side) -> PairReport:
         """Return the report on two sides; of known ones all but the verdict is found out when it is read."""
@@ -137,11 +128,11 @@ class StatedPairs:
         if found is None:
             if len(_REPORTS) >= _MOST_REPORTS:
                 _REPORTS.clear()
-            found = _REPORTS[key] = self._lazy(self.judge(offer.end, request.end), offer, request)
+            found = _REPORTS[key] = self._lazy(verdict(offer.end, request.end), offer, request)
         return found
 
-    def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
-        return PairReport.unmade(verdict, partial(self._explained, offer, request))
+    def _lazy(self, found: Verdict, offer: _Side, request: _Side) -> PairReport:
+        return PairReport.unmade(found, partial(self._explained, offer, request))
 
     def _explained(self, offer: _Side, request: _Side) -> PairReport:
         ends = self._ends(offer, request)
@@ -177,14 +168,13 @@ class StatedPairs:
             ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
             if ends is None or ends[1].like.needs:
                 return explained(pipeline, PUBLISHER, SUBSCRIBER)
-            self.judge = verdicts_of(ends[0].pack).verdict
             self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
             self._drafts.clear()
             self._take(offer, PUBLISHER, ends[0])
             self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
-        return self._lazy(self.judge(offer.end, request.end), offer, request)
+        return self._lazy(verdict(offer.end, request.end), offer, request)
 
     def _resolved(self, side: _Side, role: Role) -> bool:
         """Resolve a new side by what resolved another one; return whether it is known, as nothing had to be said of it."""
@@ -196,7 +186,7 @@ class StatedPairs:
         if role in self._drafts:
             draft = resolver.bases.redrafted(*self._drafts[role], side.stated)
             if draft is not None:
-                self._keep(side, role, verdicts_of(known.pack).end(draft.base.profile, role, draft))
+                side.end = PairEnd(draft.base.profile, role, draft)
                 return True
         self._left -= 1
         before = resolver.reader.remarks
@@ -211,31 +201,7 @@ class StatedPairs:
         """Keep what was resolved of a side; others may be put together from its draft."""
         if isinstance(end.draft, Draft):
             self._drafts[role] = end.draft, end
-        self._keep(side, role, verdicts_of(end.pack).end(end.like, role, end.draft))
-
-    def _keep(self, side: _Side, role: Role, end: PairEnd) -> None:
-        side.end = end
-        if self.short is not None:
-            self._shorten(self.short, side, role)
-
-    def _shorten(self, way: Short, side: _Side, role: Role) -> None:
-        """Let a known side go the short way, if it may."""
-        end = side.end
-        if end is not None and verdicts_of(end.like.pack).is_short(way, end, role):
-            side.values = end.values
-
-    def prepare(self) -> Short | None:
-        """Return the short way of sides that are like those which state nothing, if it exists."""
-        offer, request = self.offer({}), self.request({})
-        self.verdict(offer, request)
-        if self.short is None and offer.end is not None and request.end is not None:
-            way = self.short = verdicts_of(offer.end.like.pack).short(offer.end, request.end)
-            if way is not None:
-                for side in (*self.offers.values(),):
-                    self._shorten(way, side, PUBLISHER)
-                for side in (*self.requests.values(),):
-                    self._shorten(way, side, SUBSCRIBER)
-        return self.short
+        side.end = PairEnd(end.like, role, end.draft)
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -368,9 +334,6 @@ class PairJudge:
         _are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
         self._offers, self._requests = self._pairs.offers, self._pairs.requests
-        way = self._pairs.prepare()
-        self._rank: Reporting | None = way and way.rank
-        self._verdicts: tuple[Verdict | None, ...] = way.verdicts if way else ()
 
     def profile(self, settings: Settings) -> PairProfile:
         """Read what one side states once, for many verdicts of this judge."""
@@ -384,23 +347,20 @@ class PairJudge:
             TypeError: a value is no setting.
             CqosError: a profile is of another judge.
         """
-        try:
-            first = (*offered, *offered.values())  # type: ignore[misc, union-attr]
-            second = (*requested, *requested.values())  # type: ignore[misc, union-attr]
-            offer, request = self._offers[first], self._requests[second]
-            found = self._verdicts[self._rank(offer.values, request.values)]  # type: ignore[misc, arg-type]
-            for name, kind in offer.types:
-                if type(offered[name]) is not kind:  # type: ignore[index]
-                    found = None
-            for name, kind in request.types:
-                if type(requested[name]) is not kind:  # type: ignore[index]
-                    found = None
-        except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
-            found = None
-        if found is None:
-            side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
-            return self._pairs.verdict(side, self._requested(requested))
-        return found
+        if type(offered) is dict and type(requested) is dict:
+            try:
+                offer = self._offers.get((*offered, *offered.values()))
+                request = self._requests.get((*requested, *requested.values()))
+            except TypeError:  # a list
+                offer = request = None
+            if (
+                (offer is not None and request is not None)
+                and (offer.end is not None and request.end is not None)
+                and (offer.spelt_alike(offered) and request.spelt_alike(requested))
+            ):
+                return verdict(offer.end, request.end)
+        side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
+        return self._pairs.verdict(side, self._requested(requested))
 
     def _requested(self, requested: Settings | PairProfile) -> _Side:
         return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)

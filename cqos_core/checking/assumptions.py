@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
-from cqos_core.matching.judge import assuming, refusing_values, refusing_worlds
+from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
 from cqos_core.model.memory import LONGEST_REMEMBERED, keep
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.bases import Draft
@@ -65,12 +65,9 @@ def assumptions(
     for bound, each in _of_findings(concerned, findings, packs) if partly - named.keys() else ():
         read = _read_by(bound, each)
         named |= {o.name: o for o in opened[id(each.participant)] if o.partly and o.option in read}
-    for each, option, at in _of_unset(every, paired, unset):
-        refused = refusing_values(each.profile, each.endpoint.role, each.endpoint.observed, at)
-        refused |= _without_presets(each, option.option) if each.endpoint.profiles else _NONE
-        if refused:
-            named[option.name] = option
-            barred.setdefault(option.name, set()).update(refused)
+    for option, refused in _of_unset(every, paired, unset):
+        named[option.name] = option
+        barred.setdefault(option.name, set()).update(refused)
     return tuple(
         Assumption(name, tuple(value for value in named[name].values if value not in barred.get(name, ())))
         for name in sorted(named)
@@ -108,16 +105,18 @@ def _without_presets(endpoint: Resolved, option: str) -> frozenset[str]:
 
 def _of_unset(
     endpoints: Iterable[Resolved], paired: Iterable[str], unset: Mapping[int, Sequence[tuple[_Open, int]]]
-) -> Iterator[tuple[Resolved, _Open, int]]:
-    """Yield ends of pairs with each option that nothing states, once for ends that are alike."""
+) -> Iterator[tuple[_Open, frozenset[str]]]:
+    """Yield the options that nothing states with values under which an end of a pair does not exist or is refused."""
     ends = frozenset(paired) if unset else _NONE
-    seen: set[tuple[object, ...]] = set()
     for each in endpoints:
-        names = tuple(ref.name for ref in each.endpoint.profiles)
-        key = each.profile, each.endpoint.role, each.endpoint.observed, names
-        if id(each.participant) in unset and key not in seen and each.id in ends:
-            seen.add(key)
-            yield from ((each, option, at) for option, at in unset[id(each.participant)])
+        options = unset.get(id(each.participant))
+        for option, at in options if options and each.id in ends else ():
+            kin = each.kin
+            refused = _without_presets(each, option.option) if kin.profiles else _NONE
+            for bound in errors_that_read(each.pack, kin.role, kin.observed, at):
+                refused |= refusing_values(each.pack, bound, kin.role, at, tuple(map(each.value, bound.bound.own)))
+            if refused:
+                yield option, refused
 
 
 def with_imported(found: tuple[Assumption, ...], system: System) -> tuple[Assumption, ...]:
@@ -171,7 +170,7 @@ def _of_pairs(
     rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
     for each in concerned:
-        frame, role, observed = each.like.frame, each.endpoint.role, each.endpoint.observed
+        frame, role, observed = each.like.frame, each.kin.role, each.kin.observed
         refusing = rules.get((frame, role, observed))
         if refusing is None:
             refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))
@@ -208,7 +207,7 @@ def _is_plain(override: Override, endpoint: Resolved) -> bool:
     if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
         return False
     pack, steered = endpoint.pack, override.index in steered_by_options(endpoint.pack)
-    if steered and options_behind(pack, override.index, override.stated().text, endpoint.role):
+    if steered and options_behind(pack, override.index, override.stated.text, endpoint.role):
         return False
     return keep(_PLAIN, override, value=True)
 

@@ -13,14 +13,11 @@ from cqos_core.checking.findings import Made, merged, of_participants, one_per_c
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
-from cqos_core.matching.pipeline import Pipeline, resolve_all
-from cqos_core.matching.plain_pairs import reporting_on_ends
-from cqos_core.matching.topic_shape import QUIET
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural
 from cqos_core.model.report import Finding, Group, Report, Severity, Side, Verdict
-from cqos_core.resolving.bulk_topics import BulkTopics, may_be_in_bulk
 from cqos_core.resolving.starts import unknown_starts
 
 if TYPE_CHECKING:
@@ -61,7 +58,7 @@ def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
 def read_beyond(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
     """Yield the rules over participants, brokers and options that hold for an endpoint, each with the values it reads."""
     for bound in endpoint.pack.beyond_topics:
-        if not (bound.rule.creation and endpoint.endpoint.observed):
+        if not (bound.rule.creation and endpoint.kin.observed):
             yield bound, tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
 
 
@@ -72,18 +69,15 @@ def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
 
 
-NOT_IN_BULK: Final = BulkTopics(lambda _one, _other: None, lambda _ends: QUIET)
-
-
-def participant_findings(endpoints: Sequence[Resolved], bulk: BulkTopics = NOT_IN_BULK) -> list[Finding]:
+def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     # The surroundings and the frame of a profile have all that these rules read.
-    alike = {(each.participant, each.like.frame, each.endpoint.observed): each for each in bulk.with_samples(endpoints)}
+    alike = {(each.participant, each.like.frame, each.kin.observed): each for each in endpoints}
     distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
     if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
-    for endpoint in chain(endpoints, bulk.endpoints()):
+    for endpoint in endpoints:
         for bound, read in read_beyond(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     said = ((bound, said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
@@ -96,24 +90,23 @@ def assemble(
     results: Mapping[TopicKey, TopicResult],
     context: Context,
     problems: Sequence[Finding] = (),
-    bulk: BulkTopics = NOT_IN_BULK,
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
-    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), bulk.with_samples(resolved.endpoints)))}
-    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, ({**results}, bulk))
+    packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
+    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, {**results})
     distinct = {id(result.outcomes): result.outcomes for result in judged}
-    verdicts = {row.verdict for outcomes in (*distinct.values(), *bulk.outcomes) for row in outcomes.rows}
-    groups = later(lambda: _groups(judged, bulk))
+    verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
+    groups = later(_groups, judged)
     if problems and system.flows:
         from cqos_core.checking.excluded import with_behaviour
 
         excused, divided = with_behaviour([*of_topics], [*groups], problems, packs)
         of_topics = tuple(excused)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
-    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints, bulk)
+    lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints)
     plain = [
         *stated_findings(system, resolved, context, problems),
-        *participant_findings(resolved.endpoints, bulk),
+        *participant_findings(resolved.endpoints),
         *collapses(resolved.endpoints),
         *lonely,
     ]
@@ -122,14 +115,11 @@ def assemble(
         plain.append(nothing_compared(system, len(resolved.endpoints), external))
     own = [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     templates = _templates(system, endpoints)
-    size = len(endpoints) + 2 * len(bulk)
+    size = len(endpoints)
     findings = later(lambda: _in_report([*of_topics, *own], templates, size))
     if system.hypothetical or system.severities or system.accept:
         findings = _in_report(_as_said([*of_topics, *own], system, context, packs), templates, size)
-    paired = chain(
-        chain.from_iterable(each.paired for each in judged),
-        chain.from_iterable((*each.publishers, *each.subscribers) for each in bulk.groups),
-    )
+    paired = chain.from_iterable(each.paired for each in judged)
     owners = (*map(attrgetter("participant"), endpoints), *resolved.participants.values())
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
     if hypothetical:
@@ -142,15 +132,11 @@ def assemble(
         system=system.name,
         sources=tuple(system.sources),
         endpoints=size,
-        topics=_topics(results) + len(bulk),
+        topics=_topics(results),
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=later(
-            lambda: with_imported(
-                assumptions(owners, chain(endpoints, bulk.endpoints()), paired, findings, packs), system
-            )
-        ),
+        assumed=later(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
     )
 
 
@@ -197,22 +183,17 @@ def _without_partners(
     results: Mapping[TopicKey, TopicResult],
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
-    bulk: BulkTopics,
 ) -> tuple[list[Finding], int]:
     if not any(result.lonely for result in results.values()):
         return [], 0
     from cqos_core.checking.partners import partners
 
-    found = {**results}
-    for each in bulk.groups:
-        found[each.protocol, each.topic] = known = TopicResult((), QUIET)
-        known.groups, known.lonely = (each,), ()
-    return partners(system, found, packs, endpoints)
+    return partners(system, results, packs, endpoints)
 
 
-def _groups(results: Iterable[TopicResult], bulk: BulkTopics) -> list[Group]:
+def _groups(results: Iterable[TopicResult]) -> list[Group]:
     """Return the pairs of all topics, in order."""
-    found = [*chain.from_iterable(result.groups for result in results), *bulk.groups]
+    found = chain.from_iterable(result.groups for result in results)
     return sorted(found, key=lambda each: (each.topic, each.publishers, each.subscribers))
 
 
@@ -243,9 +224,8 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
     return core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)
 
 
-def _merged(of: tuple[Mapping[TopicKey, TopicResult], BulkTopics]) -> list[Made]:
+def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
     """Collect the findings of topics; combine those that several topics share."""
-    results = {**of[0], **{(ends[0].pack.id, ends[0].key or ""): check_topic(ends) for ends in of[1].reported()}}
     by_key: dict[tuple[Any, ...], list[Made]] = {}
     for key in sorted([key for key, result in results.items() if result.made]):
         for one in results[key].made:
@@ -259,7 +239,7 @@ def _merged(of: tuple[Mapping[TopicKey, TopicResult], BulkTopics]) -> list[Made]
 def _templates(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
     """Return what members are instances of, by id."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
-    return of | {each.id: each.endpoint.template for each in endpoints if each.endpoint.template is not None}
+    return of | {each.id: each.kin.template for each in endpoints if each.kin.template is not None}
 
 
 def _with_templates(findings: list[Finding], of: Mapping[str, str]) -> list[Finding]:
@@ -396,10 +376,9 @@ def _cause(finding: Finding) -> tuple[object, ...]:
 def _checked(system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None) -> Report:
     """Check one system without the profiles that no endpoint uses."""
     with uncollected(len(system.endpoints)):
-        bulk = BulkTopics(reporting_on_ends(), lambda ends: check_topic(ends).outcomes)
-        pipeline = Pipeline(system, context, partial(resolve_all, bulk=bulk if may_be_in_bulk(system) else None))
+        pipeline = Pipeline(system, context)
         judged = judge_topics(pipeline, step=step)
-        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems, bulk)
+        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems)
 
 
 class JudgedTopics(NamedTuple):

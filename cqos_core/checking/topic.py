@@ -13,8 +13,8 @@ from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
+from cqos_core.matching.pair_outcomes import NOTHING, reporting_rules
 from cqos_core.matching.pairing import bridges_of, group
-from cqos_core.matching.plain_pairs import reporting_rules
 from cqos_core.matching.topic_shape import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
@@ -91,21 +91,21 @@ def check_topic(
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     team = checks.get(id(endpoints[0].pack)) if checks else None
     short = reporting_rules(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
-    if short is None or (acceptances and short[1]):
+    if short is None or (acceptances and short[1] != NOTHING):
         topic = settled(endpoints, acceptances)
         found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
         found.topic = topic
         return found
-    known, bits = short
-    outcomes = known.results.get(bits)
+    known, reports = short
+    outcomes = known.results.get(reports)
     if outcomes is None:
         outcomes = judge_shape(settled(endpoints, acceptances).shape)
-        known.keep(bits, outcomes)
+        known.keep(reports, outcomes)
     one, other = endpoints
-    ends = (one, other) if one.endpoint.role == PUBLISHER else (other, one)
+    ends = (one, other) if one.kin.role == PUBLISHER else (other, one)
     found = TopicResult(ends, outcomes, acceptances, team, is_pair=True)
     found.lonely = ()
-    if outcomes is QUIET and team is None and one.endpoint.participant != other.endpoint.participant:
+    if outcomes is QUIET and team is None and one.kin.participant != other.kin.participant:
         found.made = ()
     return found
 
@@ -158,10 +158,10 @@ def _members(topic: MatchedTopic, row: Row) -> tuple[list[Resolved], list[Resolv
 
 def _group(shown: str, offering: Sequence[Resolved], requesting: Sequence[Resolved], row: Row) -> Group:
     if len(offering) == len(requesting) == 1:
-        internal = int(offering[0].endpoint.participant == requesting[0].endpoint.participant)
+        internal = int(offering[0].kin.participant == requesting[0].kin.participant)
     else:
-        owners = Counter(endpoint.endpoint.participant for endpoint in offering)
-        internal = sum([owners[endpoint.endpoint.participant] for endpoint in requesting])
+        owners = Counter(endpoint.kin.participant for endpoint in offering)
+        internal = sum([owners[endpoint.kin.participant] for endpoint in requesting])
     return Group(
         topic=shown,
         publishers=tuple(sorted([endpoint.id for endpoint in offering])),

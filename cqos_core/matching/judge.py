@@ -18,7 +18,7 @@ from cqos_core.resolving.reader import depends
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from cqos_core.language.values import Values
+    from cqos_core.language.values import Value, Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
@@ -320,21 +320,24 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
 
 
 @lru_cache(maxsize=_CACHE)
-def refusing_values(profile: QosProfile, role: str, observed: bool, at: int) -> frozenset[str]:  # noqa: FBT001 - a cache key
-    """Return the values of the option at an index, which nothing states, under which an endpoint does not exist or is refused."""
-    pack, option = profile.pack, profile.pack.policies[at]
-    names = [option.domain.format(value) for value in option.domain.candidates()]
-    found: set[str] = set()
-    for bound in _errors_that_read(pack, role, observed, at):
-        values = list(values_of_role(bound, profile, role))
-        values[at] = depends(pack, option, names)
-        worlds = _answer(bound, tuple(values), tuple(values)).outcome.worlds
-        found |= {world.partition("=")[2] for world, result in worlds if result is (bound.rule.kind == "forbids")}
-    return frozenset(found)
+def refusing_values(pack: RulePack, bound: BoundRule, role: str, at: int, read: tuple[Value, ...]) -> frozenset[str]:
+    """Return the values of the option at an index, which nothing states, under which a rule refuses an endpoint.
+
+    ``read`` are the values of the endpoint that the rule reads.
+    """
+    option, absent = pack.policies[at], bound.absent[role]
+    values: list[Value] = [_ABSENT] * (2 * pack.vocabulary.size)
+    for index, value in zip(bound.bound.own, read, strict=True):
+        if index not in absent:
+            values[index] = value
+    values[at] = depends(pack, option, map(option.domain.format, option.domain.candidates()))
+    worlds = _answer(bound, tuple(values), tuple(values)).outcome.worlds
+    return frozenset(world.partition("=")[2] for world, result in worlds if result is (bound.rule.kind == "forbids"))
 
 
-@lru_cache(maxsize=_CACHE)
-def _errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
+@lru_cache(maxsize=_FRAMES)
+def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
+    """Return the errors about an endpoint and its surroundings that read the policy at an index."""
     rules = (*of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and at in each.bound.own)
 

@@ -150,9 +150,9 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     if any(endpoint.like.from_peers for endpoint in ordered):
         named = named.union(*(endpoint.starts_after for endpoint in ordered))
     # One of each role is a group of its own whatever its values are, which need not be made for that.
-    single = len({endpoint.role for endpoint in ordered}) == len(ordered)
+    single = len({endpoint.kin.role for endpoint in ordered}) == len(ordered)
     for endpoint in ordered:
-        stated = endpoint.endpoint
+        stated = endpoint.kin
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = endpoint.starts_after
         here = named & endpoint.names if named else named

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.bulk_topics import BulkTopics
     from cqos_core.resolving.resolved import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
@@ -123,10 +122,10 @@ def resolver_of(pipeline: Pipeline) -> Resolver:
     return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
 
 
-def resolve_all(pipeline: Pipeline, bulk: BulkTopics | None = None) -> Resolver:
-    """Resolve all endpoints of a system afresh, but those on topics judged in ``bulk``."""
+def resolve_all(pipeline: Pipeline) -> Resolver:
+    """Resolve all endpoints of a system afresh."""
     resolver = resolver_of(pipeline)
-    resolver.run(None if bulk is None else bulk.others(resolver))
+    resolver.run()
     return resolver
 
 

@@ -7,17 +7,15 @@ For all else there is no answer here, and it is resolved as a whole.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from functools import partial
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias, cast
 
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.values import KNOWN, UNREAD, Value, WrittenValue, normalise
+from cqos_core.language.values import KNOWN, UNREAD, Value, WrittenValue
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, letters, number_of
-from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Cases, Endpoint, Setting
-from cqos_core.resolving.reader import SettingsReader, ValueSource, how_written, ignored_by, read_value, spelled
+from cqos_core.resolving.reader import SettingsReader, ValueSource, how_written
 from cqos_core.resolving.resolved import READ, Layer, QosProfile, Resolved, ResolvedParticipant, Stated
 
 _Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
@@ -31,7 +29,7 @@ class Override:
     Attributes:
         letters: how many its name and its text have.
         index: of the policy whose value and word it changes.
-        stated: makes the setting, which few are asked for.
+        stated: the setting after its name was recognised.
         plainly: the index, where it changes it to a value that is known; else `_NOT_PLAINLY`.
     """
 
@@ -41,7 +39,7 @@ class Override:
         self,
         letters: int = 0,
         index: int | None = None,
-        stated: Callable[[], Stated] | None = None,
+        stated: Stated | None = None,
         value: Value = 0,
         word: WrittenValue | None = None,
     ) -> None:
@@ -53,10 +51,6 @@ class Override:
         self.word = word
         plainly = index is not None and type(value) in KNOWN and word is not UNREAD
         self.plainly: int = index if plainly else _NOT_PLAINLY  # type: ignore[assignment]
-
-
-def _stated(spelt: str, text: str, name: str) -> Stated:
-    return Stated(spelt, Setting(text), name)
 
 
 _NOTHING: Final = Override()
@@ -107,7 +101,7 @@ class Base:
                 continue
             if each.index in own:
                 return None
-            own[each.index] = each.stated()
+            own[each.index] = each.stated
             changes[each.index], changes[self.size + each.index] = each.value, each.word
         if self.is_plain(overrides):
             profile = self.profile.with_known(tuple(self.known(overrides)))
@@ -137,9 +131,10 @@ class Draft(NamedTuple):
 
     def value(self, index: int) -> Value:
         """Return the value of an override, or that of its base."""
+        size = self.base.size
         for each in self.overrides:
-            if each.plainly == index:
-                return each.value
+            if each.plainly == index % size:
+                return each.value if index < size else each.word  # type: ignore[return-value]
         value: Value = self.base.profile.values[index]
         return value
 
@@ -158,7 +153,6 @@ class Draft(NamedTuple):
 _BASES: Final[dict[tuple[Any, ...], Base | None]] = {}
 _OVERRIDES: Final[dict[tuple[int, _Item], Override | None]] = {}
 """By the number of a room, what a setting changes there; None where something has to be said of it."""
-_PLAIN_NAMES: Final[dict[tuple[Any, ...], int | None]] = {}
 
 
 class Bases:
@@ -266,60 +260,18 @@ class Bases:
     ) -> Override | None:
         """Return what a setting changes, None where something has to be said of it."""
         name, text, unknown, derived = item
-        key, length = (room, item), len(name) + len(text)
+        key = (room, item)
         if unknown or derived or _OVERRIDES.get(key, _NOTHING) is None:
             return None
-        found = self._read_setting(room, name, text, endpoint, participant)
-        if length <= LONGEST_REMEMBERED:
+        found = self._read(name, Setting(text), endpoint, participant)
+        if len(name) + len(text) <= LONGEST_REMEMBERED:
             keep(_OVERRIDES, key, found)
         return found
 
-    def _read_setting(
-        self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
-    ) -> Override | None:
-        try:
-            index = _PLAIN_NAMES[number, name]
-        except KeyError:
-            index = self._plain_name(name, endpoint, participant)
-            if len(name) <= LONGEST_REMEMBERED:
-                keep(_PLAIN_NAMES, (number, name), index)
-        if index is None or text.lstrip().startswith("{"):
-            return self._as_a_whole(name, Setting(text), endpoint, participant)
-        pack, role = participant.pack, endpoint.role
-        policy, dialect = pack.policies[index], pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
-        spelt = spelled(policy, text, dialect)
-        if spelt is None:
-            return _NOTHING
-        try:
-            value = read_value(pack, policy, spelt, role, participant.surroundings.values, dialect)
-        except InvalidValueError:
-            return None
-        word = None
-        if index in pack.asked:
-            # A zero may stand for a word, which means another value than its text. A number that begins with another digit is none.
-            kept = policy.zero is None or (spelt.isalnum() and spelt[0] in "123456789")
-            known = value if kept and isinstance(value, (int, str, tuple)) else None
-            word = WrittenValue(policy.word(spelt, known), here=True)
-        return Override(len(name) + len(text), index, partial(_stated, spelt, text, name), value, word)
-
-    def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
-        """Return the policy that a name spells, where the text of its value alone decides what it changes."""
-        pack, role = participant.pack, endpoint.role
-        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
-        index = pack.find(ENDPOINT, name, dialect)
-        if index is None or (dialect is not None and normalise(name) in dialect.ignore):
-            return None
-        policy = pack.policies[index]
-        plain = (
-            role in policy.roles
-            and not policy.derived
-            and ignored_by(pack, policy, participant.surroundings.values) is None
-        )
-        return index if plain else None
-
-    def _as_a_whole(
+    def _read(
         self, name: str, setting: Setting, endpoint: Endpoint, participant: ResolvedParticipant
     ) -> Override | None:
+        """Read a setting by itself; None where something has to be said of it, or it changes several policies."""
         pack, role = participant.pack, endpoint.role
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         before = self.reader.remarks
@@ -336,4 +288,4 @@ class Bases:
         if self.reader.remarks != before or role not in policy.roles:
             return None
         word = how_written(policy, index, layers) if index in pack.asked else None
-        return Override(len(name) + len(setting.text), index, lambda: stated, value, word)
+        return Override(len(name) + len(setting.text), index, stated, value, word)

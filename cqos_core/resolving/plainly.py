@@ -43,7 +43,7 @@ def named(topic: str, pack: RulePack, number: int | None, context: NameContext) 
 
 
 def without_values(
-    endpoint: Endpoint,
+    endpoint: Endpoint | Row,
     participant: ResolvedParticipant,
     naming: Naming | None,
     identifier: str,
@@ -53,7 +53,11 @@ def without_values(
     """Return an endpoint that has neither a draft nor a profile and layers yet."""
     # By hand, as an init would set what is made later.
     made = Resolved.__new__(Resolved)
-    made.endpoint, made.id, made.stated_id, made.pack = endpoint, identifier, stated_id, participant.pack
+    made.id, made.stated_id, made.pack = identifier, stated_id, participant.pack
+    if type(endpoint) is tuple:
+        made.row = endpoint
+    else:
+        made.row, made.endpoint = None, endpoint  # type: ignore[assignment]
     made.key, made.shown = (naming[0], naming[1]) if naming is not None else (None, "")
     made.participant = participant
     made.external = external
@@ -89,7 +93,7 @@ class Plainly:
         self._of_rows: dict[RowKind, Kin | None] = {}
         self._patterns: dict[Base, dict[Pattern, _Texts]] = {}
 
-    def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
+    def resolved(self, endpoint: Endpoint | Row, within: Resolving) -> Resolved | None:
         """Return an endpoint with its values; None where it has to be resolved as any other."""
         kin = self.kin(endpoint, within)
         return None if kin is None else kin.resolved(endpoint, within)
@@ -171,9 +175,10 @@ class Kin:
         self._longest = min(LONGEST_REMEMBERED, meeting.longest or LONGEST_REMEMBERED)
         self._patterns = patterns
 
-    def resolved(self, endpoint: Endpoint, within: Resolving) -> Resolved | None:
+    def resolved(self, endpoint: Endpoint | Row, within: Resolving) -> Resolved | None:
         """See `Plainly.resolved`."""
-        topic = endpoint.topic
+        row = endpoint if type(endpoint) is tuple else None
+        topic = endpoint.topic if row is None else row[2]  # type: ignore[union-attr]
         if topic is None:
             return None
         full = self._plain_name(topic, within)
@@ -185,7 +190,8 @@ class Kin:
         overrides = None if external is None else self._overrides(endpoint)
         if external is None or overrides is None:
             return None
-        made = without_values(endpoint, self.owner, naming, endpoint.id, endpoint.id, external)
+        name = endpoint.id if row is None else row[1]  # type: ignore[union-attr]
+        made = without_values(endpoint, self.owner, naming, name, name, external)
         made.draft = tuple.__new__(Draft, (self.base, overrides, ()))
         return made
 
@@ -199,17 +205,6 @@ class Kin:
             return None if layers else self._external or external
         return self._external
 
-    def key(self, topic: str | None, within: Resolving) -> str | None:
-        """Return the name on which one with this topic meets others; None where there is more to it."""
-        if topic is None:
-            return None
-        full, meeting = self._plain_name(topic, within), self.owner.pack.meeting
-        if full is not None or meeting.match is not None:
-            return full
-        naming = meeting.resolve(topic, self._context)  # of many topics it is not worth remembering
-        key = naming[0]
-        return key if key == naming[1] and self._external_on(topic, naming, within) is not None else None
-
     def _plain_name(self, topic: str, within: Resolving) -> str | None:
         """Return the name on which one with this topic meets others, where there is nothing to say of it; None where that takes longer."""
         if self._before is None or within.system.topics:
@@ -218,30 +213,21 @@ class Kin:
         is_short = len(full) <= self._longest
         return full if is_short and self._is_plain(full) and not self._conventions.may_match(full) else None
 
-    def known(self, endpoint: Endpoint | Row) -> list[Any] | None:
-        """Return what `QosProfile.known` will be of one, until the next call; None where it has to be resolved as a whole."""
+    def _overrides(self, endpoint: Endpoint | Row) -> tuple[Override, ...] | None:
+        """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""
         if type(endpoint) is tuple:
             pattern, texts = endpoint[0].pattern, endpoint[FIRST_TEXT:]
-            written = self._patterns.get(pattern)
-            if written is not None:
-                return written.known(texts, self)
-            overrides = self._of_pattern(pattern, texts)
         else:
-            overrides = self._overrides(endpoint)  # type: ignore[arg-type]
-        return None if overrides is None else self.base.known(overrides)
-
-    def _overrides(self, endpoint: Endpoint) -> tuple[Override, ...] | None:
-        """Return what the settings of one change, each another value; None where they have to be resolved as a whole."""
-        found = endpoint.pattern()
-        return self._plainly(endpoint.said()[0]) if found is None else self._of_pattern(*found)
-
-    def _of_pattern(self, pattern: Pattern, texts: tuple[str, ...]) -> tuple[Override, ...] | None:
+            found = endpoint.pattern()  # type: ignore[union-attr]
+            if found is None:
+                return self._plainly(endpoint.said()[0])  # type: ignore[union-attr]
+            pattern, texts = found
         written = self._patterns.get(pattern)
         if written is not None:
             return written.overrides(texts, self)
         overrides = self._plainly(pattern.says(texts)[0])
         if overrides is not None:
-            self._patterns[pattern] = _Texts(pattern, overrides, self.base)
+            self._patterns[pattern] = _Texts(pattern, overrides)
         return overrides
 
     def _plainly(self, said: Any) -> tuple[Override, ...] | None:
@@ -256,26 +242,14 @@ class Kin:
 class _Texts:
     """Settings that some endpoints state in the same order, with other texts in some places."""
 
-    __slots__ = ("_at", "_known", "_said", "_size", "_values", "_whole")
+    __slots__ = ("_at", "_known", "_said", "_whole")
 
-    def __init__(self, pattern: Pattern, overrides: tuple[Override, ...], base: Base) -> None:
-        """Take what the settings of one of them change of a base."""
+    def __init__(self, pattern: Pattern, overrides: tuple[Override, ...]) -> None:
+        """Take what the settings of one of them change."""
         self._whole = overrides
-        self._values, self._size = base.known(overrides), base.size
         self._said = pattern.said[0]
         self._at = pattern.at
         self._known: list[dict[str, Override]] = [{} for _ in pattern.at]
-
-    def known(self, texts: tuple[str, ...], kin: Kin) -> list[Any] | None:
-        """Return what `QosProfile.known` will be of one with these texts, until the next call; None where that is not known."""
-        changes = self._changes(texts, kin)
-        if changes is None:
-            return None
-        known, size = self._values, self._size  # always changed in the same places
-        for each in changes:
-            index = each.plainly
-            known[index], known[size + index] = each.value, each.word
-        return known
 
     def overrides(self, texts: tuple[str, ...], kin: Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""

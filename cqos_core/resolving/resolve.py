@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
 from cqos_core.model.memory import MOST_LETTERS, remember
-from cqos_core.model.rows import kinds_of
+from cqos_core.model.rows import as_object, kinds_of, rows_of
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases, Draft
@@ -33,9 +33,10 @@ from cqos_core.resolving.resolved import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from cqos_core.language.values import Value, WrittenValue
+    from cqos_core.model.rows import Row
     from cqos_core.model.system import Endpoint, Participant, Settings, System
     from cqos_core.packs.meeting import NameProblem, Naming
     from cqos_core.packs.pack import RulePack
@@ -122,9 +123,9 @@ class Resolver:
         """Return one for the same system; its findings are not read."""
         return Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
 
-    def run(self, endpoints: Iterable[Endpoint] | None = None) -> ResolvedSystem:
-        """Resolve every endpoint of the system, or those given."""
-        for endpoint in chain(self.system.endpoints if endpoints is None else endpoints, self._implied):
+    def run(self) -> ResolvedSystem:
+        """Resolve every endpoint of the system."""
+        for endpoint in chain(rows_of(self.system.endpoints), self._implied):
             self.stated(endpoint)
         for participant in self.system.participants.values():
             # What a participant states is checked even where it has no endpoint.
@@ -195,9 +196,17 @@ class Resolver:
             self._owners[key] = owner
         return owner
 
-    def stated(self, endpoint: Endpoint) -> None:
+    def stated(self, endpoint: Endpoint | Row) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
-        facts = self._facts.get(id(endpoint)) if self._facts else None
+        made = self.plainly.resolved(endpoint, self) if self.is_plain and id(endpoint) not in self._facts else None
+        if made is not None:
+            made.id = self._unique(made.id)
+            self.result.endpoints.append(made)
+            return
+        self._stated(as_object(endpoint))
+
+    def _stated(self, endpoint: Endpoint) -> None:
+        facts = self._facts.get(id(endpoint))
         if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
@@ -208,11 +217,6 @@ class Resolver:
         owner = self.owner_of(endpoint)
         if owner is None:
             self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
-            return
-        made = self.plainly.resolved(endpoint, self) if self.is_plain and not facts else None
-        if made is not None:
-            made.id = self._unique(made.id)
-            self.result.endpoints.append(made)
             return
         for expanded in owner.pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))

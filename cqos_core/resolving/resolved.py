@@ -15,6 +15,7 @@ from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, number_of
+from cqos_core.model.rows import as_object
 from cqos_core.packs.meeting import NameContext
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Plain, Values, WrittenValue
     from cqos_core.model.report import Finding
+    from cqos_core.model.rows import Row
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
     from cqos_core.packs.pack import RulePack
 
@@ -366,6 +368,7 @@ class Resolved:
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
         starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
         draft: what `profile` and `layers` are made of, until then.
+        row: what `endpoint` is made of when it is first read; None where it is an object.
     """
 
     endpoint: Endpoint
@@ -383,13 +386,22 @@ class Resolved:
     bridge: tuple[str, str] | None = None
     starts_after: frozenset[str] = frozenset()
     draft: Unmade | None = None
+    row: Row | None = None
 
     def __getattr__(self, name: str) -> Any:
-        """Make the profile and its layers."""
-        if name in {"profile", "layers"} and (draft := self.draft) is not None:
+        """Make the endpoint of a row, or the profile and its layers."""
+        if name == "endpoint" and self.row is not None:
+            self.endpoint = as_object(self.row)
+        elif name in {"profile", "layers"} and (draft := self.draft) is not None:
             self.profile, self.layers = draft.made()
             self.draft = None
         return object.__getattribute__(self, name)  # which another thread may have made
+
+    @property
+    def kin(self) -> Endpoint:
+        """The endpoint, or one that differs from it in id, topic, settings, label and place only, and need not be made."""
+        row = self.row
+        return self.endpoint if row is None else row[0].endpoint
 
     @property
     def like(self) -> QosProfile:
@@ -425,7 +437,7 @@ class Resolved:
     @property
     def role(self) -> str:
         """``publisher`` or ``subscriber``."""
-        return self.endpoint.role
+        return self.kin.role
 
     def origin(self, index: int) -> tuple[str, Place | None]:
         """Where the value of a policy came from, and its place or the endpoint's."""

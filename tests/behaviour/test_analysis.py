@@ -27,7 +27,7 @@ from cqos_core.model.flow import (
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from tests.behaviour.drawing import model
-from tests.command import run
+from tests.command import run_here
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -272,7 +272,7 @@ def test_the_command_takes_the_reading_as_an_option(tmp_path):
     (tmp_path / "x.bpmn").write_bytes(model(pools))
     codes = {}
     for reading in ("at_token", "standing_buffered", "standing"):
-        done = run(["check", "x.bpmn", "--option", f"bpmn.catch={reading}"], tmp_path)
+        done = run_here(["check", "x.bpmn", "--option", f"bpmn.catch={reading}"], tmp_path)
         codes[reading] = done.code
     assert codes == {"at_token": 1, "standing_buffered": 0, "standing": 2}
 
@@ -321,6 +321,6 @@ def test_any_graph_is_analysed():
 
 def test_a_conversion_to_yaml_says_that_it_has_no_control_flow(tmp_path):
     (tmp_path / "x.bpmn").write_bytes(model(TIMED))
-    done = run(["convert", "x.bpmn", "--to", "yaml"], tmp_path)
+    done = run_here(["convert", "x.bpmn", "--to", "yaml"], tmp_path)
     assert done.code == 0
     assert "control flow is left out, 6 nodes" in done.err

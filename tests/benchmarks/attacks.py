@@ -65,21 +65,21 @@ class Polite(NamedTuple):
 Asking: TypeAlias = "Callable[[int], None]"
 
 
-def _pairs(channel: Any) -> Asking:
+def _pairs(channel: Any, patience: float) -> Asking:
     """Ask about one pair after the other."""
     ask = channel.unary_unary(PAIR)
 
     def asked(number: int) -> None:
         question = check_pb2.CheckPairRequest(protocol="ros2", topic={"name": f"polite{number}"})
-        ask(question.SerializeToString(), timeout=20)
+        ask(question.SerializeToString(), timeout=patience)
 
     return asked
 
 
-def _edits(channel: Any) -> Asking:
+def _edits(channel: Any, patience: float) -> Asking:
     """Open a session, and edit it again and again."""
     opening = session_pb2.OpenSessionRequest(revision=1, system=system_pb2.System(protocol="ros2"))
-    opened = channel.unary_unary(f"{SESSIONS}OpenSession")(opening.SerializeToString(), timeout=20)
+    opened = channel.unary_unary(f"{SESSIONS}OpenSession")(opening.SerializeToString(), timeout=patience)
     session = session_pb2.OpenSessionResponse.FromString(opened).session
     ask = channel.unary_unary(f"{SESSIONS}EditSession")
 
@@ -91,7 +91,7 @@ def _edits(channel: Any) -> Asking:
             session=session,
             changes=session_pb2.Changes(changes=[put]),
         )
-        ask(edit.SerializeToString(), timeout=20)
+        ask(edit.SerializeToString(), timeout=patience)
 
     return asked
 
@@ -104,12 +104,13 @@ def polite(
     *,
     edits: bool = False,
     authority: bytes | None = None,
+    patience: float = 20,
 ) -> Polite:
-    """Ask small questions one after the other, for so many seconds and at least so many."""
+    """Ask small questions one after the other, for so many seconds and at least so many; each waits as long as ``patience`` says."""
     took, lost = [], 0
     secure = authority and grpc.secure_channel(address, grpc.ssl_channel_credentials(authority))
     with secure or reached(address) as channel:
-        ask = (_edits if edits else _pairs)(channel)
+        ask = (_edits if edits else _pairs)(channel, patience)
         with contextlib.suppress(grpc.RpcError):  # the first one opens the connection
             ask(0)
         until = time.monotonic() + seconds

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import duckdb
 
 from cqos_bulk.fleet import WantedAudit, run_audit
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,14 +6,13 @@ show the new verdict; the 150 ms that the page waits for further edits are taken
 
 from __future__ import annotations
 
-import shutil
 import sys
 import tempfile
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
-from tests.browser import FLAGS
+from tests.browser import FLAGS, chromium
 from tests.modeler.conftest import Running
 from tests.modeler.drawings import many, written
 
@@ -76,7 +75,7 @@ def main() -> None:
 
     sys.stdout.write("| events | median ms | p95 ms | edits |\n| ------ | --------- | ------ | ----- |\n")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=chromium(), args=list(FLAGS))
         for events in (4, 300, 1000):
             times = sorted(run(browser, events))
             late = times[int(len(times) * 0.95)]

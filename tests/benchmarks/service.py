@@ -177,8 +177,8 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
 
 def where_time_goes(endpoints: int) -> str:
     """Microseconds of one answer to a new model with values that were met before, by step, without any network."""
+    from cqos_core.api import context
     from cqos_core.checking.checker import check_system
-    from cqos_core.matching.pipeline import context
     from cqos_core.remote.messages import report_message
 
     steps: dict[str, list[float]] = {"decode": [], "to values": [], "check": [], "to message": [], "encode": []}

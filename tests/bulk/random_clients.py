@@ -8,8 +8,9 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from cqos_bulk.whole_systems import systems_of
+from cqos_core.api import context
 from cqos_core.checking.checker import assemble, judge_topics
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.codes import CODES
 
 if TYPE_CHECKING:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_bulk.forms import spans
 from cqos_bulk.profiles import FleetProfiles
+from cqos_core.api import context
 from cqos_core.language.domains import Names
 from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import Literal
 from cqos_core.language.policy import UNMATCHED
 from cqos_core.language.values import ANYTHING, INFINITE, UNREAD, WrittenValue
 from cqos_core.matching.judge import passed_over
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER
 

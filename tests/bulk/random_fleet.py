@@ -10,8 +10,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from cqos_bulk.profiles import NO_SETTINGS, settings_of
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
+from cqos_core.api import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.plugins import load_plugins
 from tests.bulk.random_ends import known_values
@@ -202,7 +202,7 @@ def said_by_check(
     """Return what the checks of the systems say: pairs by verdict, and pairs of findings by code and severity."""
     verdicts, findings = Counter[str](), Counter[tuple[str, str]]()
     for system in systems_in(path, options):
-        report = check_system(system, context())
+        report = check(system)
         for each in report.groups:
             verdicts[each.verdict.value] += len(each.publishers) * len(each.subscribers)
         for finding in report.findings:

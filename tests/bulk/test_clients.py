@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.matching.pipeline import context
-from tests.bulk.needed import needed
+from cqos_core.api import context
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-for _name in ("narwhals", "duckdb", "polars", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 
 def audited(path: Path, **wanted: Any) -> tuple[dict[str, int], list[dict[str, object]]]:
@@ -35,8 +33,6 @@ def audited(path: Path, **wanted: Any) -> tuple[dict[str, int], list[dict[str, o
         ("duckdb", 1, 40, 2),
         ("polars", 2, 120, 1),
         ("duckdb", 5, 90, 1),
-        ("polars", 9, 8, 3),
-        ("duckdb", 8, 100, 1),
     ],
 )
 def test_an_audit_of_clients_reports_what_a_check_reports(engine, seed, number, systems, tmp_path):

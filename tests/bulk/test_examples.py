@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core import check
 from cqos_core.analysis.pair_judge import check_pair
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
-from tests.bulk.needed import needed
+from cqos_core.api import context
 from tests.bulk.random_clients import write_clients
 from tests.bulk.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
-from tests.command import run
+from tests.command import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
@@ -23,8 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Setting
 
-for _name in ("narwhals", "duckdb", "polars", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 _OF_MORE_THAN_A_PAIR = {"MQTT605"}
 """Rules of pairs that read what else the client has: here another subscription on the same topic."""
@@ -56,7 +54,7 @@ def said_of_two(folder: Path, protocol: str, example: Any, options: Mapping[str,
                 {"id": role, "protocol": protocol, "role": role, "participant": role, "topic": topic, **stated}
             )
     (system,) = systems_in(path, options)
-    return {each.code for each in check_system(system, context()).findings}
+    return {each.code for each in check(system).findings}
 
 
 @pytest.mark.explored
@@ -90,7 +88,7 @@ subscriber,s2,/t,30ms
 
 def test_an_example_takes_both_ends_from_one_finding(tmp_path):
     (tmp_path / "pair.csv").write_text(DEADLINES, "utf-8")
-    done = run(["audit", "pair.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
+    done = run_here(["audit", "pair.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
     (finding,) = json.loads(done.out)["findings"]
     (example,) = finding["examples"]
     report = check_pair("ros2", example["publisher"], example["subscriber"])

@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import said_by_check, systems_in
 from tests.bulk.test_audit import audited
-from tests.command import run
+from tests.command import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-for _name in ("narwhals", "duckdb", "polars", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 _COMMON = ("t", "/t", "//", "/t//u", "/t/", "/", "~", "~t", "~/t", "{node}/t", "{robot}", "a b", " /t", "/t\t", "tür", "/t\u200b", "/\u2024t",
            "日本", "\U0001f600", "NULL", "null", "1", "/1", "/a/1b", "_", "/_t", "/a__b", "/T", '"', "'", "a,b", "/t%", "/t*", "/t?", "/[t]",
@@ -91,7 +89,7 @@ def said_by_topic(path: Path) -> set[tuple[str, str, str | None]]:
     """Return code, severity and topic of each finding of a check; what several topics share has no topic."""
     found = set()
     for system in systems_in(path):
-        for each in check_system(system, context()).findings:
+        for each in check(system).findings:
             if each.code not in {"CQ404", "CQ406"}:  # notes about a whole system
                 found |= {(each.code, each.severity.value, topic) for topic in (each.topic, *each.more_topics)}
     return found
@@ -121,7 +119,7 @@ def test_an_audit_of_hostile_names_says_what_a_check_says(protocol, seed, tmp_pa
 def test_a_name_that_ros_2_refuses_for_its_length_is_reported(length, codes, tmp_path):
     name = "/" + "x" * (length - 1)
     (tmp_path / "fleet.csv").write_text(f"role,topic\npublisher,{name}\nsubscriber,{name}\n", "utf-8")
-    done = run(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
+    done = run_here(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
     assert [each["code"] for each in json.loads(done.out)["findings"]] == codes
     assert done.code == len(codes)
 
@@ -130,5 +128,5 @@ def test_a_name_that_ros_2_refuses_for_its_length_is_reported(length, codes, tmp
 def test_a_topic_whose_partners_are_elsewhere_by_convention_lacks_none(topic, codes, tmp_path):
     rows = f"role,topic\nsubscriber,{topic}\npublisher,/t\nsubscriber,/t\n"
     (tmp_path / "fleet.csv").write_text(rows, "utf-8")
-    done = run(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
+    done = run_here(["audit", "fleet.csv", "--protocol", "ros2", "--format", "json"], tmp_path)
     assert [each["code"] for each in json.loads(done.out)["findings"]] == codes

@@ -9,10 +9,9 @@ import shutil
 import pytest
 
 from tests.bulk.needed import needed
-from tests.command import run
+from tests.command import run_here
 
-for _name in ("narwhals", "duckdb", "pyarrow"):
-    needed(_name)
+pytestmark = pytest.mark.usefixtures("engines")
 
 TABLE = "role,participant,topic,reliability\npublisher,a,/t,best_effort\nsubscriber,b,/t,reliable\n"
 
@@ -24,7 +23,7 @@ def folder(tmp_path):
 
 
 def audited(folder, output, source="fleet.csv"):
-    return run(["audit", source, "--protocol", "ros2", "--findings", output], folder)
+    return run_here(["audit", source, "--protocol", "ros2", "--findings", output], folder)
 
 
 @pytest.mark.parametrize("output", ["fleet.csv", "./fleet.csv", "link.csv", "hard.csv", "deep/../fleet.csv"])

@@ -16,7 +16,7 @@ import pytest
 
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import write_fleet
-from tests.command import run
+from tests.command import run_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,7 +60,7 @@ ROWS = [
 
 def said(folder: Path, *arguments: str) -> dict[str, Any]:
     needed("duckdb")
-    done = run(["audit", *arguments, "--format", "json"], folder)
+    done = run_here(["audit", *arguments, "--format", "json"], folder)
     assert done.code in {0, 1}, done.err
     found: dict[str, Any] = json.loads(done.out)
     return found
@@ -132,7 +132,7 @@ def test_a_folder_of_parquet_files_is_one_table(tmp_path):
 def test_lines_that_are_no_objects_are_refused(line, tmp_path):
     needed("duckdb")
     (tmp_path / "fleet.ndjson").write_text(f"{line}\n", "utf-8")
-    done = run(["audit", "fleet.ndjson", "--protocol", "ros2"], tmp_path)
+    done = run_here(["audit", "fleet.ndjson", "--protocol", "ros2"], tmp_path)
     assert (done.code, "write a JSON object in each line" in done.err) == (2, True), done.err
 
 
@@ -167,7 +167,7 @@ def test_a_file_that_cannot_be_read_is_refused_with_its_place(tmp_path):
     needed("duckdb")
     (tmp_path / "fleet").mkdir()
     (tmp_path / "fleet" / "robot.yaml").write_text("cqos: 1\nparticipants: [", "utf-8")
-    done = run(["audit", "fleet"], tmp_path)
+    done = run_here(["audit", "fleet"], tmp_path)
     assert done.code == 2
     assert "robot.yaml" in done.err
     assert "Traceback" not in done.err
@@ -185,9 +185,9 @@ def test_an_audit_that_was_killed_goes_on(tmp_path):
     started.wait()
     (kept,) = tmp_path.glob("stages/*/*/topics.parquet")
     written = kept.stat().st_mtime_ns
-    again = run(["audit", "fleet.csv", "--work", "stages", "--format", "json"], tmp_path)
+    again = run_here(["audit", "fleet.csv", "--work", "stages", "--format", "json"], tmp_path)
     assert kept.stat().st_mtime_ns == written
-    afresh = run(["audit", "fleet.csv", "--format", "json"], tmp_path)
+    afresh = run_here(["audit", "fleet.csv", "--format", "json"], tmp_path)
     assert json.loads(again.out) == json.loads(afresh.out)
 
 

@@ -107,7 +107,8 @@ def test_findings_go_to_standard_output_and_problems_to_standard_error(cqos):
     assert "error[CQ001] missing.yaml: cannot be read: No such file or directory" in done.err
 
 
-def test_an_unrecognised_format_is_an_error_with_help(cqos):
+def test_an_unrecognised_format_is_an_error_with_help(cqos, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     done = cqos("check", "foreign.yaml")
     assert (done.code, done.out) == (2, "")
     assert done.err == (

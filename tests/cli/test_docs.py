@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_derived_docs_do_not_drift():
-    command = [sys.executable, str(ROOT / "docs" / "generate.py"), "--check"]
+    # Pages of rules are not in git: what builds the site makes them, and ends if no case of a rule makes a system that reports it.
+    command = [sys.executable, str(ROOT / "docs" / "generate.py"), "--kept", "--check"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 

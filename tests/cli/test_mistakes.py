@@ -6,11 +6,14 @@ lists of mistakes by class that were rated before and after the messages were re
 them as the person who made the mistake.
 """
 
+import io
 import os
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
 
+from cqos_core.cli import main
 from tests.command import run
 
 FOLDER = Path(__file__).with_name("mistakes")
@@ -23,8 +26,12 @@ DOUBTFUL = {"setting-twice", "settings-with-dashes"}
 
 def said(file):
     files = ["no-protocol.yaml", "--config", file.name] if file.suffix == ".toml" else [file.name, "--no-config"]
-    done = run(["check", *files], FOLDER, {**os.environ, "COLUMNS": "100"}, together=True)
-    return f"{done.out}exit code {done.code}\n"
+    printed = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed), redirect_stderr(printed):
+        patch.chdir(FOLDER)
+        patch.setenv("COLUMNS", "100")
+        code = main(["check", *files])
+    return f"{printed.getvalue()}exit code {code}\n"
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)

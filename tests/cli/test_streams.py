@@ -74,8 +74,9 @@ def in_terminal(*arguments, **environ):
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_exit_codes_of_the_installed_command(real, arguments, code):
-    done = real(*arguments)
+def test_exit_codes(forked, arguments, code):
+    """Those of the installed command are the same: see the full disk and the reader that goes away."""
+    done = forked(*arguments)
     assert done.code == code
     assert "Traceback" not in done.err
     assert bool(done.out) is (code < 2 or "clashes.yaml" in arguments)

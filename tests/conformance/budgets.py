@@ -16,9 +16,9 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.behaviour.paths.budgets import budgets
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_dds.prove.fast import PROVER
 from tests.conformance.origin import build_of, origin
 
@@ -67,7 +67,6 @@ CASES: Final = (
     *(Case(kind, size, mtu, 100, FAST) for kind, size, mtu in product(KINDS, (*SIZES, 150_000), (LOOPBACK, 1_500))),
 )
 FEW: Final = (Case("reliable", 8_000, samples=40), Case("best_effort", 60_000, 1_500, 40))
-FEW_FAST: Final = (Case("reliable", 500, samples=40, product=FAST), Case("best_effort", 150_000, 1_500, 40, FAST))
 
 
 def missing() -> str | None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.api import context
 from cqos_core.matching.judge import apart, judge_endpoint, judge_pair
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS_PACK

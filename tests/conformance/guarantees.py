@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.proving import Fault
 from cqos_core.analysis.proving.runs import claims, disagreements, kept_by, named, prepare, summary
-from cqos_core.api import read
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context, read
 from cqos_core.packs.guarantee import FAULTS
 from tests.conformance.origin import build_of, origin
 

@@ -9,8 +9,8 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from cqos_core import check, read
+from cqos_core.api import context
 from cqos_core.language.binding import bind
-from cqos_core.matching.pipeline import context
 from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.filters import matches, wrong_with_filter, wrong_with_name
 from cqos_mqtt.pack import PACK

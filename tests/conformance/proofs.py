@@ -18,17 +18,17 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.analysis.pair_judge import pair_system
+from cqos_core import check
 from cqos_core.analysis.proving import NotRunnableError, Outcome
 from cqos_core.analysis.proving.runs import disagreements, fixed, named, prepare, summary
-from cqos_core.checking.checker import check_system
+from cqos_core.api import context
 from cqos_core.files.applying import read_texts
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
+from tests.worlds import pair_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -109,7 +109,7 @@ def example_trials(path: Path, implementation: str = "") -> Iterator[tuple[str, 
 
 def pair_errors(system: System) -> list[tuple[str, str]]:
     """Return one pair of each group of pairs that are incompatible."""
-    report = check_system(system, context())
+    report = check(system)
     return [(group.publishers[0], group.subscribers[0]) for group in report.groups if group.verdict == "incompatible"]
 
 

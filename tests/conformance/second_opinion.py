@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.proving import Fault
 from cqos_core.analysis.proving.runs import claims, disagreements, meets_need, named, prepare
-from cqos_core.api import read
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context, read
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version
 from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, SLOW, column_of, table, titles

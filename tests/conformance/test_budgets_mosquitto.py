@@ -12,9 +12,9 @@ import pytest
 if os.environ.get("CI") != "true":
     pytest.importorskip("paho.mqtt", reason="paho-mqtt is not installed: pip install paho-mqtt")
 
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.behaviour.paths.budgets import budgets
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.matching.pipeline import Pipeline
 from tests.conformance.mosquitto import V3, V5, Client, program, running
 
 if program() is None and os.environ.get("CI") != "true":

@@ -69,7 +69,7 @@ FIXES = [
 
 
 def run(*arguments, folder=EXAMPLE.parent):
-    return command.run([*arguments, "--no-config"], folder)
+    return command.run_here([*arguments, "--no-config"], folder)
 
 
 def errors(report):

@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.analysis.explanation import endpoints_of
-from cqos_core.checking.checker import check_system
+from cqos_core.api import context
 from cqos_core.files.design import design_of
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.language.values import Anything
-from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -33,7 +32,7 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
-from tests.worlds import CONTEXT, reader, settings, world, writer
+from tests.worlds import CONTEXT, checked, reader, settings, world, writer
 
 ROOT = Path(__file__).resolve().parents[2]
 INCIDENTS = ROOT / "examples" / "incidents"
@@ -333,8 +332,7 @@ def robots(draw):
 @given(robots())
 def test_the_report_stays_the_same(system):
     text = write(system, INSTALLED).text
-    where = context()
-    assert comparable(check_system(cqos.read(text.encode()), where)) == comparable(check_system(system, where))
+    assert comparable(cqos.check(text.encode())) == comparable(cqos.check(system))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
@@ -412,8 +410,8 @@ def test_overlays_are_laid_over_and_said():
         "endpoint `r`: overlays under an option that is not set are left out",
         "nobody's covers no endpoint",
     )
-    again = check_system(cqos.read(exported.text.encode()), CONTEXT)
-    assert again.verdict == check_system(replace(system, overlays=system.overlays[:1]), CONTEXT).verdict
+    again = checked(cqos.read(exported.text.encode()))
+    assert again.verdict == checked(replace(system, overlays=system.overlays[:1])).verdict
 
 
 def test_notes_name_what_the_form_cannot_hold():

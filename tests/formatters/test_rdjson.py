@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from tests.command import run
+from tests.command import run_here
 
 GOLDEN = Path(__file__).with_name("golden")
 TEXT = {"type": "string"}
@@ -48,7 +48,7 @@ def test_a_suggestion_replaces_the_bytes_that_the_fix_replaces(tmp_path):
     )
     file = tmp_path / "a.yaml"
     file.write_text(text, encoding="utf-8")
-    report = json.loads(run(["check", "a.yaml", "--format", "rdjson"], tmp_path).out)
+    report = json.loads(run_here(["check", "a.yaml", "--format", "rdjson"], tmp_path).out)
     Draft202012Validator(RESULT).validate(report)
     [diagnostic] = report["diagnostics"]
     [suggestion] = diagnostic["suggestions"]
@@ -58,5 +58,5 @@ def test_a_suggestion_replaces_the_bytes_that_the_fix_replaces(tmp_path):
     line = lines[start["line"] - 1]
     assert line[start["column"] - 1 : end["column"] - 1] == b"best_effort"  # the end is exclusive
     lines[start["line"] - 1] = line[: start["column"] - 1] + suggestion["text"].encode() + line[end["column"] - 1 :]
-    run(["check", "a.yaml", "--fix"], tmp_path)
+    run_here(["check", "a.yaml", "--fix"], tmp_path)
     assert file.read_bytes() == b"".join(lines)

@@ -18,6 +18,7 @@ from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdic
 from cqos_core.model.style import Style
 from cqos_core.model.system import Place
 from cqos_core.testing import judge_case, load_cases
+from tests.effort import EXPLORE
 
 ROOT = Path(__file__).parents[2]
 SYSTEMS = sorted(
@@ -75,9 +76,13 @@ def test_each_finding_of_an_example_is_short_and_none_is_out_of_reach(path):
         hold_the_law(*done)
 
 
+@pytest.mark.explored
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_each_finding_of_a_case_is_short_and_none_is_out_of_reach(path):
-    for case in load_cases(path, PACKS[CASES[path]]):
+    """Of each expectation the first case: what is written differs by rule and verdict, hardly by the values."""
+    cases = load_cases(path, PACKS[CASES[path]])
+    firsts = {case.content["expect"]: case for case in reversed(cases)}
+    for case in cases if EXPLORE else firsts.values():
         result = judge_case(case)
         hold_the_law(Report(result.verdict, findings=tuple(result.findings)), {})
 

@@ -176,7 +176,7 @@ def of_systems(name: str) -> Stanzas:
 def of_fleet(name: str) -> Stanzas:
     """Return what is said of a large system."""
     form, fleet = fleets.ALL[name]
-    return {f"{form.__name__}({fleet})": lambda: of_inputs(form(fleet).encode(), explained=2)}
+    return {f"{form.__name__}({fleet})": lambda: of_inputs(form(fleet).encode())}
 
 
 READ: Final = ("lines", "beside", "aliases", "copies", "attributes", "elements")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import cqos_core as cqos
 from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.analysis.runtime_logs import explain_misfits
+from cqos_core.api import context
 from cqos_core.formatters.json_report import render_json
-from cqos_core.matching.pipeline import context
 from cqos_core.model.style import Style
 from cqos_core.model.system import Endpoint, Overlay, Participant, Setting, System
 from cqos_core.packs.logs import misfits
@@ -322,6 +322,21 @@ MODELS: Final = {
     wild_partitions: 100,
 }
 """Each with its smallest size that takes long enough to be measured."""
+ALWAYS: Final = (
+    acceptances,
+    access_control,
+    best_available,
+    bridge_clique,
+    broken_topics,
+    includes,
+    log_lines,
+    near_misses,
+    overlays,
+    partitions,
+    references,
+    topics,
+)
+"""Those of each run of the tests: one for each part of a check whose cost could grow faster. `dev.py explore` counts all."""
 LARGEST: Final = {includes: 1000}
 """How large the input of a model may be before C-QoS refuses it."""
 

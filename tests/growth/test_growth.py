@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from tests.effort import EXPLORE
+from tests.growth.forgetting import forget
 from tests.growth.linear import uncollected
-from tests.growth.models import MODELS
-from tests.laws.forgetting import forget
+from tests.growth.models import ALWAYS, MODELS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -70,7 +70,7 @@ def exponent(points: Sequence[Point]) -> float:
 
 
 @pytest.mark.explored
-@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+@pytest.mark.parametrize("model", MODELS if EXPLORE else ALWAYS, ids=lambda model: model.__name__)
 def test_calls_grow_like_the_input_and_the_output(model):
     points = counted(model, MODELS[model] // 2 + 4)
     assert exponent(points) <= LIMIT, points

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.importers.yaml_system import read
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Place
+from cqos_core.plugins import load_plugins, named
 
+read = named(load_plugins().importers["yaml"].reader)
 CASES = Path(__file__).parent / "cases" / "yaml"
 
 

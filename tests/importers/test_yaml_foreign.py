@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Overlay, Place
+from cqos_core.plugins import load_plugins, named
 from tests.worlds import participant, profile, settings, world, writer
 
+read = named(load_plugins().importers["yaml"].reader)
 DESIGN = """cqos: 1
 protocol: post
 options: {post: {year: y2000}}

@@ -11,13 +11,15 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core.files.schema import system_schema
 from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.yaml_form import DOCUMENT, ENDPOINT, PARTICIPANT
-from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import System
+from cqos_core.plugins import load_plugins, named
+from tests.importers.test_yaml_docs import keys_of
 
+read = named(load_plugins().importers["yaml"].reader)
 CASES = Path(__file__).parent / "cases" / "yaml"
 SEEDS = [file.read_bytes() for file in sorted(CASES.rglob("*.*")) if file.suffix in {".yaml", ".json"}]
 SNIPPETS = [
@@ -117,7 +119,7 @@ def mutated(draw):
     return data
 
 
-KEYS = st.sampled_from(sorted({*DOCUMENT.keys, *PARTICIPANT.keys, *ENDPOINT.keys, "depth", "", "${n}", "a b", "x:y"}))
+KEYS = st.sampled_from(sorted({*keys_of(system_schema()), "depth", "", "${n}", "a b", "x:y"}))
 SCALARS = (
     st.none()
     | st.booleans()

@@ -4,11 +4,13 @@ from textwrap import dedent
 
 import pytest
 
-from cqos_core.importers.instances import MOST_INSTANCES
-from cqos_core.importers.yaml_system import read
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Bound, Place, Setting
+from cqos_core.plugins import load_plugins, named
+
+read = named(load_plugins().importers["yaml"].reader)
+MOST_INSTANCES = 100_000
 
 
 def system(text, **files):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hypothesis import strategies as st
 
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -28,7 +28,7 @@ from tests.worlds import POST
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.api import Context
 
 WHERE: Final[Context] = context([POST, ROS2])
 PACKS: Final = (POST, ROS2)

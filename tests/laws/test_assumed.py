@@ -9,20 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import check_pair, read
-from cqos_core.checking.checker import check_system
+from cqos_core import check, check_pair, read
+from cqos_core.api import context
 from cqos_core.formatters.several import together
-from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Assumption, Report, Verdict
 from cqos_core.model.system import Setting
-from tests.laws.systems import BOTH, WHERE, systems
+from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.laws.test_fixes import random_systems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
 
@@ -43,13 +41,13 @@ def completed(system: System, pack: RulePack, option: str, value: str) -> System
     return replace(system, options={**system.options, pack.id: options})
 
 
-def verdicts(system: System, where: Context) -> dict[tuple[str, str, str], Verdict]:
-    return {(pair.topic, pair.publisher, pair.subscriber): pair.verdict for pair in check_system(system, where).pairs}
+def verdicts(system: System, packs: Sequence[RulePack]) -> dict[tuple[str, str, str], Verdict]:
+    return {(pair.topic, pair.publisher, pair.subscriber): pair.verdict for pair in check(system, packs=packs).pairs}
 
 
-def law(system: System, pack: RulePack, where: Context) -> Iterator[str]:
+def law(system: System, pack: RulePack, packs: Sequence[RulePack] = ()) -> Iterator[str]:
     """Yield what is wrong with what the report on a system assumes."""
-    report = check_system(system, where)
+    report = check(system, packs=packs)
     before = {(pair.topic, pair.publisher, pair.subscriber): pair.verdict for pair in report.pairs}
     named = {each.option: each.values for each in report.assumed}
     for policy in left_open(pack, system):
@@ -59,7 +57,7 @@ def law(system: System, pack: RulePack, where: Context) -> Iterator[str]:
         if not set(assumed) <= set(possible):
             yield f"{name} is assumed to be {possible}, the report names {assumed}"
         for value in (policy.domain.format(value) for value in policy.domain.candidates()):
-            after = verdicts(completed(system, pack, policy.name, value), where)
+            after = verdicts(completed(system, pack, policy.name, value), packs)
             turned = [
                 f"{pair}: {verdict} is {after[pair]} with {name}={value}"
                 for pair, verdict in before.items()
@@ -117,7 +115,7 @@ def test_a_known_verdict_is_that_of_every_assumed_value(words, data):
     system = data.draw(systems(words))
     pack = WHERE.find_pack(words.protocol)
     assert pack is not None
-    assert not [*law(system, pack, WHERE)]
+    assert not [*law(system, pack, PACKS)]
 
 
 @pytest.mark.parametrize("protocol", ["ros2", "dds", "mqtt"])
@@ -126,4 +124,4 @@ def test_a_known_verdict_of_an_installed_pack_is_that_of_every_assumed_value(pro
     pack = INSTALLED.find_pack(protocol)
     assert pack is not None
     text = data.draw(random_systems(pack))
-    assert not [*law(read(text.encode()), pack, INSTALLED)], text
+    assert not [*law(read(text.encode()), pack)], text

@@ -116,7 +116,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
     rules = pack.judging_rules
     reporting, exact = compiled([Question(each.bound, each.rule.kind == "forbids") for each in rules])
     decided = 0
-    found = profiles(pack, seed)
+    found = profiles(pack, seed, 24 if EXPLORE else 15)
     for a in found:
         for b in found:
             known = (a.known, b.known)
@@ -199,7 +199,7 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
             for each, u in zip(rules, undecided, strict=True)
         ]
         reporting, exact = compiled(questions)
-        for a, b in itertools.islice(others, 30):
+        for a, b in itertools.islice(others, 30 if EXPLORE else 15):
             bits = reporting(a.known, b.known)
             for position, each in enumerate(rules):
                 signal = Signal(((a.values, 1),), ((b.values, 1),)) if each.bound.aggregate_uses else NO_SIGNAL
@@ -230,7 +230,7 @@ def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, mon
         one, other = next(others)
         here, there = (frozenset((*each.frame.open, *each.frame.options)) for each in (one, other))
         asked = answers.Answers((here, there))
-        for a, b in itertools.islice(others, 20):
+        for a, b in itertools.islice(others, 20 if EXPLORE else 8):
             for each in itertools.chain(*pack.guaranteed.values()):
                 said = ask(each, a.values, b.values)
                 result = True if said is None else None if each.rule.doubt else said.outcome.result
@@ -254,7 +254,7 @@ def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monk
     may_change = [at for at, each in enumerate(pack.policies) if each.level != "option"]
     for opened in (0.0, 0.1):
         _, others = with_much_in_common(random, pack, opened)
-        for one, b in itertools.islice(others, 30 if EXPLORE else 4):
+        for one, b in itertools.islice(others, 30 if EXPLORE else 2):
             at = random.choice(may_change)
             # Most guarantees do not read the one value in which these two differ.
             for a in (one, one.with_values({at: plain(random, pack.policies[at])})):
@@ -285,7 +285,7 @@ def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 @pytest.mark.usefixtures("always")
 def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
-    found = profiles(pack, seed, 12)
+    found = profiles(pack, seed, 12 if EXPLORE else 9)
     spoken = 0
     for a in found:
         for b in found:

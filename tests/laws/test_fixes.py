@@ -10,11 +10,10 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core.api import read
-from cqos_core.checking.checker import check_system
+from cqos_core import check
+from cqos_core.api import context
 from cqos_core.files.applying import apply_edits
 from cqos_core.language.domains import Choice, Count, Duration, Flag
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity
 from cqos_core.testing import load_cases
@@ -36,7 +35,7 @@ EVERY: Final = 1 if EXPLORE else 20
 
 
 def checked(data: bytes) -> Report:
-    return check_system(read(data), WHERE)
+    return check(data)
 
 
 def errors(report: Report) -> set[tuple[str, str | None, str]]:

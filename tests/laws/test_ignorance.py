@@ -25,6 +25,7 @@ from cqos_core.model.system import (
     System,
 )
 from cqos_core.plugins import load_plugins
+from tests.effort import EXAMPLES
 
 if TYPE_CHECKING:
     from cqos_core.model.system import Role
@@ -101,7 +102,7 @@ def with_unread(system: System, pack: RulePack, kind: str, layer: str, role: Rol
 
 @pytest.mark.parametrize("protocol", PACKS)
 @pytest.mark.parametrize("kind", UNREAD)
-@settings(max_examples=15)
+@settings(max_examples=EXAMPLES // 2)
 @given(st.data())
 def test_no_pair_is_compatible_beside_what_was_not_read(protocol, kind, data):
     pack = pack_of(protocol)

@@ -1,158 +1,97 @@
 """What was checked before changes nothing: memories of the process are for speed only."""
 
+from __future__ import annotations
+
 import gc
-import weakref
-from dataclasses import fields, is_dataclass, replace
+import json
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
 
-from cqos_core import check_pair, read
-from cqos_core.checking import assumptions as assumed
-from cqos_core.checking import fixes
-from cqos_core.checking.checker import check_system
-from cqos_core.matching import judge, verdicts
-from cqos_core.matching import topic_shape as shape
-from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
-from cqos_core.resolving.resolve import Resolver
+import cqos_core as cqos
 from tests.benchmarks import inputs
-from tests.laws.forgetting import forget
-from tests.laws.systems import BOTH, WHERE, systems
+from tests.goldens import designs
 
-ANY = st.sampled_from(BOTH).flatmap(systems)
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+ROOT: Final = Path(__file__).parents[2]
+SYSTEMS: Final = [designs.text(number).decode() for number in range(24)]
+FURTHER_DOWN: Final = [f"# a comment\n\n{text}" for text in SYSTEMS]
+PAIRS: Final = [
+    *((*inputs.pair(number),) for number in range(1001, 1031)),
+    *((requested, offered) for offered, requested in map(inputs.pair, range(1001, 1016))),
+    *(({"depth": value}, {}) for value in (1, True, "1", "true", "0", 0)),
+    *(({"profile": name}, {"reliability": "reliable"}) for name in ("sensor_data", "best_available", "none")),
+]
 
 
-def test_everything_that_remembers_is_forgotten_here():
-    modules = (
-        assumed,
-        bases,
-        fixes,
-        judge,
-        facts,
-        participants,
-        plainly,
-        profiles,
-        resolved,
-        shape,
-        verdicts,
+def of_systems(texts: Iterable[str]) -> list[Any]:
+    """Report on systems, one after another."""
+    return [cqos.check(text.encode(), importer="yaml").to_dict() for text in texts]
+
+
+def of_pairs(pairs: Iterable[Any]) -> list[str]:
+    """Report on pairs of ROS 2, one after another."""
+    return [repr(cqos.check_pair("ros2", *each)) for each in pairs]
+
+
+NEW = (
+    "import json, sys; from tests.laws import test_memory; json.dump(test_memory.{}(json.load(sys.stdin)), sys.stdout)"
+)
+
+
+def in_new_process(what: str, stated: list[Any]) -> list[Any]:
+    """Report in a process that has checked nothing, on the last one first."""
+    given = json.dumps(stated[::-1])
+    run = subprocess.run(
+        [sys.executable, "-c", NEW.format(what)], input=given, cwd=ROOT, capture_output=True, text=True, check=True
     )
-    memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
-    assert memories - {"cache", "dataclass", "lru_cache"} == {
-        "_remembered",
-        "_errors_that_read",
-        "_without_assumption",
-        "refusing_values",
-        "_with",
-        "judge_pair",
-        "judge_endpoint",
-        "refusals",
-        "refusing_worlds",
-        "steered_by_options",
-        "_options",
-        "apart",
-        "of_end",
-        "undecided_of",
-        "pair_rules",
-        "meeting_rules",
-        "signal_rules",
-        "of_one",
-        "refusing_rules",
-        "verdicts_of",
-        "base_layer",
-        "_deciding",
-        "assuming",
-        "_by_default",
-        "read_in_worlds",
-        "undecided_meetings",
-        "_treated_as",
-        "conventions",
-        "conventional",
-    }
+    found: list[Any] = json.loads(run.stdout)
+    return found[::-1]
 
 
-@given(ANY, ANY)
-def test_a_check_does_not_depend_on_what_was_checked_before(first, second):
-    forget()
-    alone = check_system(second, WHERE)
-    forget()
-    check_system(first, WHERE)
-    check_system(second, WHERE)
-    assert check_system(second, WHERE) == alone
+def test_a_report_depends_on_no_check_before_nor_on_places_in_it() -> None:
+    of_systems(SYSTEMS)
+    found = json.loads(json.dumps(of_systems(FURTHER_DOWN)))
+    assert found == in_new_process("of_systems", FURTHER_DOWN)
 
 
-def test_a_report_on_a_pair_does_not_depend_on_pairs_before_it():
-    pairs = [inputs.pair(number) for number in range(1001, 1061)]
-    pairs += [(requested, offered) for offered, requested in pairs[20:50]]
-    pairs += [({**offered, "depth": "7"}, requested) for offered, requested in pairs]
-    forget()
-    found = [check_pair("ros2", *each) for each in pairs]
-    assert all(each.policies and each.guarantees for each in found)
-    assert compared.COMPARED
-    for at in range(50, len(pairs), 25):
-        forget()
-        assert check_pair("ros2", *pairs[at]) == found[at]
+def test_a_report_on_a_pair_depends_on_no_pair_before() -> None:
+    of_pairs(PAIRS)
+    assert of_pairs(PAIRS) == in_new_process("of_pairs", PAIRS)
 
 
-def moved(value):
-    """The same, with all that was stated ten lines further down."""
-    if isinstance(value, Place):
-        return replace(value, line=(value.line or 0) + 10)
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{each.name: moved(getattr(value, each.name)) for each in fields(value)})
-    if isinstance(value, dict):
-        return {name: moved(each) for name, each in value.items()}
-    return type(value)(map(moved, value)) if isinstance(value, (list, tuple)) else value
+@pytest.mark.xfail(strict=True, reason="values that are long texts are kept with the profiles that have them")
+def test_what_is_longer_than_people_write_is_not_remembered() -> None:
+    def check_long(number: int) -> None:
+        long = f"{number}{'x' * 20_000}"
+        depth = cqos.Setting(f"{'0' * 20_000}{number + 1}")
+        end = cqos.Endpoint(
+            id="e",
+            role="publisher",
+            topic=f"/{long}",
+            participant="a",
+            settings={"depth": depth, "liveliness": cqos.Setting(long)},
+        )
+        owner = cqos.Participant("a", settings={"namespace": cqos.Setting(f"/{long}")})
+        cqos.check(cqos.System("long", "ros2", participants={"a": owner}, endpoints=[end])).to_dict()
+        cqos.check_pair("ros2", {"liveliness": long}, {"lifespan": long}).findings  # noqa: B018 - made when read
 
-
-@given(ANY)
-def test_what_is_remembered_has_no_places(system):
-    further_down = moved(system)
-    forget()
-    alone = check_system(further_down, WHERE)
-    forget()
-    check_system(system, WHERE)
-    assert check_system(further_down, WHERE) == alone
-
-
-def test_what_is_longer_than_people_write_is_not_remembered():
-    long = "x" * 5_000
-    forget()
-    system = System(
-        "long",
-        "ros2",
-        participants={"a": Participant("a", settings={"namespace": Setting(long)})},
-        endpoints=[
-            Endpoint(
-                id="e",
-                role="publisher",
-                topic=f"/{long}",
-                participant="a",
-                settings={"depth": Setting(f"{'0' * 5_000}5")},
-            )
-        ],
-    )
-    check_system(system, WHERE)
-    memories = (resolved.READ, plainly._NAMED, participants._SURROUNDINGS, bases._OVERRIDES)
-    assert not any(memories)
-    assert profiles.conventions.cache_info().currsize == 0
-
-
-def test_what_resolved_a_system_is_no_circle(monkeypatch):
-    """So that a process that checks many systems lets go of each at once."""
-    made = []
-    begin = Resolver.__init__
-
-    def noted(self, *args, **more):
-        made.append(weakref.ref(self))
-        begin(self, *args, **more)
-
-    monkeypatch.setattr(Resolver, "__init__", noted)
-    for form in (inputs.diagram, inputs.system_file):
-        system = read(b"".join(form(400)))
-        gc.disable()
-        try:
-            assert [each.message for each in check_system(system, WHERE).findings]
-            assert [each() for each in made] == [None] * len(made)
-        finally:
-            gc.enable()
+    for number in range(3):
+        check_long(number)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        for number in range(10, 20):
+            check_long(number)
+        gc.collect()
+        after, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert after - before < 200_000, after - before  # of 800,000 letters

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.service.answers import check_document, described
-from tests.effort import EXAMPLES
 
 MOST = 20_000
 LARGE = "<!--" + " " * 40_000 + "-->"
@@ -166,7 +165,6 @@ def content_of(report):
     return str(bare), sorted(map(str, report.findings))
 
 
-@settings(max_examples=EXAMPLES)
 @given(models, edits, st.sampled_from(["", LARGE]), st.booleans())
 def test_a_session_of_documents_equals_a_fresh_check(first, steps, size, with_another):
     beside = {"beside.yaml": (BESIDE % "reliable").encode()} if with_another else {}

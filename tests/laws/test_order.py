@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checking.checker import check_system
+from cqos_core import check
 from cqos_core.formatters.json_report import render_json
 from cqos_core.model.style import Style
-from tests.laws.systems import BOTH, LETTERS, ROBOTS, WHERE, systems
+from tests.laws.systems import BOTH, LETTERS, PACKS, ROBOTS, systems
 
 if TYPE_CHECKING:
     from random import Random
@@ -45,8 +45,8 @@ def shuffled(system: System, rng: Random) -> System:
 @given(st.data(), st.randoms(use_true_random=False))
 def test_declaration_order_never_matters(words, data, rng):
     system = data.draw(systems(words))
-    report = check_system(system, WHERE)
-    again = check_system(shuffled(system, rng), WHERE)
+    report = check(system, packs=PACKS)
+    again = check(shuffled(system, rng), packs=PACKS)
     assert again == report
     assert render_json(again, Style()) == render_json(report, Style())
 
@@ -62,7 +62,7 @@ def test_not_even_where_two_protocols_are_in_one_system(letters, robots, rng):
         participant.protocol = "ros2"
         system.participants[participant.id] = participant
     system.options |= robots.options
-    assert check_system(shuffled(system, rng), WHERE) == check_system(system, WHERE)
+    assert check(shuffled(system, rng), packs=PACKS) == check(system, packs=PACKS)
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
@@ -70,7 +70,7 @@ def test_not_even_where_two_protocols_are_in_one_system(letters, robots, rng):
 def test_a_check_neither_changes_its_system_nor_remembers_another(words, data):
     system, other = data.draw(systems(words)), data.draw(systems(words))
     before = deepcopy(system)
-    report = check_system(system, WHERE)
+    report = check(system, packs=PACKS)
     assert system == before
-    check_system(other, WHERE)
-    assert check_system(system, WHERE) == report
+    check(other, packs=PACKS)
+    assert check(system, packs=PACKS) == report

@@ -10,15 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 import cqos_core as cqos
-from cqos_core.analysis import pair_judge
-from cqos_core.analysis.pair_judge import pair_system
-from cqos_core.api import explain_pair
-from cqos_core.matching.pipeline import context
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
 from tests.effort import EXPLORE
-from tests.worlds import POST
+from tests.worlds import POST, pair_system
 
 if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
@@ -56,9 +52,10 @@ def a_side(random: Random, pack: RulePack) -> dict[str, Any]:
     return found
 
 
-def general(pack: RulePack, offered: Any, requested: Any, around: tuple[Any, Any, Any]) -> Any:
+def general(pack: RulePack, offered: Any, requested: Any, around: tuple[Any, Any, Any]) -> cqos.PairReport:
+    """Explain a pair in a system of its own."""
     system = pair_system(pack.id, offered, requested, *around)
-    return explain_pair(system, "publisher", "subscriber", context([pack]))
+    return cqos.explain(system, publisher="publisher", subscriber="subscriber", packs=[pack])
 
 
 @pytest.mark.explored
@@ -86,19 +83,12 @@ def test_every_verdict_and_report_is_that_of_an_explanation(pack, seed):
         assert pickle.loads(pickle.dumps(now)) == report  # noqa: S301 - made here
 
 
-def test_known_pairs_take_the_short_way():
+def test_a_number_is_no_flag_however_often_it_was_seen():
     judge = cqos.PairJudge("ros2", {"rmw": "cyclonedds"})
-    sides = [{"depth": str(each)} for each in range(1, 4)]
-    for each in sides:
-        judge.verdict(each, each)
-    assert all(judge._pairs.offer(each).end for each in sides)
-    judge.verdict({"depth": 1}, {"depth": 1})
-    assert judge._pairs.offer({"depth": 1}).values is not None
-    assert judge.verdict({"depth": 1}, {"depth": True}) == "unknown" != judge.verdict({"depth": 1}, {"depth": 1})
-    one, other = cqos.check_pair("ros2", sides[0], sides[1]), cqos.check_pair("ros2", sides[0], sides[1])
-    again = cqos.check_pair("ros2", sides[0], sides[1])
-    assert one == other == again
-    assert other is again
+    for _ in range(3):
+        assert judge.verdict({"depth": 1}, {"depth": 1}) == "compatible"
+        assert judge.verdict({"depth": 1}, {"depth": True}) == "unknown"
+        assert judge.verdict({"depth": True}, {"depth": 1}) == "unknown"
 
 
 @pytest.mark.parametrize("seen", [0, 3])
@@ -138,16 +128,3 @@ def test_what_is_no_setting_is_refused_every_time():
             cqos.PairJudge("ros3")
         with pytest.raises(cqos.CqosError, match="another judge"):
             judge.verdict(cqos.PairJudge("dds").profile({}), {})
-
-
-def test_memories_are_bounded(monkeypatch):
-    pair_judge._PAIRS.clear()
-    pair_judge._REPORTS.clear()
-    for name in ("_MOST_SIDES", "_MOST_PAIRS", "_MOST_REPORTS"):
-        monkeypatch.setattr(pair_judge, name, 2)
-    for number in range(1, 6):
-        sides = {"depth": number}, {"depth": str(number)}
-        reports = [cqos.check_pair("ros2", *sides, {"rmw": rmw}) for rmw in ("cyclonedds", "fastdds", "connext")]
-        assert {report.verdict for report in reports} == {"compatible"}
-    assert len(pair_judge._PAIRS) <= 2
-    assert len(pair_judge._REPORTS) <= 2

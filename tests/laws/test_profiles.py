@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.api import read
-from cqos_core.matching.pipeline import context
+from cqos_core.api import context, read
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Profile, ProfileRef
 from tests.laws.test_fixes import random_systems

@@ -7,13 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from cqos_core.checking.checker import check_system
-from cqos_core.formatters.json_report import render_json
-from cqos_core.language import relation
+from cqos_core.api import context
 from cqos_core.language.relation import related
 from cqos_core.matching.pairing import bucket
-from cqos_core.matching.pipeline import context
-from cqos_core.model.style import Style
 from cqos_core.model.system import Acceptance, Endpoint, Participant, Setting, System
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
@@ -38,7 +34,7 @@ WORDS: Final = {
 }
 
 
-SEEDS: Final = 40 if EXPLORE else 3
+SEEDS: Final = 40 if EXPLORE else 2
 
 
 def a_system(pack: RulePack, seed: int) -> System:
@@ -65,19 +61,6 @@ def a_system(pack: RulePack, seed: int) -> System:
     rules = [bound.rule.code for bound in (*pack.by_scope["meets"], *pack.by_scope["pair"])]
     system.accept = [Acceptance(rule=random.choice(rules), because="known", endpoint=f"e{random.randrange(24)}")]
     return system
-
-
-@pytest.mark.explored
-@pytest.mark.parametrize("seed", range(SEEDS))
-@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
-def test_a_report_is_the_same_however_combinations_are_judged(pack, seed, monkeypatch):
-    reports = []
-    for few in (0, 10**9):
-        monkeypatch.setattr(relation, "FEW_COMBINATIONS", few)
-        report = check_system(a_system(pack, seed), WHERE)
-        assert len(report.groups) > 1 or report.findings
-        reports.append(render_json(report, Style()))
-    assert reports[0] == reports[1]
 
 
 @pytest.mark.explored

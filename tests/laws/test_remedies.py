@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checking.checker import check_system
+from cqos_core import check
 from cqos_core.language.values import normalise
 from cqos_core.model.system import Setting, System
-from tests.laws.systems import BOTH, WHERE, Vocabulary, systems
+from tests.laws.systems import BOTH, PACKS, WHERE, Vocabulary, systems
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Finding, Remedy, Report
@@ -65,7 +65,7 @@ def test_a_remedy_does_what_it_says(words: Vocabulary, data):
     system.checks, system.accept = [], []
     for endpoint in system.endpoints:
         endpoint.dialect = "yaml"  # fixes use the words of the YAML form
-    before = check_system(system, WHERE)
+    before = check(system, packs=PACKS)
     for finding in before.findings:
         order = [(bool(remedy.breaks), len(remedy.members)) for remedy in finding.remedies]
         assert order == sorted(order), "the fix of the fewest endpoints comes first"
@@ -74,7 +74,7 @@ def test_a_remedy_does_what_it_says(words: Vocabulary, data):
                 continue  # a part of a service, which has no settings of its own
             if " of topic " in remedy.text:
                 continue  # a change of the topic; the law over fixes as text applies it
-            after = check_system(applied(system, remedy, pack), WHERE)
+            after = check(applied(system, remedy, pack), packs=PACKS)
             assert not speaks_of(after, finding.code) & affected(finding, remedy) & speaks_of(before, finding.code)
             if remedy.mends is None:
                 continue

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cqos_core.checking.checker import check_system
+from cqos_core import check
 from cqos_core.model.system import PUBLISHER, Setting, System
-from tests.laws.systems import BOTH, WHERE, Vocabulary, systems
+from tests.laws.systems import BOTH, PACKS, Vocabulary, systems
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report
@@ -56,7 +56,7 @@ def test_a_stronger_offer_and_a_weaker_request_never_make_a_pair_worse(words: Vo
     low, high = sorted(data.draw(st.lists(st.sampled_from(range(len(values))), min_size=2, max_size=2)))
     before, after = (low, high) if offers else (high, low)
     name = system.endpoints[number].id
-    worse = ranks(check_system(with_value(system, number, policy, values[before]), WHERE), name)
-    better = ranks(check_system(with_value(system, number, policy, values[after]), WHERE), name)
+    worse = ranks(check(with_value(system, number, policy, values[before]), packs=PACKS), name)
+    better = ranks(check(with_value(system, number, policy, values[after]), packs=PACKS), name)
     assert worse.keys() == better.keys()
     assert all(better[pair] <= worse[pair] for pair in worse)

@@ -28,6 +28,9 @@ LISTEN = """() => {
     new MutationObserver(listen).observe(document.querySelector('.status'), { childList: true });
 }"""
 """Keeps what the status line says from now on."""
+DESK = {"width": 1280, "height": 720}
+BARE = "/healthz"
+"""A page of the service without a script: what starts from it keeps what the browser has compiled."""
 SOON = 1_500
 """Milliseconds after which a person clicks again."""
 
@@ -146,6 +149,38 @@ def run_modeler(built, tmp_path):
         yield start
 
 
+class Tab:
+    """A tab that tests use one after the other: in a new one, a page takes three times as much of the processor."""
+
+    def __init__(self, browser, **options):
+        self.context = browser.new_context(**options)
+        self.context.set_default_timeout(WAIT)
+        self.page = self.context.new_page()
+
+    def show(self, address, *, viewport=DESK, color_scheme="light"):
+        """Go to an address as the first page of a new browser does: nothing is kept of what the tab has shown."""
+        if self.page.is_closed():
+            self.page = self.context.new_page()
+        page, origin = self.page, address.partition("#")[0].rstrip("/")
+        page.set_viewport_size(viewport)
+        page.emulate_media(color_scheme=color_scheme)
+        page.mouse.move(-10, -10)
+        page.goto(f"{origin}{BARE}")
+        page.evaluate("sessionStorage.clear()")
+        session = self.context.new_cdp_session(page)
+        session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+        session.detach()
+        return page
+
+    def leave(self, place):
+        """Go to a place without a script, and close what was opened besides."""
+        for page in self.context.pages:
+            page.unroute_all()
+            page.goto(place)
+            if page is not self.page:
+                page.close()
+
+
 class Shown:
     """A page in the browser, with what must not happen there.
 
@@ -158,22 +193,28 @@ class Shown:
 
     expected = "none"
 
-    def __init__(self, browser, address, *, waits=True, **options):
-        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **options})
-        self.context.set_default_timeout(WAIT)
+    def __init__(self, tab, address, *, waits=True, **options):
+        self.tab, self.context = tab, tab.context
         self.complaints: list[str] = []
         self.strangers: list[str] = []
         self.own = address.partition("#")[0]
-        self.page = self.context.new_page()
+        self.is_closed = False
+        self._heard = []
+        self.page = tab.show(address, **options)
         self.watch(self.page)
         self.page.goto(address)
         if waits:
             self.ready()
 
     def watch(self, page):
-        page.on("console", lambda said: self._said(f"{said.type}: {said.text}"))
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("request", lambda request: self._asked(request.url))
+        self.on("console", lambda said: self._said(f"{said.type}: {said.text}"), page)
+        self.on("pageerror", lambda error: self.complaints.append(str(error)), page)
+        self.on("request", lambda request: self._asked(request.url), page)
+
+    def on(self, event, heard, page=None):
+        """Listen to the page until it is closed."""
+        self._heard.append((page or self.page, event, heard))
+        self._heard[-1][0].on(event, heard)
 
     def _said(self, line):
         if f"status of {self.expected}" not in line:
@@ -189,10 +230,19 @@ class Shown:
         return self
 
     def close(self):
-        """Close it as a browser does, so that its session ends, too."""
-        for page in self.context.pages:
-            page.evaluate("dispatchEvent(new PageTransitionEvent('pagehide'))")
-        self.context.close()
+        """Leave the page as a person does, so that its session ends."""
+        self._close(f"{self.own.rstrip('/')}{BARE}")
+
+    def leave(self):
+        """Leave a page whose service has ended, or ends next."""
+        self._close("about:blank")
+
+    def _close(self, place):
+        if not self.is_closed:
+            self.is_closed = True
+            for page, event, heard in self._heard:
+                page.remove_listener(event, heard)
+            self.tab.leave(place)
 
     def shape(self, name):
         """The drawn element of an id."""
@@ -251,13 +301,21 @@ class Shown:
         return self.page.locator(".notice", has_text=text)
 
 
+@pytest.fixture(scope="session")
+def tab(browser):
+    """The tab that all tests of a process use."""
+    return Tab(browser)
+
+
 @pytest.fixture
-def show(built, browser) -> Iterator[object]:
-    """Show an address; at the end nothing may have gone wrong, and nothing may have left this machine."""
+def show(built, tab) -> Iterator[object]:
+    """Show an address in place of what was shown before; at the end nothing may have gone wrong, and nothing may have left this machine."""
     pages: list[Shown] = []
 
     def shown(address, **options):
-        pages.append(Shown(browser, address, **options))
+        for each in pages:
+            each.close()
+        pages.append(Shown(tab, address, **options))
         return pages[-1]
 
     yield shown

@@ -7,15 +7,14 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.browser import FLAGS
-from tests.modeler.conftest import NAME, ROOT, Running, Shown
+from tests.browser import FLAGS, chromium
+from tests.modeler.conftest import NAME, ROOT, Running, Shown, Tab
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
 from tests.service.running import serving
 
@@ -213,7 +212,7 @@ IN_DOCS = {name: state for name, state in STATES.items() if state.picture}
 
 
 @contextlib.contextmanager
-def reached(browser: Browser, state: State, folder: Path, **options: Any) -> Iterator[Shown]:
+def reached(browser: Browser, state: State, folder: Path, scale: int = 1, **options: Any) -> Iterator[Shown]:
     """Show a state in a modeler of its own."""
     file = folder / NAME
     file.unlink(missing_ok=True)
@@ -228,7 +227,7 @@ def reached(browser: Browser, state: State, folder: Path, **options: Any) -> Ite
             running = Running(file, folder=folder)
             stack.callback(running.stop)
             address = running.address
-        shown = Shown(browser, address, waits=False, **options)
+        shown = Shown(Tab(browser, device_scale_factor=scale), address, waits=False, **options)
         stack.callback(shown.context.close)
         reach(shown, state, folder)
         yield shown
@@ -258,9 +257,9 @@ def picture(browser: Browser, state: State, folder: Path, work: Path) -> Path:
     """Take the picture of a state for the docs; where it is."""
     viewport = SIZES[state.size]
     scale = SIZES["large"]["width"] // viewport["width"]
-    options = {"viewport": viewport, "color_scheme": state.theme, "device_scale_factor": scale}
+    options = {"viewport": viewport, "color_scheme": state.theme}
     file = folder / f"{state.picture}.png"
-    with reached(browser, state, work, **options) as shown:
+    with reached(browser, state, work, scale, **options) as shown:
         shown.page.screenshot(path=file, full_page=state.size == "zoomed")
     return file
 
@@ -272,7 +271,7 @@ def main(arguments: list[str]) -> None:
     if not arguments or arguments[0] == "--help" or set(arguments[1:]) - set(STATES):
         sys.exit(f"{__doc__}\nStates: {', '.join(STATES)}")
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as work:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=chromium(), args=list(FLAGS))
         if arguments[0] == "--docs":
             for name in arguments[1:] or IN_DOCS:
                 picture(browser, STATES[name], IMAGES, Path(work))

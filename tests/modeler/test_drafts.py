@@ -31,9 +31,14 @@ def port_of(running):
 
 def left(shown):
     """Close a page whose service has ended: it complains that it cannot reach it."""
-    shown.page.close()
+    shown.leave()
     assert all("Failed to load resource" in each for each in shown.complaints)
     shown.complaints.clear()
+
+
+def drafts(folder):
+    """The files of drafts that a modeler keeps."""
+    return list((folder / "state").rglob("*.json"))
 
 
 def deleted(shown):
@@ -44,9 +49,9 @@ def deleted(shown):
 def test_a_draft_is_there_after_the_modeler_was_ended_and_started_on_another_port(run_modeler, show, file, tmp_path):
     before = file.read_bytes()
     first = run_modeler(file)
-    deleted(show(first.address)).page.close()
+    deleted(show(first.address)).leave()
     assert first.stop() == 0
-    kept = list((tmp_path / "state").rglob("*.json"))
+    kept = drafts(tmp_path)
     assert [stat.S_IMODE(each.stat().st_mode) for each in (*kept, kept[0].parent)] == [0o600, 0o700]
 
     second = run_modeler(file)
@@ -57,7 +62,7 @@ def test_a_draft_is_there_after_the_modeler_was_ended_and_started_on_another_por
     assert shown.is_edited
     assert shown.page.locator(GONE).count() == 0
     assert file.read_bytes() == before
-    shown.page.close()
+    shown.leave()
     second.stop()
 
     # It is there again until it is discarded.
@@ -67,16 +72,14 @@ def test_a_draft_is_there_after_the_modeler_was_ended_and_started_on_another_por
     shown.page.locator(f".djs-shape{GONE}").wait_for()
     shown.notice("were recovered").wait_for(state="detached")
     assert not shown.is_edited
-    shown.page.close()
-    third.stop()
-    assert list((tmp_path / "state").rglob("*.json")) == []
     assert file.read_bytes() == before
-
-
-def test_a_draft_is_removed_when_it_is_saved(run_modeler, show, file, tmp_path):
-    deleted(show(run_modeler(file).address)).saved(NAME).page.close()
+    assert drafts(tmp_path) == []
+    # A save removes one, too.
+    deleted(shown)
+    assert len(drafts(tmp_path)) == 1
+    shown.saved(NAME).leave()
     assert f'id="{REQUEST}"' not in file.read_text()
-    assert list((tmp_path / "state").rglob("*.json")) == []
+    assert drafts(tmp_path) == []
 
 
 def test_a_draft_of_a_diagram_without_a_file_is_offered_in_the_same_folder(run_modeler, show):
@@ -84,7 +87,7 @@ def test_a_draft_of_a_diagram_without_a_file_is_offered_in_the_same_folder(run_m
     shown = show(first.address)
     shown.page.locator(".canvas svg").first.focus()
     shown.press("n", "Enter").kept()
-    shown.page.close()
+    shown.leave()
     first.stop()
     shown = show(run_modeler().address)
     assert not shown.is_edited
@@ -117,13 +120,26 @@ def test_a_save_works_after_the_modeler_was_started_again_on_its_port(run_modele
         again.stop()
 
 
-def test_the_printed_address_reconnects_a_page_that_does_not_know_the_run(run_modeler, show, file, tmp_path):
+def test_a_save_that_fails_says_why_and_what_to_do(run_modeler, show, file, tmp_path):
     first = run_modeler(file)
     shown = show(first.address)
     shown.expected = "403"
+    shown.page.evaluate("() => { delete window.showSaveFilePicker; }")  # no test can answer the dialog of the system
     deleted(shown)
     shown.page.evaluate("sessionStorage.removeItem('cqos-resume')")
     first.stop()
+    # There is no modeler: a copy can be saved.
+    shown.press("Control+s")
+    notice = shown.notice(f"{NAME} was not saved")
+    notice.get_by_text("`cqos modeler` does not answer; start it again").wait_for()
+    with shown.page.expect_download() as waiting:
+        notice.get_by_role("button", name="Save a copy").click()
+    assert waiting.value.suggested_filename == "smart_agriculture-copy.bpmn"
+    text = waiting.value.path().read_text(encoding="utf-8")
+    assert f'id="{REQUEST}"' not in text
+    assert "The smart agriculture case study" in text
+    assert shown.is_edited
+    # There is one that the page does not know: the address that it printed connects them.
     again = Running("--port", port_of(first), file, folder=tmp_path)
     try:
         shown.press("Control+s")
@@ -137,25 +153,6 @@ def test_the_printed_address_reconnects_a_page_that_does_not_know_the_run(run_mo
         left(shown)
     finally:
         again.stop()
-
-
-def test_a_save_that_fails_says_why_and_offers_a_copy(run_modeler, show, file):
-    running = run_modeler(file)
-    shown = show(running.address)
-    shown.page.evaluate("() => { delete window.showSaveFilePicker; }")  # no test can answer the dialog of the system
-    deleted(shown)
-    running.stop()
-    shown.press("Control+s")
-    notice = shown.notice(f"{NAME} was not saved")
-    notice.get_by_text("`cqos modeler` does not answer; start it again").wait_for()
-    with shown.page.expect_download() as waiting:
-        notice.get_by_role("button", name="Save a copy").click()
-    assert waiting.value.suggested_filename == "smart_agriculture-copy.bpmn"
-    text = waiting.value.path().read_text(encoding="utf-8")
-    assert f'id="{REQUEST}"' not in text
-    assert "The smart agriculture case study" in text
-    assert shown.is_edited
-    left(shown)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a pipe with a name is the browser")
@@ -177,8 +174,8 @@ def test_a_ticket_holds_until_it_is_used(built, file, tmp_path):
         running.stop()
 
 
-def test_drafts_need_the_key_and_have_bounds(run_modeler, file, tmp_path):
-    running = run_modeler(file)
+def test_drafts_need_the_key_and_have_bounds(shared):
+    running, before = shared[0], {*drafts(shared[1].parent)}
     draft = json.dumps({"name": NAME, "text": "<a/>", "original": None, "tag": None, "time": 1, "file": 0})
 
     def known(method, path, body=None):
@@ -197,7 +194,7 @@ def test_drafts_need_the_key_and_have_bounds(run_modeler, file, tmp_path):
     ):
         assert known("PUT", path, body) in (400, 404), path
     assert known("PUT", "/drafts/b", b" " * (64 * 1024 * 1024 + 1)) == 413
-    assert [each.name for each in (tmp_path / "state").rglob("*.json")] == ["a-1.json"]
+    assert [each.name for each in {*drafts(shared[1].parent)} - before] == ["a-1.json"]
     # Its own drafts are those of the tabs that are open: the page gets those of earlier runs only.
     assert json.loads(ask(running, "GET", "/drafts", x_cqos_key=running.key)[2]) == {"drafts": []}
     assert known("DELETE", "/drafts/a-1") == known("DELETE", "/drafts/a-1") == 204

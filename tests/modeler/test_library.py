@@ -94,7 +94,7 @@ def swaps_with_a_document_beside(page, folder):
     page.wait_for_selector(".qos-badge-incompatible")
 
 
-def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser, tmp_path):
+def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, tab, tmp_path):
     (example,) = re.findall(r"```ts\n(.*?)```", (MODELER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     (package / "index.html").write_text(PAGE, encoding="utf-8")
     (package / "public").mkdir()
@@ -106,7 +106,7 @@ def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser,
         (package / "tsconfig.page.json").write_text(settings, encoding="utf-8")
         run(TOOLS / "tsc", "--project", "tsconfig.page.json", folder=package)
         run(TOOLS / "vite", "build", "--target", "es2022", folder=package)
-        shown = Shown(browser, page)
+        shown = Shown(tab, page)
         try:
             shown.page.wait_for_selector(".qos-incompatible")
             assert shown.page.inner_text("#status") == "Incompatible: 1 of 2 pairs, 2 errors, 4 warnings"
@@ -117,4 +117,4 @@ def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser,
             swaps_with_a_document_beside(shown.page, tmp_path)
             assert shown.complaints == []
         finally:
-            shown.context.close()
+            shown.close()

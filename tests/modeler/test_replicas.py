@@ -27,10 +27,10 @@ def replicas():
         each.stop()
 
 
-def test_a_person_at_the_page_notices_no_replica_that_goes(built, browser, replicas):
+def test_a_person_at_the_page_notices_no_replica_that_goes(built, tab, replicas):
     running, start = replicas
     proxy = Proxy([running["first"].addresses["web"], running["second"].addresses["web"]])
-    shown = Shown(browser, f"http://127.0.0.1:{proxy.port}/")
+    shown = Shown(tab, f"http://127.0.0.1:{proxy.port}/")
     try:
         page = shown.page
         page.evaluate(DROP, [NAME, (ROOT / "examples" / NAME).read_text(encoding="utf-8")])
@@ -38,10 +38,10 @@ def test_a_person_at_the_page_notices_no_replica_that_goes(built, browser, repli
         page.evaluate(NOTICED)
         shown.choose("Station_CatchReq")
         reliability = page.locator(".panel .field").get_by_label("Reliability", exact=True)
-        for number in range(12):
-            if number == 4:
+        for number in range(6):
+            if number == 2:
                 running["first"].process.kill()
-            if number == 7:
+            if number == 4:
                 running["third"] = start()
                 proxy.replicas = [running["third"].addresses["web"]]
                 running["second"].process.terminate()
@@ -55,5 +55,5 @@ def test_a_person_at_the_page_notices_no_replica_that_goes(built, browser, repli
             )
         assert page.evaluate("window.noticed") == []
     finally:
-        shown.context.close()
+        shown.close()
         proxy.close()

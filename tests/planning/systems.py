@@ -6,11 +6,11 @@ import random
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core import read
+from cqos_core import check, read
 from cqos_core.analysis.planning.constraints import Goals
 from cqos_core.analysis.planning.model import build
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.api import context
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from tests.worlds import POST
@@ -218,7 +218,7 @@ def changed(system: System, model: RepairModel, chosen: Mapping[Any, int]) -> Sy
 
 
 def report_of(system: System) -> Report:
-    return check_system(system, WHERE)
+    return check(system, packs=[POST])
 
 
 def is_confirmed(plan: RepairPlan, text: bytes) -> bool:

@@ -28,7 +28,7 @@ WITHOUT_REPAIR = 1_300
 
 
 @pytest.mark.explored
-@pytest.mark.parametrize("seed", range(16 if EXPLORE else 8))
+@pytest.mark.parametrize("seed", range(16 if EXPLORE else 4))
 @pytest.mark.parametrize("protocol", ["post", "ros2", "dds", "mqtt"])
 def test_no_change_of_less_weight_repairs_a_small_system(protocol, seed, solver):
     text = system_text(protocol, seed, 1 + seed % 2, 1 + seed // 2 % 2)
@@ -51,7 +51,7 @@ def after_of(plan):
 
 
 @pytest.mark.explored
-@pytest.mark.parametrize("seed", range(10 if EXPLORE else 3))
+@pytest.mark.parametrize("seed", range(10 if EXPLORE else 2))
 @pytest.mark.parametrize("protocol", ["post", "ros2", "dds", "mqtt"])
 def test_of_a_system_without_repair_as_much_is_repaired_as_possible(protocol, seed, solver):
     text, keep = system_text(protocol, 100 + seed, 2, 2), ("publishes_0", "subscribes_0")

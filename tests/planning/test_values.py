@@ -8,10 +8,10 @@ from cqos_core.analysis.planning import slots
 from cqos_core.analysis.planning.plan import is_known, members_of
 from cqos_core.analysis.planning.search import find_repair
 from cqos_core.analysis.planning.slots import weighed
+from cqos_core.api import context
 from cqos_core.language.domains import Flag
 from cqos_core.language.expression import offered, requested
 from cqos_core.language.policy import Policy
-from cqos_core.matching.pipeline import context
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.rule import forbids, requires
 from tests.planning.systems import (

@@ -27,6 +27,13 @@ def narrow():
 
 
 @pytest.fixture(scope="session")
+def forgetful():
+    """One that has a place for one session, and closes it soon where nothing is heard of it."""
+    with serving("--max-sessions", "1", "--max-share", "1", "--max-idle-seconds", "0.5") as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
 def kept(request):
     """Folders that are the same for every run, by what makes them; what takes long to get is got once."""
 

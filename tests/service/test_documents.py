@@ -318,8 +318,8 @@ requests = [request for path in sys.argv[1:] for request in ask(path)]
 opened, watching = [], False
 sys.addaudithook(lambda event, given: opened.append((event, given)) if watching and event in WATCHED else None)
 WATCHED = {"open", "os.listdir", "os.scandir", "socket.connect", "socket.getaddrinfo", "subprocess.Popen", "sqlite3.connect"}
-for watching in (False, True):  # what is imported once is opened once
-    for request in requests:
+for watching in (False, True):
+    for request in requests if watching else requests[::2]:  # what is imported once is opened once
         try:
             answer("/cqos.v1.CheckService/CheckDocument", request, 20_000)
         except Refused:

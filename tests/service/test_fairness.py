@@ -52,8 +52,8 @@ class Simulated(asyncio.SelectorEventLoop):
 
 
 def simulated(work):
-    with asyncio.Runner(loop_factory=Simulated) as runner:
-        return runner.run(work)
+    with contextlib.closing(Simulated()) as loop:
+        return loop.run_until_complete(work)
 
 
 async def ready(_thing):
@@ -257,9 +257,9 @@ class Crowd:
     ("greedy", "modest", "at_most"),
     [
         # Before, the queue was one for all, and the large ones had come first.
-        (("flood", 100), ("trickle", 20), 40),
+        (("flood", 60), ("trickle", 10), 20),
         # Each stream had its turn, regardless of its caller: more than 60 of their pairs for each of the other's.
-        (("streams", 50), ("pairs", 20), 600),
+        (("streams", 50), ("pairs", 10), 300),
         # And each session: more than 20 of their edits for each of the other's.
         (("edits", 20), ("drawing", 10), 40),
     ],

@@ -41,7 +41,7 @@ def document(endpoints, length=0):
 
 @pytest.fixture(scope="module")
 def tight():
-    with serving("--max-worker-memory", str(LITTLE), "--heavy-workers", "1", "--max-seconds", "120") as running:
+    with serving("--max-worker-memory", str(LITTLE), "--heavy-workers", "1", "--max-seconds", "30") as running:
         yield running
 
 
@@ -52,12 +52,17 @@ def checks(tight):
 
 
 @pytest.mark.parametrize(
-    "heavy", [document(1, 15 * MIB), document(40_000)], ids=["a long request", "a request that makes much of little"]
+    "heavy", [document(1, 15 * MIB), document(10_000)], ids=["a long request", "a request that makes much of little"]
 )
 def test_a_worker_that_took_all_its_memory_is_replaced(heavy, tight, checks):
     checks.CheckDocument(document(1), timeout=60)
-    before, written = set(tight.children()), len(tight.lines)
-    error = refused(checks.CheckDocument, heavy, timeout=120)
+    for _ in range(3):
+        before, written = set(tight.children()), len(tight.lines)
+        error = refused(checks.CheckDocument, heavy, timeout=120)
+        if error.code() != grpc.StatusCode.DEADLINE_EXCEEDED:
+            break
+        # Once in a while CPython has no 32 bytes left in which to begin with the handling of a MemoryError, and tries that again
+        # and again (`PyLong_FromLong` below `exception_unwind` in ceval.c). Then the worker is ended when its time is over.
     assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
     assert violations(error) == {"request": f"answering it takes more memory than the {LITTLE} bytes that are allowed"}
     ended = tight.wait_for(lambda line: line["event"] == "worker ended" and line in tight.lines[written:])

@@ -26,14 +26,13 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 
 import cqos_core as cqos
-from cqos.v1 import check_pb2, check_pb2_grpc
+from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
 from cqos_core.cli import main
 from cqos_core.cli.serve import serve, settings_from
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.service.settings import Limits, Settings
 from tests.service.running import Service, serving
-from tests.service.test_robustness import system
 from tests.service.test_sessions import endpoint, two
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -179,7 +178,7 @@ def certificate(folder, name, *, authority=None):
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     signer = (subject, key) if authority is None else authority
-    now = dt.datetime.now(dt.UTC)
+    now = dt.datetime.now(dt.timezone.utc)
     made = (
         x509.CertificateBuilder()
         .subject_name(subject)
@@ -349,9 +348,9 @@ def test_mutual_tls_lets_in_who_has_a_certificate(keys, start, monkeypatch, capf
         assert main(asked) == 0
 
 
-def test_a_client_without_tls_ignores_the_certificate_of_the_environment(start, monkeypatch):
+def test_a_client_without_tls_ignores_the_certificate_of_the_environment(service, monkeypatch):
     monkeypatch.setenv("CQOS_CLIENT_CERT", "missing.pem")
-    with start() as service, service.client() as client:
+    with service.client() as client:
         assert client.check_pair("ros2").verdict == "compatible"
 
 
@@ -367,16 +366,18 @@ def alive(number):
 
 
 def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(1_200, topics=600, varied=True))
+    """A worker that is stopped keeps calls under way for as long as the test wants."""
+    asked = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=EXAMPLE.read_bytes())])
     patient = ("--grace", "120", "--max-seconds", "120")  # as other work of the machine needs
-    with start(*patient) as service, grpc.insecure_channel(service.grpc) as channel:
+    with start(*patient, "--heavy-workers", "1") as service, grpc.insecure_channel(service.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
         with service.client() as client:
+            (worker,) = service.children()
             session = client.session(two())
             session.report()
-            under_way = [checks.CheckSystem.future(heavy, timeout=150) for _ in range(3)]
+            os.kill(worker, signal.SIGSTOP)
+            under_way = [checks.CheckDocument.future(asked, timeout=150) for _ in range(3)]
             checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=60)  # behind them on one connection
-            assert not all(each.done() for each in under_way)
             children = service.children()
             service.process.send_signal(signal.SIGTERM)
             service.wait_for(lambda line: line["event"] == "draining", 30)
@@ -389,7 +390,9 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
 
             with pytest.raises(SessionLostError, match="the service ends"):  # when it takes no more calls
                 edit()
-            assert [len(each.result().report.groups) for each in under_way] == [600] * 3
+            assert not any(each.done() for each in under_way)
+            os.kill(worker, signal.SIGCONT)
+            assert {each.result().report.verdict for each in under_way} == {report_pb2.VERDICT_INCOMPATIBLE}
         assert service.stop(150) == 0
         with pytest.raises(grpc.RpcError) as raised:
             checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=2)
@@ -400,13 +403,16 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
 
 
 def test_what_takes_longer_than_the_grace_is_cut_off(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(10_000, topics=5_000, varied=True))
-    with start("--grace", "0.2") as service, grpc.insecure_channel(service.grpc) as channel:
-        under_way = check_pb2_grpc.CheckServiceStub(channel).CheckSystem.future(heavy, timeout=60)
-        time.sleep(0.3)
+    asked = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=EXAMPLE.read_bytes())])
+    with start("--grace", "0.2", "--heavy-workers", "1") as service, grpc.insecure_channel(service.grpc) as channel:
+        checks = check_pb2_grpc.CheckServiceStub(channel)
+        (worker,) = service.children()
+        os.kill(worker, signal.SIGSTOP)  # what is asked of it takes for ever
+        under_way = checks.CheckDocument.future(asked, timeout=60)
+        checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=20)  # behind it on one connection
         began = time.monotonic()
         assert service.stop() == 0
-        assert time.monotonic() - began < 15
+        assert time.monotonic() - began < 25  # without an end of the grace it would take 30 and more
         assert under_way.code() in {grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED}
 
 

@@ -1,5 +1,7 @@
 """What strangers send, and what that costs others: nothing, or a clear refusal."""
 
+import os
+import signal
 import socket
 import threading
 import time
@@ -211,13 +213,13 @@ def mistakes(number):
 
 
 @pytest.mark.parametrize("word", ["x", "ümläut", "長い"])
-@pytest.mark.parametrize("number", [5, 20, 50, 800])
+@pytest.mark.parametrize("number", [5, 20, 50, 250])
 def test_a_long_list_of_mistakes_is_cut_to_the_limit_of_grpc(checks, number, word):
     """Above its limit gRPC drops all error details and reports only that they are too large."""
     request = check_pb2.CheckDocumentRequest(
         documents=[check_pb2.Document(name=f"{word}.yaml", content=mistakes(number))]
     )
-    for _ in range(5):  # what is near the limit is refused now and then
+    for _ in range(3):  # what is near the limit is refused now and then
         error = refused(checks.CheckDocument, request, timeout=20)
         assert error.code() == grpc.StatusCode.INVALID_ARGUMENT
     assert error.details().endswith(f"(and {number - 1} more)")
@@ -368,19 +370,19 @@ def test_too_many_endpoints_are_refused(narrow):
 
 def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
     with (
-        start("--max-seconds", "1", "--heavy-workers", "1", "--metrics", "127.0.0.1:0") as hasty,
+        start("--max-seconds", "1", "--heavy-workers", "1") as hasty,
         grpc.insecure_channel(hasty.grpc) as channel,
     ):
         checks = check_pb2_grpc.CheckServiceStub(channel)
-        before = set(hasty.children())
-        request = check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000, varied=True))
-        began = time.monotonic()
-        error = refused(checks.CheckSystem, request)
-        assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
-        assert time.monotonic() - began < 10
-        hasty.wait_for(lambda line: line["event"] == "worker ended", 5)
+        (before,) = hasty.children()
+        os.kill(before, signal.SIGSTOP)  # what is asked of it takes for ever
         again = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=SEEDS[0])])
-        until = time.monotonic() + 30
+        began = time.monotonic()
+        error = refused(checks.CheckDocument, again)
+        assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
+        assert time.monotonic() - began < 30
+        hasty.wait_for(lambda line: line["event"] == "worker ended")
+        until = time.monotonic() + 60
         while True:  # another process has to start first, which takes longer than a second on a busy machine
             try:
                 checks.CheckDocument(again)
@@ -388,7 +390,7 @@ def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
             except grpc.RpcError:
                 assert time.monotonic() < until
         assert still_answers(checks)
-        assert not before & set(hasty.children()), "the worker was replaced"
+        assert before not in hasty.children(), "the worker was replaced"
 
 
 def test_an_expired_deadline_ends_the_call(service, checks):

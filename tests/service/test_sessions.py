@@ -14,8 +14,7 @@ from hypothesis import given, settings
 
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -129,7 +128,7 @@ EDITS = [
 def test_every_report_of_a_session_equals_that_of_the_library(client):
     here = cqos.Session(two())
     with client.session(two()) as there:
-        assert there.report() == here.report() == check_system(two(), context())
+        assert there.report() == here.report() == check(two())
         for edit in EDITS:
             edit(here)
             edit(there)
@@ -281,7 +280,7 @@ def test_a_session_whose_worker_is_gone_goes_on_in_another_one(start):
                 each.put(endpoint("w", reliability="reliable"))
                 assert each.report() == here.report()
         with client.session(two()) as session:
-            assert session.report() == check_system(two(), context())
+            assert session.report() == check(two())
 
 
 def test_a_worker_that_ends_between_two_edits_is_noticed_by_all_its_sessions(start):
@@ -302,22 +301,8 @@ def test_a_worker_that_ends_between_two_edits_is_noticed_by_all_its_sessions(sta
             assert session.report() == here.report()
 
 
-def test_the_number_of_sessions_is_bounded(start):
-    with start("--max-sessions", "2", "--max-share", "1") as own, own.client() as client:
-        with client.session(two()) as one, client.session(two()) as other:
-            one.report()
-            other.report()
-            with (
-                client.session() as third,
-                pytest.raises(ServiceError, match="one caller may have 2 of the 2 sessions"),
-            ):
-                third.report()
-        with client.session(two()) as session:
-            assert session.report().endpoints == 2
-
-
-def test_an_idle_session_is_closed_and_leaves_its_place(start):
-    with start("--max-sessions", "1", "--max-share", "1", "--max-idle-seconds", "0.5") as own, own.client() as client:
+def test_an_idle_session_is_closed_and_leaves_its_place(forgetful):
+    with forgetful.client() as client:
         with client.session(two()) as one:
             one.report()
             time.sleep(0.8)

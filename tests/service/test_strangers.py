@@ -26,6 +26,8 @@ from tests.service.test_sessions import endpoint, two
 
 ANSWERED = 20
 """Calls of a polite client that have to be answered during each attack."""
+PATIENCE = 50
+"""Seconds for each of them. Workers leave the processor to others, so that is long on a busy machine; an attack lasts longer."""
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +40,10 @@ def besieged(start):
 def test_no_polite_call_is_lost_or_refused_under_attack(name, besieged):
     """The short form of `tests/benchmarks/attacks.py`: whether, and not how fast."""
     with attacking(name, besieged.grpc, besieged.addresses["web"], 0.3):
-        seen = polite(besieged.grpc, 0.3, least=ANSWERED, edits=name in OF_SESSIONS)
+        seen = polite(besieged.grpc, 0.3, least=ANSWERED, edits=name in OF_SESSIONS, patience=PATIENCE)
         assert seen.calls >= ANSWERED
         assert seen.lost == 0
-        page = http.client.HTTPConnection(besieged.addresses["web"], timeout=20)
+        page = http.client.HTTPConnection(besieged.addresses["web"], timeout=PATIENCE)
         with contextlib.closing(page):
             page.request("GET", "/healthz")
             assert page.getresponse().read() == b"serving\n"

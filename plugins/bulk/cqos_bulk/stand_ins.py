@@ -42,7 +42,7 @@ class StandIns:
         identifier = str(len(self.counts))
         self.counts[identifier], self.numbers[identifier] = number, p
         endpoint = replace(resolved.endpoint, participant=owner or identifier)
-        end: Resolved = replace(resolved, id=identifier, key=topic, shown=topic, endpoint=endpoint)
+        end: Resolved = replace(resolved, id=identifier, key=topic, shown=topic, endpoint=endpoint, row=None)
         return end
 
     def judged(self, ends: Sequence[Resolved]) -> tuple[TopicResult, Counter[str]]:

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from cqos_core.api import context
 from cqos_core.language.values import Values
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs import INFINITE

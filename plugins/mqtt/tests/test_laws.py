@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check_pair
@@ -49,7 +49,6 @@ def judged(offered: Any, requested: Any, opts: Any, topic: Any, needs: Any) -> t
 
 
 @pytest.mark.parametrize("word", ORDERS)
-@settings(max_examples=30)
 @given(data=st.data(), offered=offers, requested=requests, opts=options, topic=topics)
 def test_a_weaker_need_never_adds_a_finding(word, data, offered, requested, opts, topic):
     order = ORDERS[word]
@@ -66,7 +65,6 @@ def test_without_a_need_every_pair_fits(offered, requested, opts):
 
 
 @pytest.mark.parametrize("word", ["loss_free", "latest", "offline"])
-@settings(max_examples=30)
 @given(offered=offers, requested=requests, opts=options, topic=topics)
 def test_a_higher_qos_of_both_never_makes_a_need_of_delivery_worse(word, offered, requested, opts, topic):
     needs = {word: "1min" if word == "offline" else True}

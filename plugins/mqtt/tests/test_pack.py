@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from cqos_core import Session, check, check_pair, explain, read
+from cqos_core.api import context
 from cqos_core.matching.judge import judge_pair
-from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Report, Severity
 from cqos_core.model.system import Broker, Setting
 from cqos_core.packs import LINK, WORDS, parse

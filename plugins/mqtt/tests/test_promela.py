@@ -10,12 +10,12 @@ import pytest
 
 from cqos_core.analysis.proving import Fault, Outcome
 from cqos_core.analysis.proving.runs import disagreements, named, prepare, summary
-from cqos_core.api import read
+from cqos_core.api import context, read
 from cqos_core.files.exporting import ExportContext
 from cqos_core.formatters.proofs import timeline
-from cqos_core.matching.pipeline import context
 from cqos_mqtt.exporters.promela import write
 from cqos_mqtt.promela.spin import SPIN, Spin
+from tests.effort import EXPLORE
 
 MISSING = SPIN.missing()
 if MISSING and os.environ.get("CI") == "true":
@@ -73,23 +73,28 @@ def test_a_counterexample_is_read_back_in_words():
     assert "some run breaks latest, loss_free" in summary(outcome)
 
 
-@asks
-@pytest.mark.parametrize(("server", "holds"), [("infinite", True), ("0", False)])
-def test_the_model_sends_no_will_where_the_broker_turns_keep_alive_off(server, holds):
-    client, needs = {"keep_alive": 10, "will": {"topic": "gone", "qos": 1}}, {"liveness": "30s"}
-    own = system({"qos": 1}, {"qos": 1, "needs": needs}, client, heard={"gone": {"qos": 1}}, server_keep_alive=server)
-    trial, outcome = ask(own)
-    assert outcome.answers["liveness"] is holds
-    assert disagreements(trial, outcome, WHERE) == []
+if EXPLORE:  # each question takes three seconds of processor time
 
+    @asks
+    @pytest.mark.explored
+    @pytest.mark.parametrize(("server", "holds"), [("infinite", True), ("0", False)])
+    def test_the_model_sends_no_will_where_the_broker_turns_keep_alive_off(server, holds):
+        client, needs = {"keep_alive": 10, "will": {"topic": "gone", "qos": 1}}, {"liveness": "30s"}
+        own = system(
+            {"qos": 1}, {"qos": 1, "needs": needs}, client, heard={"gone": {"qos": 1}}, server_keep_alive=server
+        )
+        trial, outcome = ask(own)
+        assert outcome.answers["liveness"] is holds
+        assert disagreements(trial, outcome, WHERE) == []
 
-@asks
-def test_a_retained_message_of_qos_0_is_lost_at_a_break():
-    """The fact behind MQTT330: the session goes on, and its client need not subscribe again."""
-    _, outcome = ask(system({"qos": 1, "retain": True}, {"qos": 0}, KEPT, KEPT), Fault("link_outage", 2.0))
-    assert outcome.answers["late_join"] is False
-    _, outcome = ask(system({"qos": 1, "retain": True}, {"qos": 1}, KEPT, KEPT), Fault("link_outage", 2.0))
-    assert outcome.answers["late_join"] is True
+    @asks
+    @pytest.mark.explored
+    def test_a_retained_message_of_qos_0_is_lost_at_a_break():
+        """The fact behind MQTT330: the session goes on, and its client need not subscribe again."""
+        _, outcome = ask(system({"qos": 1, "retain": True}, {"qos": 0}, KEPT, KEPT), Fault("link_outage", 2.0))
+        assert outcome.answers["late_join"] is False
+        _, outcome = ask(system({"qos": 1, "retain": True}, {"qos": 1}, KEPT, KEPT), Fault("link_outage", 2.0))
+        assert outcome.answers["late_join"] is True
 
 
 def test_a_claim_that_the_model_breaks_is_a_disagreement():

@@ -6,8 +6,8 @@ import pytest
 
 from cqos_core.analysis.proving import End, NotRunnableError, Outcome, Plan
 from cqos_core.analysis.proving.runs import not_seen, prepare
+from cqos_core.api import context
 from cqos_core.api import read as read_system
-from cqos_core.matching.pipeline import context
 from cqos_mqtt.prove import packets
 from cqos_mqtt.prove.mosquitto import program
 from cqos_mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection, ensure_runnable

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import cqos_core as cqos
 from cqos_core.analysis.differences import compare
+from cqos_core.api import context
 from cqos_core.files.loading import read_source
 from cqos_core.files.opening import read_path
-from cqos_core.matching.pipeline import context
 
 CASES = Path(__file__).parent / "importers" / "cases"
 DESIGN = b"""\

@@ -9,8 +9,6 @@ from typing import Any
 import pytest
 
 from cqos_core import check, check_pair, explain
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Report
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs import parse
@@ -28,7 +26,7 @@ def one_topic(topic: str, *endpoints: dict[str, Any]) -> Report:
         owner = f"p{number}"
         system.participants[owner] = Participant(owner)
         system.endpoints.append(Endpoint(id=f"e{number}", topic=topic, participant=owner, settings=settings, **each))
-    return check_system(system, context([PACK]))
+    return check(system, packs=[PACK])
 
 
 def test_registering_imports_nothing_heavy():
@@ -195,7 +193,7 @@ def lonely(service: str, kind: str) -> set[str]:
     system = System(protocol="ros2")
     system.participants["tuner"] = Participant("tuner")
     system.endpoints.append(Endpoint(id="a", role="subscriber", topic=service, participant="tuner", kind=kind))
-    return {each.code for each in check_system(system, context([PACK])).findings} & {"CQ401", "CQ402"}
+    return {each.code for each in check(system, packs=[PACK]).findings} & {"CQ401", "CQ402"}
 
 
 def test_conventions_speak_of_policies_that_exist():
@@ -214,7 +212,7 @@ def test_namespaces_are_near_misses():
         Endpoint(id="a", role="publisher", topic="scan", participant="lidar"),
         Endpoint(id="b", role="subscriber", topic="scan", participant="planner"),
     ]
-    report = check_system(system, context([PACK]))
+    report = check(system, packs=[PACK])
     assert "CQ403" in {finding.code for finding in report.findings}
 
 

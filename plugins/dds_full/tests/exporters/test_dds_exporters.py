@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
+from cqos_core.api import context
 from cqos_core.checking.trial import tried_out
 from cqos_core.files import yaml_writer
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
-from cqos_core.matching.pipeline import context
 from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System, Topic
 from cqos_core.plugins import load_plugins

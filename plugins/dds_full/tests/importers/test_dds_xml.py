@@ -4,10 +4,10 @@ import pytest
 from click.testing import CliRunner
 
 import cqos_core as cqos
+from cqos_core.api import context
 from cqos_core.cli.app import cli
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.resolving.resolve import resolve

@@ -3,8 +3,8 @@
 import pytest
 
 import cqos_core as cqos
+from cqos_core.api import context
 from cqos_core.checking.trial import tried_out
-from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.resolving.resolve import resolve

@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
+from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
-from cqos_core.matching.pipeline import context
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
-from tests.command import run
+from tests.command import run_here
 
 EXAMPLES = Path(__file__).parents[4] / "examples"
 HEAD = """<bpmn:definitions xmlns:bpmn="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">
@@ -83,7 +83,7 @@ def test_the_command_writes_topic_message_and_payload(tmp_path):
     payload = '<ros:payload><ros:parameter name="{&quot;data&quot;" value="${weather}}"/></ros:payload>'
     inside = f'<bpmn:extensionElements xmlns:ros="http://ros">{payload}</bpmn:extensionElements>'
     (tmp_path / "model.bpmn").write_text(model(' qos:reliability="reliable" qos:type="std_msgs/msg/String"', inside))
-    done = run(["convert", "model.bpmn", "--to", "fame", "--no-config"], tmp_path)
+    done = run_here(["convert", "model.bpmn", "--to", "fame", "--no-config"], tmp_path)
     assert (done.code, "payload" in done.err) == (0, False)
     event = done.out[done.out.index("<bpmn:endEvent") : done.out.index("</bpmn:extensionElements>")]
     assert 'name="laser_scan"' in event

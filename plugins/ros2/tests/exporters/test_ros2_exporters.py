@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.analysis.system_fixes import fix_system
+from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.matching.pipeline import context
 from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, Profile, ProfileRef, Role, Setting, System
 from cqos_core.plugins import load_plugins

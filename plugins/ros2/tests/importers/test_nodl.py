@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.command import run
+from tests.command import run_here
 
 CAMERA = """nodl_version: 2
 parameters: {rate: {type: double}}
@@ -29,7 +29,7 @@ participants:
 
 
 def checked(folder, *names, more=()):
-    return run(["check", *names, "--together", "--format", "concise", *more], folder)
+    return run_here(["check", *names, "--together", "--format", "concise", *more], folder)
 
 
 def test_a_document_is_a_node_of_the_name_of_its_file(tmp_path):
@@ -51,7 +51,7 @@ def test_a_document_is_a_node_of_the_name_of_its_file(tmp_path):
 )  # fmt: skip
 def test_what_is_not_read_is_reported_and_not_known(tmp_path, old, new, message):
     (tmp_path / "camera.nodl.yaml").write_text(CAMERA.replace(old, new))
-    done = run(["check", "camera.nodl.yaml"], tmp_path)
+    done = run_here(["check", "camera.nodl.yaml"], tmp_path)
     assert message in done.out.replace("\n  ", " ")
     if "reliability" in message:
         (tmp_path / "viewer.yaml").write_text(VIEWER)
@@ -60,9 +60,9 @@ def test_what_is_not_read_is_reported_and_not_known(tmp_path, old, new, message)
 
 def test_a_written_document_is_read_back_as_the_same(tmp_path):
     (tmp_path / "camera.nodl.yaml").write_text(CAMERA)
-    first = run(["convert", "camera.nodl.yaml", "--to", "nodl"], tmp_path)
+    first = run_here(["convert", "camera.nodl.yaml", "--to", "nodl"], tmp_path)
     (tmp_path / "camera.nodl.yaml").write_text(first.out)
-    again = run(["convert", "camera.nodl.yaml", "--to", "nodl"], tmp_path)
+    again = run_here(["convert", "camera.nodl.yaml", "--to", "nodl"], tmp_path)
     assert (first.code, first.err) == (0, "")
     assert again.out == first.out
     assert "deadline_ns: 100000000" in first.out
@@ -73,7 +73,7 @@ def test_an_endpoint_without_type_is_named_and_nodes_are_kept_apart(tmp_path):
     (tmp_path / "system.yaml").write_text(
         "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {/x: {type: p/msg/A}, /y: }}\n  b: {subscribes: {/x: {type: p/msg/A}}}\n"
     )
-    done = run(["convert", "system.yaml", "--to", "nodl"], tmp_path)
+    done = run_here(["convert", "system.yaml", "--to", "nodl"], tmp_path)
     assert done.out.count("nodl_version: 2") == 2
     assert "`a/publisher/y` is left out: NoDL needs its type" in done.err
     assert "put each of these into a file of its own" in done.err

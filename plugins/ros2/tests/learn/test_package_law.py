@@ -6,12 +6,12 @@ import py_compile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hypothesis import given, seed, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core.api import context
 from cqos_core.cli.app import run as command
 from cqos_core.files.exporting import ExportContext, judged
-from cqos_core.matching.pipeline import context
 from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_core.model.system import Endpoint, Participant, Setting, System, Topic
 from cqos_ros2.exporters.ros2_package import write
@@ -103,8 +103,6 @@ def learned_again(system):
         return read(Source(str(Path(folder, "src")), b""), ReadContext(options=switches))
 
 
-@seed(20261123)
-@settings(max_examples=25, deadline=None, database=None)
 @given(ENDPOINTS)
 def test_learning_a_written_package_gives_the_same_system(endpoints):
     """The types of the topics of an action follow from its own, so they are left out here."""

@@ -9,7 +9,7 @@ import pytest
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.launch.workspace import find_packages
 from cqos_ros2.why.definitions import Definitions
-from tests.command import run
+from tests.command import run_here
 
 FLOATS = ["angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min", "range_max"]
 LASER = "# one scan\nstd_msgs/Header header # stamp\n" + "".join(f"float32 {each}\n" for each in FLOATS)
@@ -102,7 +102,7 @@ def test_a_message_that_contains_itself_ends(tmp_path):
 
 
 def asked(folder, *files):
-    done = run(["why", *files, "/power", "--format", "json"], folder)
+    done = run_here(["why", *files, "/power", "--format", "json"], folder)
     assert done.out, done.err
     return next(each for each in json.loads(done.out)["causes"] if each["cause"] == "type")
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from tests.command import run
+from tests.command import run_here
 
 SYSTEM = """cqos: 1
 protocol: ros2
@@ -29,7 +29,7 @@ SUBSCRIBE = RULE.format(kind="allow", way="subscribe", topic="rt/s*")
 
 def asked(folder, *arguments):
     (folder / "system.yaml").write_text(SYSTEM)
-    done = run(["why", "system.yaml", "/scan", *arguments, "--format", "json"], folder)
+    done = run_here(["why", "system.yaml", "/scan", *arguments, "--format", "json"], folder)
     assert done.out, done.err
     return {each["cause"]: each for each in json.loads(done.out)["causes"]}
 
@@ -72,7 +72,7 @@ def test_a_keystore_that_is_no_xml_ends_with_its_place(tmp_path):
     keystore(tmp_path, all=("", "DENY"))
     (tmp_path / "keystore/enclaves/all/permissions.xml").write_text("<dds>")
     (tmp_path / "system.yaml").write_text(SYSTEM)
-    done = run(["why", "system.yaml", "/scan", "--keystore", "keystore"], tmp_path)
+    done = run_here(["why", "system.yaml", "/scan", "--keystore", "keystore"], tmp_path)
     assert done.code == 2
     assert "permissions.xml:1" in done.err
     assert "Traceback" not in done.err
@@ -130,7 +130,7 @@ def test_a_launch_condition_that_is_off(tmp_path, topic, arguments, state, text)
     (package / "package.xml").write_text("<package><name>bot</name></package>")
     (package / "launch" / "a.launch.xml").write_text(LAUNCH)
     given = [word for each in arguments for word in ("--launch-arg", each)]
-    done = run(["why", "src", topic, "--launch", "bot:a.launch.xml", *given, "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    done = run_here(["why", "src", topic, "--launch", "bot:a.launch.xml", *given, "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
     answers = {each["cause"]: each for each in json.loads(done.out)["causes"]}
     assert (answers["launch condition"]["state"], answers["launch condition"]["text"]) == (state, text)
 
@@ -142,7 +142,7 @@ def test_a_name_is_not_missing_while_an_argument_is_open(tmp_path):
     (package / "launch" / "a.launch.xml").write_text(
         '<launch><arg name="x"/><node pkg="nav2_map_server" exec="map_server" if="$(var x)"/></launch>'
     )
-    done = run(["why", "src", "/map", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    done = run_here(["why", "src", "/map", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
     answers = {each["cause"]: each["state"] for each in json.loads(done.out)["causes"]}
     assert (answers["name"], answers["launch condition"]) == ("not known", "found")
 
@@ -157,6 +157,6 @@ def test_variables_of_a_node_and_files_that_the_launch_names(tmp_path):
         '<launch><set_env name="CYCLONEDDS_URI" value="file://$(find-pkg-share bot)/own.xml"/>'
         f'<node pkg="joy" exec="joy_node">{own}</node></launch>'
     )
-    done = run(["why", "src", "/joy", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
+    done = run_here(["why", "src", "/joy", "--launch", "bot:a.launch.xml", "--option", "ros2.distro=humble", "--format", "json"], tmp_path)  # fmt: skip
     answers = {each["cause"]: each["state"] for each in json.loads(done.out)["causes"]}
     assert (answers["discovery range"], answers["network interfaces"]) == ("found", "found")

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from cqos_ros2.why.causes import CAUSES
-from tests.command import run
+from tests.command import run_here
 
 ENDS = "  camera: {{publishes: {{image: {{{0}}}}}, {1}}}\n  viewer: {{subscribes: {{image: {{{2}}}}}, {3}}}\n"
 BOTH = "cqos: 1\nprotocol: ros2\nparticipants:\n" + ENDS
@@ -166,7 +166,7 @@ def test_a_run(tmp_path, topic, files, arguments, states):
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
-    done = run(["why", *arguments, topic, "--format", "json"], tmp_path)
+    done = run_here(["why", *arguments, topic, "--format", "json"], tmp_path)
     assert done.out, done.err
     answers = {each["cause"]: each for each in json.loads(done.out)["causes"]}
     for state, causes in states.items():

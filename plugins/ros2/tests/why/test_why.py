@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command import run
+from tests.command import run, run_here
 
 ROOT = Path(__file__).parents[4]
 SIMULATION = ROOT / "plugins/ros2/tests/workspace/simulation/src"
@@ -20,7 +20,7 @@ participants:
 
 
 def asked(folder, topic, *arguments):
-    done = run(["why", *arguments, topic, "--format", "json"], folder)
+    done = run_here(["why", *arguments, topic, "--format", "json"], folder)
     assert "Traceback" not in done.err
     assert done.out, done.err
     return done.code, {each["cause"]: each for each in json.loads(done.out)["causes"]}
@@ -120,8 +120,8 @@ def test_a_snapshot_and_a_log(tmp_path):
     code, causes = asked(tmp_path, "/image", "system.yaml", "--log", "run.log")
     assert (code, causes["quality of service"]["state"]) == (1, "found")
     piped = run(["why", "system.yaml", "/image", "--log", "-"], tmp_path, stdin=log.encode())
-    assert piped == run(["why", "system.yaml", "/image", "--log", "run.log"], tmp_path)
-    assert "help: write the path of the log" in run(["why", "-", "/image", "--log", "-"], tmp_path).err
+    assert piped == run_here(["why", "system.yaml", "/image", "--log", "run.log"], tmp_path)
+    assert "help: write the path of the log" in run_here(["why", "-", "/image", "--log", "-"], tmp_path).err
     snapshot = asked(
         ROOT, "/battery_state", "examples/robot_directory/robot.yaml", "examples/robot_directory/drivers.txt"
     )
@@ -213,7 +213,7 @@ def test_a_topic_that_is_nowhere(tmp_path):
         "viewer": "external: false",
     }
     (tmp_path / "system.yaml").write_text(SYSTEM.format(**defaults))
-    done = run(["why", "system.yaml", "/zzzzzz"], tmp_path)
+    done = run_here(["why", "system.yaml", "/zzzzzz"], tmp_path)
     assert done.code == 1
     assert "no publisher and no subscriber in what was read" in done.out
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context
+from cqos_core import check
 from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_ros2.workspace.importer import read
 
@@ -31,7 +30,7 @@ def read_workspace(root: Path, launch: str, distro: str = "humble", **arguments:
 
 def _findings(system: System) -> list[tuple[str, tuple[tuple[str, int | None], ...], str]]:
     """Return code, places and message of errors and warnings."""
-    report = check_system(system, context([], None))
+    report = check(system)
     found = []
     for each in report.findings:
         if each.severity.value != "note":

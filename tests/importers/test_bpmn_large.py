@@ -1,9 +1,7 @@
-"""What is plain in a diagram is read as the rest: the system is the same, whether it was taken out first or not."""
+"""A comment behind a diagram changes nothing, however long it is: large diagrams are read as small ones."""
 
 from __future__ import annotations
 
-import copy
-import pickle
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,15 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import cqos_core.bpmn as reader
-from cqos_core.bpmn import read
-from cqos_core.bpmn.models import outline
-from cqos_core.bpmn.plain import NotPlainError
-from cqos_core.importers.xml_source import plain_utf8
-from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.rows import RowEndpoint, as_object
-from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Endpoint, Setting, System
+import cqos_core as cqos
 from tests.importers.test_bpmn_fuzz import FILES, MUTATIONS, Mutation, mutations
 
 if TYPE_CHECKING:
@@ -27,23 +17,21 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 URI = "http://www.omg.org/spec/BPMN/20100524/MODEL"
-NEVER = 1 << 60
+COMMENT = f"<!-- {'long ' * 8_000}-->".encode()
 
 
-def read_as(data: bytes, least: int) -> System | list[Problem]:
-    """Read a document; what is plain is taken out of it if it has at least so many bytes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reader, "LEAST", least)
-        try:
-            return read(Source("x.bpmn", data), ReadContext())
-        except InputError as error:
-            return list(error.problems)
+def read(data: bytes) -> cqos.System | None:
+    """Read a document, without its bytes; None where it is refused."""
+    try:
+        return replace(cqos.read(data, importer="bpmn"), sources={})
+    except cqos.InputError:
+        return None
 
 
-def assert_same(data: bytes) -> System | list[Problem]:
-    found = read_as(data, 0)
-    assert found == read_as(data, NEVER)
-    return found
+def assert_same(data: bytes) -> cqos.System | None:
+    small, large = read(data), read(data + COMMENT)
+    assert small == large
+    return large
 
 
 ZEROS = ["history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"]
@@ -181,103 +169,37 @@ def model(*inside: str) -> bytes:
     return f"{HEAD}{''.join(inside)}</process></definitions>".encode()
 
 
-def taken(data: bytes) -> list[str]:
-    """The ids of the events that are taken out."""
-    system = read_as(data, 0)
-    assert isinstance(system, System)
-    return [endpoint.id for endpoint in system.endpoints if isinstance(endpoint, RowEndpoint)]
-
-
-def test_what_differs_in_quantities_alone_is_read_once():
-    read_parts: list[Source] = []
-
-    def read_part(part: Source) -> System:
-        read_parts.append(part)
-        return read(part, ReadContext())
-
-    source = Source("x.bpmn", model(*(EVENT.format(number) for number in range(1, 10))))
-    plain = outline(source.name, plain_utf8(source), read_part)
-    assert [len(run) for run in plain.runs] == [0, 9]
-    assert len(read_parts) == 1
-    assert [as_object(event).settings["deadline"].text for event in plain.runs[1][:2]] == ["1ms", "2ms"]
-
-
 def test_odd_events_stay_in_their_order():
     odd = '<endEvent id="O" qos:depth="&#53;"><signalEventDefinition signalRef="S"/></endEvent>'
-    data = model(EVENT.format(1), odd, EVENT.format(2))
-    assert taken(data) == ["E1", "E2"]
-    system = assert_same(data)
-    assert isinstance(system, System)
+    system = assert_same(model(EVENT.format(1), odd, EVENT.format(2)))
+    assert system is not None
     assert [endpoint.id for endpoint in system.endpoints] == ["E1", "O", "E2"]
+    assert [endpoint.settings["depth"].text for endpoint in system.endpoints] == ["1", "5", "2"]
 
 
 @pytest.mark.parametrize(
-    "odd", [EVENT.format(1), '<signal id="S" name="t"/>', '<signal id="T" name="s"/>', "<cqos-plain/>"]
+    "odd",
+    [
+        EVENT.format(1),
+        '<signal id="S" name="t"/>',
+        '<signal id="T" name="s"/>',
+        "<cqos-plain/>",
+        "<cqos-plain><cqos-plain/></cqos-plain>",
+        f"<extensionElements>{EVENT.format(3)}</extensionElements>",
+        f'<task name="{EVENT.format(1)}"/>',
+        '<task xmlns:z="http://z"/>',
+        "<!-- <a/>\n -->\n\n\n",
+    ],
 )
-def test_what_touches_plain_parts_makes_the_whole_document_odd(odd: str):
-    data = model(EVENT.format(1), odd)
-    assert taken(data) == []
-    assert_same(data)
+def test_what_stands_beside_events(odd: str):
+    assert_same(model(EVENT.format(1), odd, EVENT.format(2)))
 
 
-def test_a_mark_in_an_extension_is_none_of_the_model():
-    data = model(f"<extensionElements>{EVENT.format(1)}</extensionElements>", EVENT.format(2))
-    assert taken(data) == []
-    assert_same(data)
-
-
-def test_an_error_in_an_attribute_is_one_still():
-    assert_same(model(f'<task name="{EVENT.format(1)}"/>'))
-
-
-def test_namespaces_bound_below_the_first_element():
-    data = model('<task xmlns:z="http://z"/>', EVENT.format(1))
-    with pytest.raises(NotPlainError):
-        outline("x", data, lambda part: read(part, ReadContext()))
-    assert_same(data)
-
-
-class TestRowEndpoint:
-    def endpoint(self) -> RowEndpoint:
-        system = read_as(model("\n", EVENT.format(1)), 0)
-        assert isinstance(system, System)
-        (endpoint,) = system.endpoints
-        assert isinstance(endpoint, RowEndpoint)
-        return endpoint
-
-    def test_is_an_endpoint_for_every_purpose(self):
-        endpoint = self.endpoint()
-        plain = replace(endpoint)
-        for made in (pickle.loads(pickle.dumps(self.endpoint())), copy.deepcopy(self.endpoint())):  # noqa: S301 - our own
-            assert type(made) is Endpoint
-            assert made == endpoint
-            assert endpoint == made
-        assert plain == endpoint
-        assert repr(endpoint).startswith("Endpoint(id='E1'")
-        assert endpoint != "E1"
-        assert not hasattr(endpoint, "colour")
-
-    def test_says_what_it_states_now(self):
-        endpoint = self.endpoint()
-        assert endpoint.said() == replace(self.endpoint()).said()
-        assert endpoint.place is not None
-        assert endpoint.place.line == 3
-        assert endpoint.room is not None
-        endpoint.settings["depth"] = Setting("8")
-        assert endpoint.said() != self.endpoint().said()
-        other = self.endpoint()
-        other.overlay["depth"] = Setting("8")
-        assert other.said() != self.endpoint().said()
-
-
-@pytest.mark.parametrize("least", [0, NEVER])
-def test_lines_of_long_documents_are_exact(least: int):
+def test_lines_of_long_documents_are_exact():
     odd = '<endEvent id="O" qos:depth="&#53;"\n ><signalEventDefinition signalRef="S"/></endEvent>\n'
-    data = model(
-        "\n" * 70_000, EVENT.format(1), EVENT.format(2), "\n" * 10, odd, "<!-- <a/>\n -->\n\n\n", EVENT.format(3)
+    system = assert_same(
+        model("\n" * 70_000, EVENT.format(1), EVENT.format(2), "\n" * 10, odd, "<!-- <a/>\n -->\n\n\n", EVENT.format(3))
     )
-    system = read_as(data, least)
-    assert isinstance(system, System)
+    assert system is not None
     lines = {each.id: each.place.line for each in system.endpoints if each.place is not None}
     assert lines == {"E1": 70_002, "E2": 70_003, "O": 70_015, "E3": 70_020}
-    assert_same(data)

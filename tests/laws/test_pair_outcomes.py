@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking import checker, topic
+from cqos_core.checking import topic
 from cqos_core.checking.checker import check_system
-from cqos_core.matching import plain_pairs, rule_set
+from cqos_core.matching import pair_outcomes, rule_set
 from tests.benchmarks import inputs
 from tests.laws.systems import BOTH, WHERE, systems
 
@@ -26,12 +26,11 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
     found = []
 
     def asked(*ends):
-        found.append(plain_pairs.reporting_rules(*ends))
+        found.append(pair_outcomes.reporting_rules(*ends))
         return found[-1]
 
     text = b"".join(inputs.system_file(1_000))
-    kept = patch.object(checker, "may_be_in_bulk", return_value=False)
-    with kept, patch.object(topic, "reporting_rules", asked):
+    with patch.object(topic, "reporting_rules", asked):
         report = cqos.check(text)
     assert sum(each is not None for each in found) > 450
     assert 10 > len({each[1] for each in found if each is not None}) > 3

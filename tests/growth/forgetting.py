@@ -6,7 +6,7 @@ from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
 from cqos_core.language import answers
-from cqos_core.matching import derived_guarantees, judge, plain_pairs, verdicts
+from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
@@ -21,9 +21,9 @@ def forget() -> None:
         resolved._FRAMES,
         bases._BASES,
         bases._OVERRIDES,
-        bases._PLAIN_NAMES,
         memory_module._NUMBERED,
-        plain_pairs._KNOWN,
+        pair_outcomes._OUTCOMES,
+        pair_verdicts._READY,
         derived_guarantees._GIVEN,
         compared.COMPARED,
         asked._PARTS,
@@ -52,9 +52,9 @@ def forget() -> None:
             judge.of_one,
             judge.refusing_rules,
             judge.refusing_values,
-            judge._errors_that_read,
+            judge.errors_that_read,
             assumed._without_assumption,
-            verdicts.verdicts_of,
+            pair_verdicts._over_both,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),

@@ -1,4 +1,4 @@
-"""A list of endpoints that are still rows is a list of endpoints for every purpose, and no check of plain ones makes them objects."""
+"""The endpoints of a large file are a list of endpoints for every purpose, and a check changes nothing in them."""
 
 import copy
 import pickle
@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 
 import cqos_core as cqos
-from cqos_core import Endpoint
-from cqos_core.model.rows import EndpointList, RowEndpoint, kinds_of, rows_of
+from cqos_core import Endpoint, Setting
 from tests.benchmarks import inputs
 
 FORMS = (inputs.system_file, inputs.diagram)
@@ -19,27 +18,22 @@ def read(form) -> list[Endpoint]:
     return cqos.read(b"".join(form(SIZE))).endpoints
 
 
-def left(endpoints: list[Endpoint]) -> int:
-    """How many are rows still."""
-    return sum([isinstance(each, tuple) for each in rows_of(endpoints)])
-
-
 @pytest.mark.parametrize("form", FORMS)
-class TestEndpointList:
-    def test_makes_objects_that_stay(self, form):
+class TestEndpoints:
+    def test_are_objects_that_stay(self, form):
         endpoints = read(form)
-        assert isinstance(endpoints, EndpointList)
-        assert left(endpoints) == len(endpoints) == SIZE
+        assert isinstance(endpoints, list)
+        assert len(endpoints) == SIZE
         first, last = endpoints[0], endpoints[-1]
-        assert isinstance(first, RowEndpoint)
+        assert isinstance(first, Endpoint)
         assert (endpoints[0], endpoints[SIZE - 1]) == (first, last)
         assert endpoints[0] is first
         first.topic = "other"
         assert next(iter(endpoints)) is first
         assert endpoints[:1] == [first]
-        assert left(endpoints) == SIZE - 2
+        assert first != read(form)[0]
 
-    def test_is_a_list(self, form):
+    def test_are_a_list(self, form):
         plain, endpoints = [*read(form)], read(form)
         assert endpoints == plain == read(form)
         assert plain == read(form)
@@ -50,7 +44,7 @@ class TestEndpointList:
         grown += read(form)
         assert same is grown
         assert (joined, filled, grown) == (plain[:1] + plain, plain, plain[:1] + plain)
-        assert not any(isinstance(each, tuple) for each in (*joined, *filled, *grown))
+        assert all(isinstance(each, Endpoint) for each in (*joined, *filled, *grown))
         assert [*reversed(read(form))] == plain[::-1]
         assert plain[5] in read(form)
         assert read(form).index(plain[5]) == 5
@@ -61,7 +55,7 @@ class TestEndpointList:
             assert made == plain
         assert pickle.loads(pickle.dumps(read(form))) == plain  # noqa: S301 - our own
 
-    def test_takes_objects(self, form):
+    def test_take_other_objects(self, form):
         endpoints = read(form)
         more = [replace(endpoints[0], id="new"), replace(endpoints[1], id="newer")]
         endpoints.append(more[0])
@@ -69,24 +63,56 @@ class TestEndpointList:
         endpoints.insert(0, more[0])
         del endpoints[1]
         assert [endpoints[0], *endpoints[-2:]] == [more[0], *more]
-        assert left(endpoints) == SIZE - 2
+        assert len(endpoints) == SIZE + 2
 
-    def test_one_of_each_kind_is_enough_to_know_what_all_have_in_common(self, form):
-        def common(endpoints):
-            return {(each.participant, each.role, each.protocol, each.kind) for each in endpoints}
-
-        endpoints = read(form)
-        kinds = [*kinds_of(endpoints)]
-        assert common(kinds) == common([*read(form)]) == common(kinds_of([*read(form)]))
-        assert len(kinds) < SIZE
-        assert left(endpoints) == SIZE
+    def test_are_endpoints_for_every_purpose(self, form):
+        endpoint = read(form)[7]
+        for made in (
+            pickle.loads(pickle.dumps(read(form)[7])),  # noqa: S301 - our own
+            copy.deepcopy(read(form)[7]),
+            replace(read(form)[7]),
+        ):
+            assert isinstance(made, Endpoint)
+            assert made == endpoint
+            assert endpoint == made
+        assert repr(endpoint).startswith("Endpoint(id=")
+        assert not hasattr(endpoint, "colour")
+        endpoint.settings["depth"] = Setting("8")
+        assert endpoint != read(form)[7]
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_check_leaves_quiet_endpoints_rows(form):
+def test_a_list_of_a_program_has_the_report_of_the_file(form):
     system = cqos.read(b"".join(form(SIZE)))
     report = cqos.check(replace(system, endpoints=[*system.endpoints]))
     assert cqos.check(b"".join(form(SIZE))).to_dict() == report.to_dict()
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_change_of_the_system_does_not_reach_a_report_that_was_made_before(form):
+    system = cqos.read(b"".join(form(SIZE)))
+    whole = cqos.check(replace(system, endpoints=[*system.endpoints])).to_dict()
+    system = cqos.read(b"".join(form(SIZE)))
+    report = cqos.check(system)
+    for endpoint in system.endpoints:
+        endpoint.settings = {"reliability": Setting("best_effort"), "depth": Setting("0")}
+        endpoint.topic = "elsewhere"
+    system.endpoints.clear()
+    assert report.to_dict() == whole
+
+
+def test_equal_ids_of_a_program_stay_two_endpoints():
+    system = cqos.read(b"".join(inputs.system_file(SIZE)))
+    one, other = system.endpoints[0], system.endpoints[2]
+    assert (one.role, one.topic) != (other.role, other.topic)
+    other.id = one.id
+    report = cqos.check(system)
+    few = cqos.check(
+        replace(system, endpoints=[each for each in system.endpoints if each.topic in {one.topic, other.topic}])
+    )
+    named = {name for group in few.groups for name in (*group.publishers, *group.subscribers)}
+    assert len(named) == 4
+    assert {*map(str, few.groups)} <= {*map(str, report.groups)}
 
 
 SPELLINGS = {
@@ -115,12 +141,9 @@ def stands_at(place: cqos.Place | None, data: bytes, text: str) -> bool:
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS.values(), ids=SPELLINGS)
-def test_rows_say_where_they_stand_however_they_are_written(spelling):
+def test_endpoints_say_where_they_stand_however_they_are_written(spelling):
     data = of_one([spelling.format(each, each + 1) for each in range(SIZE)])
-    endpoints = cqos.read(data).endpoints
-    assert left(endpoints) == SIZE
-    endpoint = endpoints[7]
-    assert isinstance(endpoint, RowEndpoint)
+    endpoint = cqos.read(data).endpoints[7]
     assert (endpoint.id, endpoint.topic, endpoint.label, endpoint.profiles) == ("a/publisher/t7", "/t7", None, ())
     assert endpoint.type == ("std_msgs/msg/String" if "type" in spelling else None)
     assert {name: each.text for name, each in endpoint.settings.items()} == {"depth": "8", "reliability": "best_effort"}
@@ -141,25 +164,7 @@ def test_what_an_alias_repeats_has_the_places_of_its_anchor():
     assert (str(endpoint.place), str(endpoint.settings["depth"].place)) == ("<bytes>:13:7", "<bytes>:6:24")
 
 
-@pytest.mark.parametrize(
-    "stated",
-    [
-        "{depth: 5, profile: sensor_data}",
-        "sensor_data",
-        "{depth: 5, lifespan: }",
-        "{depth: [5]}",
-        "{depth: 5, needs: {latest: true}}",
-    ],
-)
-def test_others_are_objects_from_the_start(stated):
-    endpoints = cqos.read(
-        of_one([f"/t{each}: {stated}" for each in range(SIZE)]).replace(b"publishes", b"subscribes")
-    ).endpoints
-    assert len(endpoints) == SIZE
-    assert left(endpoints) == 0
-
-
-def test_ids_of_rows_give_way_as_those_of_others():
+def test_ids_of_lines_give_way_as_those_of_others():
     lines = "".join(f"      /t{each}: {{depth: 1}}\n" for each in range(SIZE))
     groups = "    publishers:\n      g: {publishes: {/t7: {depth: 2}}}\n"
     text = f"cqos: 1\nprotocol: ros2\nparticipants:\n  a:\n    publishes:\n{lines}{groups}".encode()
