@@ -115,14 +115,53 @@ def test_equal_ids_of_a_program_stay_two_endpoints():
     assert {*map(str, few.groups)} <= {*map(str, report.groups)}
 
 
-def test_lines_say_where_they_stand():
-    lines = "".join(f"      /t{each}: {{depth: {each + 1}, reliability: best_effort}} # {{}}\n" for each in range(SIZE))
-    text = f"cqos: 1\nprotocol: ros2\nparticipants:\n  a:\n    publishes:\n{lines}".encode()
-    endpoint = cqos.read(text).endpoints[7]
-    assert (endpoint.id, endpoint.label, endpoint.profiles) == ("a/publisher/t7", None, ())
-    assert [str(each.place) for each in endpoint.settings.values()] == ["<bytes>:13:20", "<bytes>:13:36"]
-    assert str(endpoint.place) == "<bytes>:13:7"
-    assert endpoint.settings["reliability"] == Setting("best_effort", endpoint.settings["reliability"].place)
+SPELLINGS = {
+    "on one line": '/t{0}: {{depth: {1}, "reliability": best_effort}} # {{}}',
+    "in quotes": "'/t{0}': {{\"depth\": '{1}', reliability: \"best_effort\"}}",
+    "on several lines": "/t{0}:\n        depth: {1}  # a\n        # b\n        reliability:\n          best_effort",
+    "in brackets on several lines": '/t{0}: {{ # a\n  "depth": {1},\n\n reliability:\n  best_effort}}',
+    "with a type": "/t{0}: {{depth: {1}, type: std_msgs/msg/String, reliability: best_effort}}",
+    "with an id": "/t{0}: {{depth: {1}, reliability: best_effort, id: a/publisher/t{0}}}",
+    "in a list": "/t{0}: [{{depth: {1}, reliability: best_effort}}]",
+    "beside other letters": "/t{0}: {{depth: {1}, reliability: best_effort}}\n      # ä",
+}
+
+
+def of_one(lines: list[str]) -> bytes:
+    text = "".join(f"      {line}\n" for line in lines)
+    return f"cqos: 1\nprotocol: ros2\nparticipants:\n  a:\n    publishes:\n{text}".encode()
+
+
+def stands_at(place: cqos.Place | None, data: bytes, text: str) -> bool:
+    """Whether a text stands at a place, perhaps in quotes."""
+    if place is None or place.line is None or place.column is None:
+        return False
+    line = data.decode().split("\n")[place.line - 1]
+    return line[place.column - 1 :].lstrip("\"'").startswith(text)
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS.values(), ids=SPELLINGS)
+def test_endpoints_say_where_they_stand_however_they_are_written(spelling):
+    data = of_one([spelling.format(each, each + 1) for each in range(SIZE)])
+    endpoint = cqos.read(data).endpoints[7]
+    assert (endpoint.id, endpoint.topic, endpoint.label, endpoint.profiles) == ("a/publisher/t7", "/t7", None, ())
+    assert endpoint.type == ("std_msgs/msg/String" if "type" in spelling else None)
+    assert {name: each.text for name, each in endpoint.settings.items()} == {"depth": "8", "reliability": "best_effort"}
+    assert all(stands_at(each.place, data, each.text) for each in endpoint.settings.values())
+    assert stands_at(endpoint.place, data, "/t7")
+    assert endpoint.room.place == endpoint.place
+
+
+def test_several_on_one_topic_stand_where_each_begins():
+    data = of_one(["/t: [", *(f"  {{depth: {each}}}," for each in range(SIZE)), "]"])
+    endpoint = cqos.read(data).endpoints[7]
+    assert (endpoint.id, str(endpoint.place)) == ("a/publisher/t#8", "<bytes>:14:9")
+
+
+def test_what_an_alias_repeats_has_the_places_of_its_anchor():
+    data = of_one(["/t: &one {depth: 5}", *(f"/t{each}: *one" for each in range(SIZE))])
+    endpoint = cqos.read(data).endpoints[7]
+    assert (str(endpoint.place), str(endpoint.settings["depth"].place)) == ("<bytes>:13:7", "<bytes>:6:24")
 
 
 def test_ids_of_lines_give_way_as_those_of_others():

@@ -27,10 +27,11 @@ class Kind(RowKind):
         texts: those of settings of `endpoint` in whose place others stand.
     """
 
-    __slots__ = ("tag", "texts")
+    __slots__ = ("lines", "tag", "texts")
 
     def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf, tag: str, texts: Sequence[str]) -> None:
-        super().__init__(endpoint, pattern, lines)
+        super().__init__(endpoint, pattern)
+        self.lines = lines
         self.tag = tag
         self.texts = texts
 

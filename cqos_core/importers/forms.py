@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeGuard, TypeVar
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Scalar, Shape
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, part_text
-from cqos_core.importers.yaml_plain import EntryLines
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, TextMap, is_null, part_text, place_of
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Setting
+from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.system import Settings
 
 T = TypeVar("T")
 
@@ -47,8 +46,8 @@ class MapOf(Shape[dict[str, Member[T]]]):
     """A map from names that people choose to values of one shape.
 
     ``empty`` tells that a name without a value states something all the same: a topic with nothing but defaults.
-    `EntryLines` stay as they are where they may have settings under other names than ``rows_but``. ``instead`` is the key that a
-    list or a text at this one was meant for. ``beside`` are keys of the map around it, which are no names where they hold names.
+    ``instead`` is the key that a list or a text at this one was meant for. ``beside`` are keys of the map around it, which are no
+    names where they hold names.
     """
 
     def __init__(
@@ -57,22 +56,17 @@ class MapOf(Shape[dict[str, Member[T]]]):
         expected: str,
         *,
         empty: bool = False,
-        rows_but: frozenset[str] | None = None,
         instead: str = "",
         beside: frozenset[str] = frozenset(),
     ) -> None:
         super().__init__(expected)
         self.shape = shape
         self.empty = empty
-        self.rows_but = rows_but
         self.instead = instead
         self.beside = beside
 
     def read(self, node: Node, reading: Reading, name: str) -> dict[str, Member[T]] | None:
         """Read every value; a refused one is left out."""
-        if self.rows_but is not None and isinstance(node, EntryLines) and node.are_settings(self.rows_but):
-            node.lines = reading.lines_of
-            return node  # type: ignore[return-value]
         if not isinstance(node, MappingNode):
             advice = _missing_blank(node) or _as_map(node, self.instead or name)
             if isinstance(self.shape, SettingsMap) and (joined := _joined(node)) and joined.is_flat():
@@ -109,7 +103,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
                 continue
             read = self.shape.read(value, reading, key.text)
             if read is not None:
-                found[key.text] = Member(read, reading.place(key))
+                found[key.text] = Member(read, Place(reading.source.name, key.line, key.column))
         return found
 
     def _holds_names(self, node: Node) -> bool:
@@ -355,34 +349,78 @@ class Entry:
 
     Attributes:
         place: where the map, or the text that is short for one, begins.
+        values: of the form's own keys, by their names.
         settings: the keys that are not the form's own, where the form allows them.
     """
 
-    __slots__ = ("_values", "place", "settings")
+    __slots__ = ("place", "settings", "values")
 
     def __init__(self, place: Place, values: dict[str, Any], settings: Settings) -> None:
         self.place = place
         self.settings = settings
-        self._values = values
+        self.values = values
 
     def get(self, key: Key[T]) -> T | None:
         """Return the value of ``key``, None where it is not stated (or was refused)."""
-        value: T | None = self._values.get(key.name)
+        value: T | None = self.values.get(key.name)
         return value
 
     def corrected(self, other: Entry, joined: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType({})) -> Entry:
         """Return an entry with the keys of both: of a key of both the value of ``other``, or what ``joined`` makes of the two."""
         both = {
-            name: join(self._values[name], other._values[name])
+            name: join(self.values[name], other.values[name])
             for name, join in joined.items()
-            if name in self._values and name in other._values
+            if name in self.values and name in other.values
         }
-        return Entry(other.place, {**self._values, **other._values, **both}, {**self.settings, **other.settings})
+        return Entry(other.place, {**self.values, **other.values, **both}, {**self.settings, **other.settings})
 
     def require(self, key: Key[T]) -> T:
         """Return the value of a required key."""
-        value: T = self._values[key.name]
+        value: T = self.values[key.name]
         return value
+
+
+class TextEntry(Entry):
+    """What a map of texts states. Its settings, and its place, are made when one reads them.
+
+    Attributes:
+        node, reading: the map, and the reading of its source.
+    """
+
+    __slots__ = ("node", "reading")
+
+    def __init__(self, node: TextMap, reading: Reading, values: dict[str, Any]) -> None:
+        self.node = node
+        self.reading = reading
+        self.values = values
+
+    def __getattr__(self, name: str) -> Any:
+        """Make what is not there yet."""
+        if name == "place":
+            self.place = self.reading.place(self.node)
+        elif name == "settings":
+            self.settings = settings_at(self.reading.source.name, self.node.line or 0, *self.stated())
+        else:
+            raise AttributeError(name)
+        return getattr(self, name)
+
+    def stated(self) -> tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...]]:
+        """Return names, texts and spots of the settings; the spots are below the line of the map."""
+        node, values = self.node, self.values
+        every = node.names, node.texts, node.spots[1::2]
+        if not values:
+            return every
+        settings = [each for each in zip(*every, strict=True) if each[0] not in values]
+        names, texts, spots = zip(*settings, strict=True) if settings else ((), (), ())
+        return names, texts, spots
+
+
+def settings_at(
+    source: str, line: int, names: Iterable[str], texts: Iterable[str], spots: Iterable[int]
+) -> dict[str, Setting]:
+    """Return settings that stand at spots below a line."""
+    stated = zip(names, texts, spots, strict=True)
+    return {name: Setting(text, Place(source, *place_of(spot, line))) for name, text, spot in stated}
 
 
 class Form(Shape[Entry]):
@@ -428,12 +466,16 @@ class Form(Shape[Entry]):
         self.hints = hints
         self.required = tuple(key.name for key in self.keys.values() if key.required)
         self.former = {key.former: key.name for key in self.keys.values() if key.former}
-        self.own = frozenset((*self.keys, *self.former, *never))
+        self.misplaced = frozenset((*self.former, *never))
+        self.own = self.misplaced | self.keys.keys()
         self.flat = isinstance(others, AnySetting) and not others.maps
+        self.takes_texts = isinstance(others, AnySetting) and not self.required
 
     def read(self, node: Node, reading: Reading, name: str) -> Entry | None:
         """Read every key by its shape, and the others as settings; None where a required one is missing or refused."""
         if isinstance(node, MappingNode):
+            if self.takes_texts and isinstance(node, TextMap) and self.misplaced.isdisjoint(node.names):
+                return TextEntry(node, reading, self._own(node, reading))
             return self._map(node, reading)
         if is_null(node) and not self.required:
             return Entry(reading.place(node), {}, {})
@@ -461,6 +503,13 @@ class Form(Shape[Entry]):
         kinds = "a map" if self.short is None else "a text or a map"
         message = f"{shown(name)} must be {kinds} ({self.expected}), found {described(node)}"
         reading.problem("CQ009", message, node, advice)
+
+    def _own(self, node: TextMap, reading: Reading) -> dict[str, Any]:
+        """Read the values of the form's own keys in a map of texts."""
+        if self.own.isdisjoint(node.names):
+            return {}
+        keys = self.keys
+        return {name: keys[name].shape.read(node.value(name), reading, name) for name in node.names if name in keys}
 
     def _map(self, node: MappingNode, reading: Reading) -> Entry | None:
         keys, others, never = self.keys, self.others, self.never

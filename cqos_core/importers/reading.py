@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.tree import MappingNode, SequenceNode, is_null
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem, collect
-from cqos_core.model.rows import LinesOf
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -54,11 +53,6 @@ class Reading:
     def lines(self) -> Lines:
         """The lines of the source, for looking at how something was written."""
         return Lines(decode(self.source.data))
-
-    @cached_property
-    def lines_of(self) -> LinesOf:
-        """Tells the lines of what is read at any byte."""
-        return LinesOf(self.source.name, self.source.data)
 
     def rest_of_line(self, line: int | None, column: int) -> str:
         """Return the text from a one-based place to the end of its line."""

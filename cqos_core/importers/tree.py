@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import field
-from typing import Literal, TypeAlias
+from itertools import chain, repeat
+from typing import Any, Final, Literal, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 
 Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 
-_NULL = frozenset(("", "~", "null", "Null", "NULL"))
+NULL: Final = frozenset(("", "~", "null", "Null", "NULL"))
 _TRUE = frozenset(("true", "True", "TRUE"))
 _FALSE = frozenset(("false", "False", "FALSE"))
 _INTEGER = regular_expression(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
@@ -68,12 +69,74 @@ class MappingNode:
         return bool(self.entries) and all(isinstance(value, ScalarNode) for _, value in self.entries.values())
 
 
+class TextMap(MappingNode):
+    """A map of texts, as most in a large file are. Its entries are made when they are read.
+
+    Attributes:
+        names: its keys, each once. Maps of one source with the same keys have the same tuple.
+        texts: its values; none is null.
+        spots: where a key and its value stand, in turn: see `COLUMN_BITS`.
+    """
+
+    __slots__ = ("names", "spots", "texts")
+    names: tuple[str, ...]
+    texts: tuple[str, ...]
+    spots: tuple[int, ...]
+
+    def __init__(
+        self,
+        line: int,
+        column: int,
+        end: int,
+        names: tuple[str, ...],
+        texts: tuple[str, ...],
+        spots: tuple[int, ...],
+    ) -> None:
+        """Make a map whose entries do not exist yet."""
+        self.line, self.column, self.end, self.repeated = line, column, end, None
+        self.names, self.texts, self.spots = names, texts, spots
+
+    def __getattr__(self, name: str) -> Any:
+        """Make the entries."""
+        if name != "entries":
+            raise AttributeError(name)
+        line = self.line or 0
+        nodes = map(scalar, chain.from_iterable(zip(self.names, self.texts, strict=True)), self.spots, repeat(line))
+        self.entries = {key.text: (key, value) for key, value in zip(nodes, nodes, strict=True)}
+        return self.entries
+
+    def value(self, name: str) -> ScalarNode:
+        """Return the value of a key."""
+        at = self.names.index(name)
+        return scalar(self.texts[at], self.spots[2 * at + 1], self.line or 0)
+
+    def is_flat(self) -> bool:
+        """See `MappingNode.is_flat`."""
+        return True
+
+
+COLUMN_BITS: Final = 32
+"""Where a scalar stands is kept as one number, its spot. The lowest bit tells whether it is plain; then come so many bits of its column,
+from 0, and then its line below that of its list or map. On that line spots are small numbers, which Python need not make."""
+_COLUMNS: Final = (1 << COLUMN_BITS) - 1
+
+
+def place_of(spot: int, line: int) -> tuple[int, int]:
+    """Return the one-based line and column of a spot below a line."""
+    return line + (spot >> COLUMN_BITS + 1), (spot >> 1 & _COLUMNS) + 1
+
+
+def scalar(text: str, spot: int, line: int) -> ScalarNode:
+    """Return the node of a text at a spot below a line."""
+    return ScalarNode(text, *place_of(spot, line), plain=spot & 1 == 1)
+
+
 Node: TypeAlias = ScalarNode | SequenceNode | MappingNode
 
 
 def is_null(node: Node) -> bool:
     """Whether nothing is stated here: an empty value, ``~`` or ``null``."""
-    return isinstance(node, ScalarNode) and node.plain and node.text in _NULL
+    return isinstance(node, ScalarNode) and node.plain and node.text in NULL
 
 
 def stated(entries: MappingNode, name: str) -> Node | None:
@@ -123,7 +186,7 @@ def kind_of(node: ScalarNode) -> Kind:
     if not node.plain:
         return "text"
     text = node.text
-    if text in _NULL:
+    if text in NULL:
         return "null"
     if text in _TRUE or text in _FALSE:
         return "flag"

@@ -73,7 +73,6 @@ _ENDPOINTS: Final = MapOf(
     OneOrMore(ENDPOINT),
     "a map from topics to endpoints",
     empty=True,
-    rows_but=ENDPOINT.own,
     beside=frozenset(_DIRECTIONS),
 )
 PUBLISHED: Final = Form(
@@ -92,7 +91,6 @@ PUBLISHES: Final = Key(
         OneOrMore(PUBLISHED),
         "a map from topics to endpoints",
         empty=True,
-        rows_but=PUBLISHED.own,
         beside=frozenset(_DIRECTIONS),
     ),
     "Topics it publishes: topic to profile, to settings, or to a list of those.",

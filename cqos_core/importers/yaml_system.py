@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -14,10 +12,10 @@ from cqos_core.importers.reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.timing import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
-from cqos_core.importers.yaml_plain import EntryLines
+from cqos_core.importers.yaml_endpoints import DIRECTIONS, PUBLISHES, SUBSCRIBES, Direction, Maker, profiles, texts_of
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError, Problem, collect
-from cqos_core.model.rows import LineKind, add_rows, as_object
+from cqos_core.model.rows import add_rows, as_object
 from cqos_core.model.system import (
     MESSAGE,
     PUBLISHER,
@@ -41,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeVar
 
-    from cqos_core.importers.forms import Entry, Key, Member
+    from cqos_core.importers.forms import Entry, Member
     from cqos_core.model.rows import Pattern, Row
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, Setting
@@ -53,31 +51,7 @@ _FEW: Final = 1_000
 """So few endpoints are not worth keeping as rows."""
 
 
-class _Direction(NamedTuple):
-    """A key whose value maps topics to endpoints, and what those endpoints are."""
-
-    key: Key[dict[str, Member[list[Entry]]]]
-    role: Role
-    kind: str = "message"
-
-    @property
-    def word(self) -> str:
-        """What stands in ids made up for these endpoints."""
-        return self.role if self.kind == "message" else self.kind
-
-
-_PUBLISHES: Final = _Direction(form.PUBLISHES, PUBLISHER)
-_SUBSCRIBES: Final = _Direction(form.SUBSCRIBES, SUBSCRIBER)
-# What serves receives requests, what calls sends them; packs derive the topics from that.
-_DIRECTIONS: Final = (
-    _PUBLISHES,
-    _SUBSCRIBES,
-    _Direction(form.SERVES, SUBSCRIBER, "service_server"),
-    _Direction(form.CALLS, PUBLISHER, "service_client"),
-    _Direction(form.ACTION_SERVERS, SUBSCRIBER, "action_server"),
-    _Direction(form.ACTION_CLIENTS, PUBLISHER, "action_client"),
-)
-_GROUPS: Final = ((form.PUBLISHERS, _PUBLISHES), (form.SUBSCRIBERS, _SUBSCRIBES))
+_GROUPS: Final = ((form.PUBLISHERS, PUBLISHES), (form.SUBSCRIBERS, SUBSCRIBES))
 
 
 class _AsWritten(NamedTuple):
@@ -133,8 +107,10 @@ class _Builder:
         self.problems = loader.problems
         self.system = System(notes=loader.notes, sources=loader.sources)
         self.places: dict[tuple[str, str], Place] = {}
+        self.endpoints: list[Endpoint | Row] = []
         self.ids: dict[str, tuple[Any, ...]] = {}
         self.numbers: dict[str, int] = {}
+        self.patterns: dict[tuple[str, ...], Pattern] = {}
         self.multiplied: Place | None = None
         self.made = Multiplier(self.instances(), active=bool(loader.templates))
         for node, reading in loader.templates:
@@ -163,6 +139,7 @@ class _Builder:
             except TooManyError as error:
                 advice = "list fewer instances, or mention fewer variables together"
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)
+        add_rows(self.system, self.endpoints)
         for foreign in self.foreign:
             self.take(foreign)
         if len(self.system.endpoints) < _FEW:
@@ -242,7 +219,7 @@ class _Builder:
     def named(self, entry: Entry) -> None:
         """Take profiles, topics, brokers, bridges, chains and links."""
         for name, profile in (entry.get(form.PROFILES) or {}).items():
-            stated = Profile(name, profile.value.settings, _profiles(profile.value), profile.place)
+            stated = Profile(name, profile.value.settings, profiles(profile.value), profile.place)
             self.add("profile", name, stated, self.system.profiles)
         for name, topic in (entry.get(form.TOPICS) or {}).items():
             external = topic.value.get(form.EXTERNAL) or False
@@ -250,7 +227,7 @@ class _Builder:
             self.add("topic", name, about, self.system.topics)
         for name, broker in (entry.get(form.BROKERS) or {}).items():
             made, room = broker.value, Room(broker.place)
-            found = Broker(name, self.protocol(made, entry), made.settings, _profiles(made), broker.place, room=room)
+            found = Broker(name, self.protocol(made, entry), made.settings, profiles(made), broker.place, room=room)
             self.add("broker", name, found, self.system.brokers)
         for name, bridge in (entry.get(form.BRIDGES) or {}).items():
             routes, carries = map(_route, bridge.value.get(form.ROUTES) or ()), bridge.value.get(form.CARRIES) or ()
@@ -309,14 +286,14 @@ class _Builder:
         """Take participants with their endpoints."""
         for name, member in (document.get(form.PARTICIPANTS) or {}).items():
             participant = self.participant(name, member, document)
-            profiles, endpoints = self.endpoints(name, member.value, observed=document.get(form.ALL_OBSERVED) or False)
+            groups, endpoints = self.stated(name, member.value, observed=document.get(form.ALL_OBSERVED) or False)
             for binding in self.copies("participant", name, member.place, participant):
                 copy = self.made.fill(participant, binding)
                 if not self.claim("participant", copy.id, member.place):
                     continue
                 copy.template = name if binding else None
                 self.system.participants[copy.id] = copy
-                for profile in profiles:
+                for profile in groups:
                     self.add("group", profile.name, profile, self.system.profiles, binding)
                 for stated in endpoints:
                     self.copy_endpoint(stated, binding)
@@ -335,40 +312,65 @@ class _Builder:
             settings=settings,
             remap={old: new.value for old, new in (entry.get(form.REMAP) or {}).items()},
             external=entry.get(form.EXTERNAL) or False,
-            starts_after=_texts(entry, form.STARTS_AFTER),
+            starts_after=texts_of(entry, form.STARTS_AFTER),
             label=entry.get(form.LABEL),
             place=member.place,
             room=Room(member.place),
             groups={key.name: group.place for key, _ in _GROUPS for group in list((entry.get(key) or {}).values())[:1]},
         )
 
-    def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_AsWritten]]:
+    def stated(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_AsWritten]]:
         """Read the endpoints of a participant, and the profiles that its groups are."""
-        profiles: list[Profile] = []
+        groups: list[Profile] = []
         found: list[_AsWritten] = []
         numbers: dict[str, int] = {}
-        for direction in _DIRECTIONS:
-            found += _endpoints(name, entry, direction, (), numbers, observed=observed)
+        for direction in DIRECTIONS:
+            found += self.below(name, entry, direction, (), numbers, observed=observed)
         for key, direction in _GROUPS:
             for group, member in (entry.get(key) or {}).items():
-                shared = _profiles(member.value)
+                shared = profiles(member.value)
                 if member.value.settings:
                     profile = Profile(f"{name}/{key.name}/{group}", member.value.settings, shared, member.place)
-                    profiles.append(profile)
+                    groups.append(profile)
                     shared = (ProfileRef(profile.name, member.place),)
-                found += _endpoints(name, member.value, direction, shared, numbers, observed=observed)
-        return profiles, found
+                found += self.below(name, member.value, direction, shared, numbers, observed=observed)
+        return groups, found
+
+    def below(
+        self,
+        participant: str,
+        entry: Entry,
+        direction: Direction,
+        shared: tuple[ProfileRef, ...],
+        numbers: dict[str, int],
+        *,
+        observed: bool,
+    ) -> Iterator[_AsWritten]:
+        """Yield the endpoints below one key; ``shared`` are the profiles of the group they are in."""
+        members = entry.get(direction.key)
+        if not members:
+            return
+        word = direction.word
+        maker = Maker(participant, direction, shared, self.patterns, observed=observed)
+        for topic, member in members.items():
+            name = endpoint_id(participant, word, topic)
+            for stated in member.value:
+                place = stated.place if len(member.value) > 1 else member.place
+                given = stated.get(form.ID) if stated.values else None
+                endpoint = maker.endpoint(stated, given or name, topic, place)
+                yield _AsWritten(endpoint, given or numbered(name, numbers), given is not None)
 
     def copy_endpoint(self, stated: _AsWritten, binding: Mapping[str, str]) -> None:
         """Add the copies of one endpoint within one copy of its participant."""
         row = stated.endpoint
-        if not self.made.active and isinstance(row, tuple) and self.ids.setdefault(row[1], row) is row:
-            add_rows(self.system, (row,))
+        if not self.made.active and isinstance(row, tuple) and row[1] not in self.ids:
+            self.ids[row[1]] = (row[0].place(row), True) if stated.given else row
+            self.endpoints.append(row)
             return
         endpoint = as_object(row)
         for copy in self.endpoint_copies(endpoint, stated, binding) if self.made.active else (endpoint,):
             copy.id = self.unique(copy, given=stated.given)
-            self.system.endpoints.append(copy)
+            self.endpoints.append(copy)
 
     def endpoint_copies(self, template: Endpoint, stated: _AsWritten, binding: Mapping[str, str]) -> Iterator[Endpoint]:
         """Yield the copies of one endpoint; their ids may be those of others still."""
@@ -419,69 +421,10 @@ def _side(stated: Entry, role: Role, kind: str) -> Endpoint:
         topic=stated.get(form.TOPIC_NAME),
         participant=stated.require(form.PARTICIPANT_ID),
         settings=stated.settings,
-        profiles=_profiles(stated),
+        profiles=profiles(stated),
         type=stated.get(form.TYPE),
         kind=kind,
         external=stated.get(form.EXTERNAL) or False,
         label=stated.get(form.LABEL),
         place=stated.place,
     )
-
-
-def _endpoints(
-    participant: str,
-    entry: Entry,
-    direction: _Direction,
-    shared: tuple[ProfileRef, ...],
-    numbers: dict[str, int],
-    *,
-    observed: bool,
-) -> Iterator[_AsWritten]:
-    """Yield the endpoints below one key; ``shared`` are the profiles of the group they are in."""
-    members: Any = entry.get(direction.key)
-    if not members:
-        return
-    named = partial(endpoint_id, participant, direction.word)
-    like = Endpoint(id="", role=direction.role, topic=None, participant=participant, profiles=shared, observed=observed)
-    like.kind = direction.kind
-    if isinstance(members, EntryLines):
-        kinds: dict[Pattern, LineKind] = {}
-        rows, members.rows = members.rows or (), None
-        for pattern, topic, at, *texts in rows:
-            kind = kinds.get(pattern)
-            if kind is None:
-                kind = kinds[pattern] = LineKind(like, pattern, members.lines, members.column or 0)
-            name = named(topic)
-            yield _AsWritten((kind, name, topic, at, *texts), numbered(name, numbers), given=False)
-        return
-    for topic, member in members.items():
-        for stated in member.value:
-            place, name = stated.place if len(member.value) > 1 else member.place, named(topic)
-            own = replace(
-                like, id=name, topic=topic, settings=stated.settings, overlay={}, place=place, room=Room(place)
-            )
-            given = _fill(own, stated)
-            yield _AsWritten(own, given or numbered(name, numbers), given is not None)
-
-
-def _fill(endpoint: Endpoint, stated: Entry) -> str | None:
-    """Put in what is stated beside settings; return the id, where one is given."""
-    given, own = stated.get(form.ID), stated.get(form.OBSERVED)
-    endpoint.id = given or endpoint.id
-    endpoint.profiles += _profiles(stated)
-    endpoint.needs = stated.get(form.NEEDS) or {}
-    endpoint.type = stated.get(form.TYPE)
-    endpoint.observed = endpoint.observed if own is None else own
-    endpoint.external = stated.get(form.EXTERNAL) or False
-    endpoint.starts_after = _texts(stated, form.STARTS_AFTER)
-    endpoint.protocol = stated.get(form.PROTOCOL)
-    endpoint.label = stated.get(form.LABEL)
-    return given
-
-
-def _profiles(entry: Entry) -> tuple[ProfileRef, ...]:
-    return tuple(ProfileRef(name.text, name.place) for name in entry.get(form.PROFILE) or ())
-
-
-def _texts(entry: Entry, key: Key[tuple[Setting, ...]]) -> tuple[str, ...]:
-    return tuple(text.text for text in entry.get(key) or ())

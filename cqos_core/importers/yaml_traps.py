@@ -38,8 +38,7 @@ _ODD = regular_expression("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2212\u2022\u2023\u25e6\u00b7"
 _QUOTES = "\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb"
 _APOSTROPHES = "\u2018\u2019"
-_LOOKS_ODD = regular_expression(f"{_ODD.pattern}|[{_DASHES}{_QUOTES}]")
-_COMMA_AT_END = regular_expression(rb"^[^#\n]*,[ \t]*\r?$", re.MULTILINE)
+_LOOKS_ODD = regular_expression(f"{_ODD.pattern}|^[{_DASHES}{_QUOTES}]|[,{_QUOTES}]$")
 
 
 def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> None:
@@ -48,11 +47,7 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
     These are characters that only look like a blank, or like nothing; typographic quotes around a text; a dash of another kind before
     an item; a comma at the end. Values of the keys ``free`` are texts for people, which may have all of these but the first.
     """
-    data = reading.source.data
-    if data.isascii() and b"\0" not in data:
-        if not _COMMA_AT_END.search(data):
-            return
-    elif not _LOOKS_ODD.search(reading.lines.text) and not _COMMA_AT_END.search(reading.lines.text.encode()):
+    if not any(_LOOKS_ODD.search(text) for text in tree.texts if text[-1:] == "," or not text.isascii()):
         return
     for_people: set[int] = set()
     for node in walk(tree.documents):
@@ -65,9 +60,10 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
             message = f"{shown(node.text)} contains {character}, which is no blank to YAML"
             advice = "write an ordinary blank, or put the text in quotes if the character belongs to it"
             reading.problem("CQ002", message, node, advice)
-        elif id(node) not in for_people and (said := _foreign(node.text)) is not None:
+            continue
+        rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
+        if id(node) not in for_people and (said := _foreign(node.text, rest)) is not None:
             message, advice = said
-            rest = reading.rest_of_line(node.line, (node.column or 1) + len(node.text))
             if node.text[0] in _DASHES and node.text[1:2] == " " and rest.startswith(":"):
                 advice = f"write `{node.text[1:].strip()}:`, or in a list `- {node.text[1:].strip()}:`"
             if reading.source.name.lower().endswith(".json"):
@@ -75,8 +71,8 @@ def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> Non
             reading.problem("CQ002", message, node, advice)
 
 
-def _foreign(text: str) -> tuple[str, str] | None:
-    """Say what is wrong with a text that has signs of a word processor, or of JSON, around it."""
+def _foreign(text: str, rest: str) -> tuple[str, str] | None:
+    """Say what is wrong with a text that has signs of a word processor, or of JSON, around it; ``rest`` is what its line has after it."""
     if text[0] in _DASHES and text[1:2] == " ":
         message = f"{shown(text)} begins with a dash (U+{ord(text[0]):04X}) that begins no item in YAML"
         return message, f"write `- {text[1:].split(f' {text[0]} ', maxsplit=1)[0].strip()}`"
@@ -91,7 +87,7 @@ def _foreign(text: str) -> tuple[str, str] | None:
         word = quoted_where_needed(ScalarNode(inner, None, None, plain=True)) if inner else '""'
         message = f"typographic quotes are part of {shown(text)} to YAML"
         return message, f"write `{word}`; if they belong to the text, put it in straight quotes: `{in_quotes(text)}`"
-    if text[-1] == "," and text[:-1].strip():
+    if text[-1] == "," and text[:-1].strip() and not rest.strip():
         advice = f"remove the comma: `{text[:-1].rstrip()}`; if it belongs to the text, put it in quotes: `{in_quotes(text)}`"
         return f"a comma at the end is part of {shown(text)} to YAML", advice
     return None

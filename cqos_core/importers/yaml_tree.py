@@ -1,24 +1,35 @@
 """YAML and JSON to trees with places, from the events of the C parser: no objects are constructed, nothing recurses.
 
-Building slotted nodes from events takes half the time of PyYAML's own composer and a third of its memory. The composer
-recurses on the C stack, where deep nesting ends the process; here it is a loop with a limit.
+A map of texts becomes one node, whose parts are made when one reads them: most of a large file is such maps. PyYAML's own composer makes
+a node of every text, and recurses on the C stack, where deep nesting ends the process; here it is a loop with a limit.
 """
 
 from __future__ import annotations
 
 from dataclasses import field
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from cqos_core.importers.reading import described, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
-from cqos_core.importers.yaml_plain import plain_tree
+from cqos_core.importers.tree import (
+    COLUMN_BITS,
+    NULL,
+    MappingNode,
+    ScalarNode,
+    SequenceNode,
+    TextMap,
+    flow_text,
+    is_null,
+    kind_of,
+    scalar,
+)
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Iterator
 
     import yaml
 
@@ -36,6 +47,7 @@ _PREFIX = "tag:yaml.org,2002:"
 _NONSPECIFIC = "!"
 _TAGGED_KINDS = {"null": "null", "bool": "flag", "int": "number", "float": "number"}
 _MERGE = "<<"
+_SPECIAL = NULL | {_MERGE}
 
 
 @dataclass(slots=True)
@@ -46,11 +58,14 @@ class Tree:
         documents: their roots; documents without content are left out.
         templates: every scalar with ``${`` in it.
         glued: every plain key without a value that has a colon within, as in ``{depth:5}``.
+        texts: every text, with itself if it is nothing but a text wherever it stands: so equal ones are one object, whose hash is known.
+            None stands with what means nothing or something else where it is plain, mentions a variable, or begins a call that a comma cut.
     """
 
     documents: list[Node] = field(default_factory=list)
     templates: list[ScalarNode] = field(default_factory=list)
     glued: list[ScalarNode] = field(default_factory=list)
+    texts: dict[str, str | None] = field(default_factory=dict)
 
 
 Repeated: TypeAlias = Literal["refuse", "keep", "last", "merge"]
@@ -64,10 +79,7 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
     in one map is a problem, unless ``repeated`` says what the program that owns the format does with it.
     """
-    root = plain_tree(reading.source.data)
-    if root is not None:
-        return Tree([root])
-    import yaml  # small files of the plain form need none of it
+    import yaml
 
     before = len(reading.problems)
     composer = _Composer(reading, repeated=repeated)
@@ -143,19 +155,8 @@ class _RefusedError(Exception):
 
 
 @dataclass(slots=True, eq=False)
-class _OpenNode:
-    """A list or map that is still being read: what came so far, and what it counts for if it is repeated."""
-
-    node: SequenceNode | MappingNode | None
-    items: list[Node]
-    anchor: str | None = None
-    size_before: int = 0
-    peak_before: int = 0
-
-
-@dataclass(slots=True, eq=False)
 class _Anchored:
-    """What an anchor names; ``node`` is None while it is still being read."""
+    """What an anchor names, None while it is still being read; its values and characters, and how deep it nests others."""
 
     node: Node | None = None
     size: int = 0
@@ -191,11 +192,12 @@ class _Composer:
         self.reading = reading
         self.twice = repeated
         self.tree = Tree()
+        self.names: dict[tuple[str, ...], tuple[str, ...]] = {}
         self.anchors: dict[str, _Anchored] = {}
-        self.size = 0
+        self.counted: dict[int, _Anchored] = {}  # of the document, by the identity of their nodes
         self.repeated = 0
-        self.peak = 0
-        self.stack: list[_OpenNode] = []
+        self.above: list[tuple[Any, list[Node | str], list[int], int]] = []
+        """The lists and maps within which one is being read: the event of each, its parts so far with their spots, its line from 0."""
         self.nameless: set[int] = set()  # keys that are reported for their anchor
         self.placeholders: set[int] = set()  # aliases that are reported
 
@@ -212,74 +214,114 @@ class _Composer:
             StreamEndEvent,
         )
 
-        templates = self.tree.templates
-        texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
-        top = _OpenNode(None, [])
-        items = top.items
-        stack = self.stack
+        known, above = self.tree.texts.get, self.above
+        opened: Any = None
+        items: list[Node | str] = []
+        spots: list[int] = []
+        first, is_flat = 0, False
         while True:
             event = next_event()
             kind = type(event)
             if kind is ScalarEvent:
+                part: Node | str | None = known(event.value)
+                if part is None or event.anchor is not None or event.tag is not None:
+                    part = self.scalar(event)
+                    is_flat = is_flat and type(part) is str
+                items.append(part)
                 mark = event.start_mark
-                text = event.value
-                text = texts.setdefault(text, text)
-                node = ScalarNode(text, mark.line + 1, mark.column + 1, event.implicit[0])
-                self.size += 1 + len(text)
-                if "${" in text:
-                    templates.append(node)
-                if event.tag is not None:
-                    self.scalar_tag(node, event.tag)
-                if event.anchor is not None:
-                    if not text and node.plain and self.twice == "refuse":
-                        self.names_nothing(node, event.anchor)
-                    self.anchors[event.anchor] = _Anchored(node, 1 + len(text))
-                items.append(node)
-            elif kind is MappingStartEvent or kind is SequenceStartEvent:
-                stack.append(top)
-                new = MappingNode if kind is MappingStartEvent else SequenceNode
-                mark = event.start_mark
-                top = self.open(new(mark.line + 1, mark.column + 1), event.tag, event.anchor)
-                items.append(top.node)  # type: ignore[arg-type]  # only the outermost has none
-                items = top.items
-            elif kind is MappingEndEvent or kind is SequenceEndEvent:
-                self.close(top, event.start_mark.line + 1)
-                top = stack.pop()
-                items = top.items
+                spots.append((mark.line - first << COLUMN_BITS | mark.column) << 1 | event.implicit[0])
+                continue
+            if kind is MappingStartEvent or kind is SequenceStartEvent:
+                above.append((opened, items, spots, first))
+                if event.anchor is not None or event.tag is not None or len(above) > DEEPEST:
+                    self.open(event, is_map=kind is MappingStartEvent)
+                opened, items, spots, first, is_flat = event, [], [], event.start_mark.line, True
+                continue
+            node: Node
+            if kind is MappingEndEvent or kind is SequenceEndEvent:
+                end = event.start_mark.line + 1 if kind is MappingEndEvent else None
+                node = self.close(opened, end, items, spots, is_flat=is_flat)
+                opened, items, spots, first = above.pop()
             elif kind is AliasEvent:
-                mark = event.start_mark
-                items.append(self.alias(event.anchor, mark.line + 1, mark.column + 1))
-            elif kind is DocumentStartEvent:
-                self.anchors.clear()
+                node = self.alias(event.anchor, event.start_mark.line + 1, event.start_mark.column + 1)
             elif kind is StreamEndEvent:
                 break
-        self.tree.documents += [node for node in items if not is_null(node)]
+            else:
+                if kind is DocumentStartEvent:
+                    self.anchors.clear()
+                continue
+            items.append(node)
+            spots.append(0)
+            is_flat = False
+        self.tree.documents += [node for node in _nodes(items, spots, 1) if not is_null(node)]
 
-    def open(self, node: MappingNode | SequenceNode, tag: str | None, anchor: str | None) -> _OpenNode:
-        """Begin a list or map."""
-        if len(self.stack) > DEEPEST:
-            self.refuse(f"lists and maps are nested deeper than {DEEPEST} here", node)
-        if tag is not None:
-            self.collection_tag(node, tag)
-        opened = _OpenNode(node, [], anchor, self.size, self.peak)
-        if anchor is not None:
-            self.anchors[anchor] = _Anchored()
-        self.peak = len(self.stack)
-        return opened
+    def scalar(self, event: Any) -> ScalarNode | str:
+        """Return a text that is nothing else anywhere; or the node of a scalar that has something to it, even if only its anchor."""
+        text: str = event.value
+        mark = event.start_mark
+        is_only_text = text not in _SPECIAL and "${" not in text and text.count("(") <= text.count(")")
+        self.tree.texts.setdefault(text, text if is_only_text else None)
+        if is_only_text and event.tag is None and event.anchor is None:
+            return text
+        node = ScalarNode(text, mark.line + 1, mark.column + 1, event.implicit[0])
+        if "${" in text:
+            self.tree.templates.append(node)
+        if event.tag is not None:
+            self.scalar_tag(node, event.tag)
+        if event.anchor is not None:
+            if not text and node.plain and self.twice == "refuse":
+                self.names_nothing(node, event.anchor)
+            self.anchors[event.anchor] = self.count(node)
+        return node
 
-    def close(self, opened: _OpenNode, line: int) -> None:
-        """End a list or map before ``line``: put together what it holds."""
-        node = opened.node
-        self.size += 1
-        if isinstance(node, MappingNode):
-            node.end = line
-            self.fill(node, opened.items)
-        elif node is not None:
-            node.items = opened.items
+    def open(self, event: Any, *, is_map: bool) -> None:
+        """Begin a list or map that has something to it."""
+        mark = event.start_mark
+        place = Place(self.reading.source.name, mark.line + 1, mark.column + 1)
+        if len(self.above) > DEEPEST:
+            self.refuse(f"lists and maps are nested deeper than {DEEPEST} here", place)
+        if event.tag is not None and event.tag not in {_NONSPECIFIC, f"{_PREFIX}{'map' if is_map else 'seq'}"}:
+            self.unknown_tag(place, event.tag)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = _Anchored()
+
+    def close(
+        self, opened: Any, end: int | None, items: list[Node | str], spots: list[int], *, is_flat: bool
+    ) -> SequenceNode | MappingNode:
+        """Return a list, or a map that has an ``end``; ``is_flat`` tells that its parts are all texts."""
+        mark = opened.start_mark
+        line, column = mark.line + 1, mark.column + 1
+        node: SequenceNode | MappingNode
+        if end is None:
+            node = SequenceNode(line, column, [*_nodes(items, spots, line)])
+        elif is_flat and items and (names := self.different(items[::2])) is not None:
+            node = TextMap(line, column, end, names, tuple(items[1::2]), tuple(spots))  # type: ignore[arg-type]
+        else:
+            node = MappingNode(line, column, {}, end)
+            self.fill(node, _nodes(items, spots, line))
         if opened.anchor is not None:
-            height = self.peak - len(self.stack)
-            self.anchors[opened.anchor] = _Anchored(node, self.size - opened.size_before, height)
-        self.peak = max(self.peak, opened.peak_before)
+            self.anchors[opened.anchor] = self.counted[id(node)] = self.count(node)
+        return node
+
+    def different(self, names: list[Any]) -> tuple[str, ...] | None:
+        """Return keys as the tuple that all maps with them have; None where one stands twice."""
+        found: tuple[str, ...] = (*names,)
+        known = self.names.get(found)
+        if known is None and len({*found}) == len(found):
+            known = self.names[found] = found
+        return known
+
+    def count(self, node: Node) -> _Anchored:
+        """Return what a node counts for where it is repeated."""
+        if isinstance(node, ScalarNode):
+            return _Anchored(node, 1 + len(node.text))
+        parts = node.items if isinstance(node, SequenceNode) else chain.from_iterable(node.entries.values())
+        size, height = 1, 0
+        for part in parts:
+            below = self.counted.get(id(part)) or self.count(part)
+            size += below.size
+            height = max(height, 0 if isinstance(part, ScalarNode) else below.height + 1)
+        return _Anchored(node, size, height)
 
     def alias(self, name: str, line: int, column: int) -> Node:
         """Return what an alias stands for, or a text in its place where it stands for nothing."""
@@ -298,12 +340,10 @@ class _Composer:
         if anchored.node is None:
             self.reading.problem("CQ002", f"`*{name}` stands within `&{name}`, which it repeats", placeholder)
             return placeholder
-        self.size += anchored.size
         self.repeated += anchored.size
-        self.peak = max(self.peak, len(self.stack) + anchored.height + 1)
         if self.repeated > MOST_REPEATED:
             self.refuse("aliases repeat more than any real file needs", placeholder)
-        if self.peak > DEEPEST:
+        if len(self.above) + anchored.height >= DEEPEST:
             self.refuse(f"aliases nest lists and maps deeper than {DEEPEST} here", placeholder)
         return anchored.node
 
@@ -316,20 +356,18 @@ class _Composer:
             advice = f"write `*{name}` to take what the anchor `&{name}` names"
         self.reading.problem("CQ017", message, node, advice)
 
-    def refuse(self, message: str, node: Node) -> None:
+    def refuse(self, message: str, where: Node | Place) -> None:
         """Stop reading."""
-        self.reading.problem("CQ002", f"{message}, which is refused", node)
+        self.reading.problem("CQ002", f"{message}, which is refused", where)
         raise _RefusedError
 
     # Maps
 
-    def fill(self, node: MappingNode, items: list[Node]) -> None:
-        """Make entries of keys and values that follow each other in ``items``."""
+    def fill(self, node: MappingNode, parts: Iterator[Node]) -> None:
+        """Make entries of keys and values that follow each other."""
         entries = node.entries
         merge: tuple[ScalarNode, Node] | None = None
-        pairs = iter(items)
-        for key in pairs:
-            value = next(pairs)
+        for key, value in zip(parts, parts, strict=True):
             if not isinstance(key, ScalarNode):
                 self.reading.problem("CQ009", "a key must be a text, found a list or map", key)
                 continue
@@ -410,16 +448,16 @@ class _Composer:
         if _TAGGED_KINDS.get(tag.removeprefix(_PREFIX)) != kind_of(node):
             self.unknown_tag(node, tag)
 
-    def collection_tag(self, node: Node, tag: str) -> None:
-        """Refuse a tag that makes something else of a list or map."""
-        own = "map" if isinstance(node, MappingNode) else "seq"
-        if tag not in {_NONSPECIFIC, f"{_PREFIX}{own}"}:
-            self.unknown_tag(node, tag)
-
-    def unknown_tag(self, node: Node, tag: str) -> None:
+    def unknown_tag(self, where: Node | Place, tag: str) -> None:
         """Say that a tag means nothing here."""
         written = f"!!{tag.removeprefix(_PREFIX)}" if tag.startswith(_PREFIX) else tag
-        text = node.text if isinstance(node, ScalarNode) else ""
+        text = where.text if isinstance(where, ScalarNode) else ""
         whole = f"{written.removesuffix(':')} {text}".strip()
         advice = f'remove it; if it belongs to the text, write the text in quotes: "{whole}"'
-        self.reading.problem("CQ018", f"the tag {shown(written)} means nothing here", node, advice)
+        self.reading.problem("CQ018", f"the tag {shown(written)} means nothing here", where, advice)
+
+
+def _nodes(parts: Iterable[Node | str], spots: Iterable[int], line: int) -> Iterator[Node]:
+    """Yield the parts of a list or map that begins on a line as nodes."""
+    for part, spot in zip(parts, spots, strict=True):
+        yield scalar(part, spot, line) if type(part) is str else part  # type: ignore[misc]

@@ -11,7 +11,7 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.model.system import Endpoint, Place, Room, Setting
+from cqos_core.model.system import Endpoint, Place, Room
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -53,15 +53,13 @@ class RowKind(ABC):
     Attributes:
         endpoint: an endpoint like theirs, which is not changed any more: no instance of a template, and no alternative.
         pattern: of its settings.
-        lines: of the file.
     """
 
-    __slots__ = ("endpoint", "lines", "pattern")
+    __slots__ = ("endpoint", "pattern")
 
-    def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf) -> None:
+    def __init__(self, endpoint: Endpoint, pattern: Pattern) -> None:
         self.endpoint = endpoint
         self.pattern = pattern
-        self.lines = lines
 
     @abstractmethod
     def place(self, row: Row) -> Place:
@@ -72,31 +70,6 @@ class RowKind(ABC):
         if name == "place":
             return self.place(row)
         return Room(self.place(row)) if name == "room" else getattr(self.endpoint, name)
-
-
-class LineKind(RowKind):
-    """Lines of one map, ``key: {word: text, …}``, that state the same settings; in their rows stands the byte of the key, in a ``column``."""
-
-    __slots__ = ("column",)
-
-    def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf, column: int) -> None:
-        super().__init__(endpoint, pattern, lines)
-        self.column = column
-
-    def place(self, row: Row) -> Place:
-        """See `RowKind.place`."""
-        return Place(self.lines.source, self.lines.line(row[3]), self.column)
-
-    def make(self, name: str, row: Row) -> Any:
-        """See `RowKind.make`."""
-        if name != "settings":
-            return super().make(name, row)
-        data, start, place = self.lines.data, row[3], self.place(row)
-        settings, at = {}, start
-        for (word, *_), text in zip(self.pattern.said[0], row[FIRST_TEXT:], strict=True):
-            at = data.index(text.encode(), data.index(word.encode(), at) + len(word))
-            settings[word] = Setting(text, Place(place.source, place.line, self.column + at - start))
-        return settings
 
 
 class EndpointList(list[Endpoint]):
@@ -159,8 +132,8 @@ for _name in ("copy", "count", "index", "pop", "remove", "sort"):
     setattr(EndpointList, _name, _of_objects(_name))
 
 
-def add_rows(system: System, rows: Iterable[Row]) -> None:
-    """Add endpoints to a system as rows."""
+def add_rows(system: System, rows: Iterable[Endpoint | Row]) -> None:
+    """Add endpoints to a system, those that are rows as that."""
     if not isinstance(system.endpoints, EndpointList):
         system.endpoints = EndpointList(system.endpoints)
     list.extend(system.endpoints, rows)  # type: ignore[misc]
