@@ -30,8 +30,8 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
     """Add an endpoint for every signal definition of every event, wherever the event is nested."""
     document = reading.document
     for event in document.nodes:
-        if event in document.runs:
-            endpoints.add_run(event, document.runs[event])
+        if event in document.taken.runs:
+            endpoints.add_run(event, signals)
             continue
         role = EVENT_ROLES.get(str(event.tag))
         if role is None:

@@ -53,15 +53,13 @@ class RowKind(ABC):
     Attributes:
         endpoint: an endpoint like theirs, which is not changed any more: no instance of a template, and no alternative.
         pattern: of its settings.
-        lines: of the file.
     """
 
-    __slots__ = ("endpoint", "lines", "pattern")
+    __slots__ = ("endpoint", "pattern")
 
-    def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf) -> None:
+    def __init__(self, endpoint: Endpoint, pattern: Pattern) -> None:
         self.endpoint = endpoint
         self.pattern = pattern
-        self.lines = lines
 
     @abstractmethod
     def place(self, row: Row) -> Place:
@@ -77,11 +75,11 @@ class RowKind(ABC):
 class LineKind(RowKind):
     """Lines of one map, ``key: {word: text, …}``, that state the same settings; in their rows stands the byte of the key, in a ``column``."""
 
-    __slots__ = ("column",)
+    __slots__ = ("column", "lines")
 
     def __init__(self, endpoint: Endpoint, pattern: Pattern, lines: LinesOf, column: int) -> None:
-        super().__init__(endpoint, pattern, lines)
-        self.column = column
+        super().__init__(endpoint, pattern)
+        self.lines, self.column = lines, column
 
     def place(self, row: Row) -> Place:
         """See `RowKind.place`."""
@@ -286,17 +284,14 @@ def _endpoint(values: dict[str, Any]) -> Endpoint:
 
 
 class LinesOf:
-    """Tells the line of any byte of a document. Of a long one no table of lines is kept; where they are not ``known``, it has none."""
+    """Tells the line of any byte of a document. Of a long one no table of lines is kept."""
 
-    def __init__(self, source: str, data: bytes, *, known: bool = True) -> None:
-        self.source = source
-        self.data, self._known = data, known
+    def __init__(self, source: str, data: bytes) -> None:
+        self.source, self.data = source, data
         self._before: list[int] = []
 
-    def line(self, offset: int) -> int | None:
+    def line(self, offset: int) -> int:
         """Return the one-based line of the byte at ``offset``."""
-        if not self._known:
-            return None
         if not self._before:
             count = 1
             for start in range(0, len(self.data) + 1, _BLOCK):

@@ -1,4 +1,4 @@
-"""What is plain in a diagram is read as the rest: the system is the same, whether it was taken out first or not."""
+"""Signals and signal events leave the tree while a diagram is parsed: the system is the one of a tree that holds them all."""
 
 from __future__ import annotations
 
@@ -7,43 +7,36 @@ import pickle
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import cqos_core.bpmn as reader
 from cqos_core.bpmn import read
-from cqos_core.bpmn.models import outline
-from cqos_core.bpmn.plain import NotPlainError
-from cqos_core.importers.xml_source import plain_utf8
-from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.rows import RowEndpoint, as_object
+from cqos_core.model.problems import InputError
+from cqos_core.model.rows import RowEndpoint, kinds_of, rows_of
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Endpoint, Setting, System
-from tests.importers.test_bpmn_fuzz import FILES, MUTATIONS, Mutation, mutations
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
 URI = "http://www.omg.org/spec/BPMN/20100524/MODEL"
-NEVER = 1 << 60
 
 
-def read_as(data: bytes, least: int) -> System | list[Problem]:
-    """Read a document; what is plain is taken out of it if it has at least so many bytes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reader, "LEAST", least)
-        try:
-            return read(Source("x.bpmn", data), ReadContext())
-        except InputError as error:
-            return list(error.problems)
+def read_as(data: bytes, **switches: str) -> System | list[str]:
+    """Read a document; return the codes of the problems of one that cannot be read."""
+    try:
+        return replace(read(Source("x.bpmn", data), ReadContext(options={"bpmn": switches})), sources={})
+    except InputError as error:
+        return [problem.code for problem in error.problems]
 
 
-def assert_same(data: bytes) -> System | list[Problem]:
-    found = read_as(data, 0)
-    assert found == read_as(data, NEVER)
-    return found
+EMPTY = "<!-- extensions -->"
+"""Where an element has room for extensions: empty ones state nothing, and keep it in the tree."""
+
+
+def in_the_tree(data: bytes) -> bytes:
+    prefix = b"bpmn:" if b"<bpmn:" in data else b""
+    return data.replace(EMPTY.encode(), b"<%bextensionElements/>" % prefix)
 
 
 ZEROS = ["history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"]
@@ -135,11 +128,12 @@ def diagrams(draw: st.DrawFn) -> bytes:
             ["S1", "S2", "S3", "S5", "S8"], ["S4", "S6", "S7", "S9", "S10", "S12", "S13", "x:S1", "lost", ""]
         )
         definition = piece(DEFINITIONS, ODD_DEFINITIONS).format(signal)
-        inside = f"{piece(INSIDE, ODD_INSIDE)}{definition}{piece(['', chr(10)], ODD_INSIDE)}"
+        inside = f"{EMPTY}{piece(INSIDE, ODD_INSIDE)}{definition}{piece(['', chr(10)], ODD_INSIDE)}"
         tag = piece(TAGS)
         events.append(f"<P:{tag} {attributes}>{inside}</P:{tag}>{piece(BETWEEN, ODD_BETWEEN)}")
-    signals = [f"<P:signal {each}/>" for each in SIGNALS if draw(st.integers(1, oddity)) != oddity]
-    signals += [f"<P:signal {each}/>" for each in ODD_SIGNALS if draw(st.integers(1, oddity)) == oddity]
+    signals = [each for each in SIGNALS if draw(st.integers(1, oddity)) != oddity]
+    signals += [each for each in ODD_SIGNALS if draw(st.integers(1, oddity)) == oddity]
+    signals = [f"<P:signal {each}>{EMPTY}</P:signal>" for each in draw(st.permutations(signals))]
     half = len(events) // 2
     parts = [
         "".join(signals),
@@ -155,22 +149,12 @@ def diagrams(draw: st.DrawFn) -> bytes:
     return f"<?xml version='1.0'?><P:definitions {bound}>{text}</P:definitions>".replace("P:", prefix).encode()
 
 
-@given(diagrams())
-def test_any_diagram(data: bytes):
-    assert_same(data)
-
-
-@given(st.sampled_from(FILES), mutations)
-def test_damaged_files(path: Path, changes: list[Mutation]):
-    data = path.read_bytes()
-    for kind, where, with_ in changes:
-        data = MUTATIONS[kind](data, where, with_)
-    assert_same(data)
-
-
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_files(path: Path):
-    assert_same(path.read_bytes())
+@given(diagrams(), st.sampled_from(["false", "true"]), st.booleans())
+def test_any_diagram(data: bytes, message_flows: str, is_long: bool):
+    if is_long:
+        data = data.replace(b"process id", b"process" + b"\n" * 33_000 + b"id")
+    found = read_as(data, message_flows=message_flows)
+    assert found == read_as(in_the_tree(data), message_flows=message_flows)
 
 
 HEAD = f'<definitions xmlns="{URI}" xmlns:qos="http://qos"><signal id="S" name="s"/><process id="P">\n'
@@ -181,67 +165,51 @@ def model(*inside: str) -> bytes:
     return f"{HEAD}{''.join(inside)}</process></definitions>".encode()
 
 
-def taken(data: bytes) -> list[str]:
-    """The ids of the events that are taken out."""
-    system = read_as(data, 0)
-    assert isinstance(system, System)
-    return [endpoint.id for endpoint in system.endpoints if isinstance(endpoint, RowEndpoint)]
+def system_of(*inside: str) -> System:
+    return read(Source("x.bpmn", model(*inside)), ReadContext())
 
 
-def test_what_differs_in_quantities_alone_is_read_once():
-    read_parts: list[Source] = []
+def rows(system: System) -> list[str]:
+    """The ids of the endpoints that are rows."""
+    return [each[1] for each in rows_of(system.endpoints) if isinstance(each, tuple)]
 
-    def read_part(part: Source) -> System:
-        read_parts.append(part)
-        return read(part, ReadContext())
 
-    source = Source("x.bpmn", model(*(EVENT.format(number) for number in range(1, 10))))
-    plain = outline(source.name, plain_utf8(source), read_part)
-    assert [len(run) for run in plain.runs] == [0, 9]
-    assert len(read_parts) == 1
-    assert [as_object(event).settings["deadline"].text for event in plain.runs[1][:2]] == ["1ms", "2ms"]
+def test_what_differs_in_texts_alone_is_read_once():
+    system = system_of(*(EVENT.format(number) for number in range(1, 10)))
+    assert len(rows(system)) == 9
+    assert len([*kinds_of(system.endpoints)]) == 1
+    assert [each.settings["deadline"].text for each in system.endpoints[:2]] == ["1ms", "2ms"]
 
 
 def test_odd_events_stay_in_their_order():
-    odd = '<endEvent id="O" qos:depth="&#53;"><signalEventDefinition signalRef="S"/></endEvent>'
-    data = model(EVENT.format(1), odd, EVENT.format(2))
-    assert taken(data) == ["E1", "E2"]
-    system = assert_same(data)
-    assert isinstance(system, System)
+    odd = '<endEvent id="O"><extensionElements/><signalEventDefinition signalRef="S"/></endEvent>'
+    system = system_of(EVENT.format(1), odd, EVENT.format(2))
+    assert rows(system) == ["E1", "E2"]
     assert [endpoint.id for endpoint in system.endpoints] == ["E1", "O", "E2"]
 
 
-@pytest.mark.parametrize(
-    "odd", [EVENT.format(1), '<signal id="S" name="t"/>', '<signal id="T" name="s"/>', "<cqos-plain/>"]
-)
-def test_what_touches_plain_parts_makes_the_whole_document_odd(odd: str):
-    data = model(EVENT.format(1), odd)
-    assert taken(data) == []
-    assert_same(data)
+def test_events_that_need_a_note_stay_in_the_tree():
+    lost = EVENT.format(2).replace('signalRef="S"', 'signalRef="lost"')
+    system = system_of(EVENT.format(1), lost)
+    assert rows(system) == ["E1"]
+    assert [note.code for note in system.notes] == ["CQ032", "CQ034"]
 
 
-def test_a_mark_in_an_extension_is_none_of_the_model():
-    data = model(f"<extensionElements>{EVENT.format(1)}</extensionElements>", EVENT.format(2))
-    assert taken(data) == []
-    assert_same(data)
+def test_an_id_that_is_used_twice_gets_a_number():
+    system = system_of(EVENT.format(1), EVENT.format(1))
+    assert [endpoint.id for endpoint in system.endpoints] == ["E1", "E1#2"]
+    (note,) = system.notes
+    assert (note.code, str(note.place)) == ("CQ031", "x.bpmn:3 (E1)")
 
 
-def test_an_error_in_an_attribute_is_one_still():
-    assert_same(model(f'<task name="{EVENT.format(1)}"/>'))
-
-
-def test_namespaces_bound_below_the_first_element():
-    data = model('<task xmlns:z="http://z"/>', EVENT.format(1))
-    with pytest.raises(NotPlainError):
-        outline("x", data, lambda part: read(part, ReadContext()))
-    assert_same(data)
+def test_what_extensions_hold_is_none_of_the_model():
+    system = system_of(f"<extensionElements>{EVENT.format(1)}</extensionElements>", EVENT.format(2))
+    assert [endpoint.id for endpoint in system.endpoints] == ["E2"]
 
 
 class TestRowEndpoint:
     def endpoint(self) -> RowEndpoint:
-        system = read_as(model("\n", EVENT.format(1)), 0)
-        assert isinstance(system, System)
-        (endpoint,) = system.endpoints
+        (endpoint,) = system_of("\n", EVENT.format(1)).endpoints
         assert isinstance(endpoint, RowEndpoint)
         return endpoint
 
@@ -270,14 +238,10 @@ class TestRowEndpoint:
         assert other.said() != self.endpoint().said()
 
 
-@pytest.mark.parametrize("least", [0, NEVER])
-def test_lines_of_long_documents_are_exact(least: int):
-    odd = '<endEvent id="O" qos:depth="&#53;"\n ><signalEventDefinition signalRef="S"/></endEvent>\n'
-    data = model(
+def test_lines_of_long_documents_are_exact():
+    odd = '<endEvent id="O"\n ><extensionElements/><signalEventDefinition signalRef="S"/></endEvent>\n'
+    system = system_of(
         "\n" * 70_000, EVENT.format(1), EVENT.format(2), "\n" * 10, odd, "<!-- <a/>\n -->\n\n\n", EVENT.format(3)
     )
-    system = read_as(data, least)
-    assert isinstance(system, System)
     lines = {each.id: each.place.line for each in system.endpoints if each.place is not None}
     assert lines == {"E1": 70_002, "E2": 70_003, "O": 70_015, "E3": 70_020}
-    assert_same(data)
