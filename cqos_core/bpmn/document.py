@@ -119,8 +119,8 @@ class Document:
             if element not in skipped and (element.tag != SIGNAL or element not in taken.gone):
                 self._elements.get(str(element.tag), self.nodes).append(element)
         self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
-        for name in taken.signals.keys() & self._by_id[SIGNAL].keys():
-            del self._by_id[SIGNAL][name]  # a signal is taken only if it is the first of its id
+        for signal in taken.signals.keys() & self._by_id[SIGNAL].keys():
+            del self._by_id[SIGNAL][signal]  # a signal is taken only if it is the first of its id
         self.definitions = _first_by_id(
             child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
         )

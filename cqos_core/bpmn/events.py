@@ -41,7 +41,7 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
         if not definitions:
             continue
         meetings = [
-            replace(meeting, lost=(*meeting.lost, *_lost(reading, event, definition)))
+            replace(meeting, lost=(*meeting.lost, *lost)) if (lost := _lost(reading, event, definition)) else meeting
             for definition in definitions
             if (meeting := signals.meeting(event, definition)) is not None
         ]

@@ -53,12 +53,17 @@ def read_qos(reading: DiagramReading, element: Element, extensions: list[Child])
             if before is not None and not (before[2] == source == "`qos:policy`"):
                 _compare(reading, name, before, setting, source)
             merged[folded] = name, setting, source
-    settings = {name: replace(setting, text=decimal_text(setting.text)) for name, setting, _ in merged.values()}
+    settings = {name: _without_exponent(setting) for name, setting, _ in merged.values()}
     if all(name in merged and number(merged[name][1].text) == 0 for name in POLICIES):
         message = "all eight QoS attributes are 0, which modelers write unasked: are these values chosen?"
         reading.note("CQ038", message, reading.document.place(element), endpoint=identity(element))
         settings |= {name: replace(settings[name], unknown=_ZEROS) for name in settings if key(name) in _CODED}
     return settings
+
+
+def _without_exponent(setting: Setting) -> Setting:
+    text = decimal_text(setting.text)
+    return setting if text == setting.text else replace(setting, text=text)
 
 
 def decimal_text(text: str) -> str:

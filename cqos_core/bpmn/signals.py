@@ -115,8 +115,8 @@ class Signals:
 
 def unclear_signals(document: Document) -> set[str]:
     """Return the references to signals by which something has to be said of events that were taken: they have no topic for sure."""
-    references = {signal for rows in document.taken.runs.values() for _, _, signal, *_ in rows}
-    return {each for each in references - document.taken.signals.keys() if not _is_clear(document, each)}
+    taken = document.taken
+    return {each for each in taken.references - taken.signals.keys() if not _is_clear(document, each)}
 
 
 def _is_clear(document: Document, reference: str) -> bool:

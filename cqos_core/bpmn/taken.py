@@ -48,6 +48,7 @@ class Taken:
         events: where they stand.
         signals: names by ids.
         named: ids by names.
+        references: by which events name signals that were not taken before them.
         gone: by the first element of a run, how many elements left the tree behind it.
     """
 
@@ -55,6 +56,7 @@ class Taken:
     events: TakenEvents = field(default_factory=TakenEvents)
     signals: dict[str, str] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
+    references: set[str] = field(default_factory=set)
     gone: dict[Element, int] = field(default_factory=dict)
 
     def numbered(self, root: Element) -> dict[Element, int]:

@@ -112,8 +112,8 @@ class Taking:
         self._parent: Element | None = None
         self._is_root = self._in_process = False
         self._run: list[Row] = []
-        self._first: Element | None = None  # of the run, and the last of it
-        self._last: Element | None = None
+        self._first: Element | None = None  # of the run
+        self._last: tuple[Element, Element] | None = None  # what is to be removed, below what
 
     def take(self, elements: Iterable[Element]) -> None:
         """Take what may be taken of elements, which are complete; the last one stays in the tree until the next call."""
@@ -121,15 +121,18 @@ class Taking:
             parent = element.getparent()
             if parent is not self._parent:
                 self._enter(parent)
+            if parent is None:
+                continue
             if self._in_process:
-                self._event(element)
+                self._event(element, parent)
             elif self._is_root and element.tag == SIGNAL and self._is_taken(element):
-                self._remove_later(element)
+                self._remove_later(element, parent)
 
     def end(self) -> None:
         """Remove what is still to be removed; nothing follows it."""
-        if self._last is not None and self._last is not self._first:
-            self._last.getparent().remove(self._last)
+        if self._last is not None:
+            element, parent = self._last
+            parent.remove(element)
         self._first = self._last = self._parent = None
 
     def _enter(self, parent: Element | None) -> None:
@@ -146,9 +149,10 @@ class Taking:
 
     def _is_taken(self, signal: Element) -> bool:
         """Take a signal that has an id and a name, which no signal before it has, and nothing else."""
-        identity, name, taken = signal.get("id"), fold(signal.get("name")), self.taken
+        stated, taken = dict(signal.items()), self.taken
+        identity, name = stated.get("id"), fold(stated.get("name"))
         is_new = identity not in taken.signals and name not in taken.named and self._others.isdisjoint((identity, name))
-        is_plain = len(signal.keys()) == len(("id", "name")) and not len(signal) and not is_computed(name)
+        is_plain = len(stated) == len(("id", "name")) and not len(signal) and not is_computed(name)
         if not identity or ":" in identity or not name or not is_new or not is_plain:
             self._others.update((identity, name))
             return False
@@ -156,31 +160,19 @@ class Taking:
         taken.named[name] = identity
         return True
 
-    def _event(self, event: Element) -> None:
+    def _event(self, event: Element, parent: Element) -> None:
         """Take an event that throws or catches one signal, unless something but its attributes states anything."""
         names = tuple(event.keys())
         try:
             attributes = self._attributes[names]
         except KeyError:
             attributes = self._attributes[names] = _Attributes(names) if _are_plain(event, names) else None
-        if attributes is None:
+        signal = None if attributes is None else _signal_of(event)
+        if attributes is None or not signal or signal in self._unclear:
             return
-        signal = None
-        size = 1
-        for child in event:
-            size += 1
-            tag = child.tag
-            if tag == SIGNAL_DEFINITION and signal is None:
-                signal = _reference(child)
-            elif tag not in _SAYS_NOTHING:
-                return
-            if len(child):
-                return
         values = event.values()
         identity = values[attributes.id]
-        if not signal or not identity or signal in self._unclear:
-            return
-        if attributes.may_be_unedited and _are_zeros([values[at] for at in attributes.at]):
+        if not identity or (attributes.may_be_unedited and _are_zeros([values[at] for at in attributes.at])):
             return
         sort = (event.tag, *[values[at] for at in attributes.words])
         shape = attributes.shapes.get(sort)
@@ -190,26 +182,32 @@ class Taking:
                 return
             shape = attributes.shapes[sort] = Shape(event, attributes.settings)
             is_first = True
-        events, texts = self._events, self._texts
+        taken, events, texts = self.taken, self._events, self._texts
         row = (shape, identity, signal, len(events.labels), *[texts[values[at]] for at in attributes.at])
         events.labels.append(values[attributes.name] if attributes.name is not None else None)
         events.lines.append(event.sourceline or 0)
+        size = 1 + len(event)
         events.sizes.append(size)
-        if self._remove_later(event, size, is_first=is_first):
-            self.taken.runs[event] = self._run = [row]
+        if signal not in taken.signals:
+            taken.references.add(signal)
+        if self._remove_later(event, parent, size, is_first=is_first):
+            taken.runs[event] = self._run = [row]
         else:
             self._run.append(row)
 
-    def _remove_later(self, element: Element, size: int = 1, *, is_first: bool = False) -> bool:
+    def _remove_later(self, element: Element, parent: Element, size: int = 1, *, is_first: bool = False) -> bool:
         """Remove an element when the next one is complete, as the parser is busy behind it; say whether it stays, as the first of a run."""
-        before, first = self._last, self._first
-        goes_on = not is_first and before is not None and element.getprevious() is before
-        if before is not None and before is not first:
-            before.getparent().remove(before)
-        self._last = element
-        if goes_on:
+        first, before = self._first, self._last
+        # Before the second of a run there is the first, which stays.
+        follows = first if before is None else before[0]
+        goes_on = first is not None and not is_first and element.getprevious() is follows
+        if before is not None:
+            before[1].remove(before[0])
+        if first is not None and goes_on:
+            self._last = element, parent
             self.taken.gone[first] += size
             return False
+        self._last = None
         self._first = element
         self.taken.gone[element] = 0
         return True
@@ -230,6 +228,21 @@ def _are_plain(event: Element, names: Sequence[str]) -> bool:
 
 def _are_zeros(texts: Iterable[str]) -> bool:
     return all(number(text) == 0 for text in texts)
+
+
+def _signal_of(event: Element) -> str | None:
+    """Return the reference of the only signal definition of an event; None where it holds anything else that means something."""
+    found = None
+    # An iterator takes longer than the only child.
+    for child in (event[0],) if len(event) == 1 else event:
+        tag = child.tag
+        if tag == SIGNAL_DEFINITION and found is None:
+            found = _reference(child)
+        elif tag not in _SAYS_NOTHING:
+            return None
+        if len(child):
+            return None
+    return found
 
 
 def _reference(definition: Element) -> str:

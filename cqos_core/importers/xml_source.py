@@ -221,7 +221,8 @@ def text_of(element: Element) -> str:
 
 
 def _parser() -> etree.XMLParser:
-    return etree.XMLParser(**_OPTIONS)
+    parser: etree.XMLParser = etree.XMLParser(**_OPTIONS)
+    return parser
 
 
 def _as_uri(match: re.Match[bytes]) -> bytes:
