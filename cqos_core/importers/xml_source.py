@@ -16,7 +16,6 @@ from urllib.parse import quote
 from lxml import etree
 
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
-from cqos_core.model.excerpt import tag_lines
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import re
 from cqos_core.model.system import Place
@@ -179,10 +178,10 @@ class StartTags:
 class ElementLines:
     """Tells the line where the start tag of an element ends; the parser's own count ends at 65,535."""
 
-    def __init__(self, text: Callable[[], str]) -> None:
-        """Take what returns the text of the document, for one that is so long."""
-        self._text = text
-        self._known: dict[Element, int] | None = None
+    def __init__(self, source: Source) -> None:
+        """Take the source of a tree that nothing is removed from."""
+        self._source = source
+        self._known: tuple[StartTags, dict[Element, int]] | None = None
 
     def line(self, element: Element) -> int | None:
         """Return the one-based line."""
@@ -190,9 +189,10 @@ class ElementLines:
         if line is None or line < MOST_LINES:
             return line
         if self._known is None:
-            each = zip(element.getroottree().iter("*"), tag_lines(self._text()), strict=False)
-            self._known = {element: line for element, line in each if line >= MOST_LINES}
-        return self._known.get(element, line)
+            numbers = {each: number for number, each in enumerate(element.getroottree().iter("*"))}
+            self._known = StartTags(plain_utf8(self._source)), numbers
+        tags, numbers = self._known
+        return tags.line(numbers[element])
 
 
 def elements(above: Element) -> Iterator[Element]:
