@@ -87,6 +87,7 @@ class Endpoints:
     def of_run(self, first: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         """Yield id, tag and ids of the endpoints of each event of a run that was taken."""
         for kind, name, _, number, *_ in self._reading.document.taken.runs[first]:
+            # Only with messages the first one may have been added again; then it is the only one.
             yield name, kind.tag, self._ids.get(first) or self._ids_of_rows.get(number, (name,))
 
     def add(self, element: Element, role: Role, meetings: Sequence[EventTopic]) -> None:
@@ -193,10 +194,10 @@ class Endpoints:
         self._reading.system.endpoints.append(endpoint)
 
     def _report_duplicate(self, name: str, element: Element | Row, place: Place) -> None:
-        known = self._elements.get(name)
-        if known is None:
-            self._elements[name] = element
-        if known is not element if known is not None else self._unique.is_taken(name) and name not in self._made:
+        is_new = name not in self._elements
+        known = self._elements.setdefault(name, element)
+        # Of most events that were taken only the id is known, which was not made here.
+        if known is not element or (is_new and self._unique.is_taken(name) and name not in self._made):
             message = f"the id `{shown(name)}` is used twice; this endpoint's id gets a number"
             self._reading.note("CQ031", message, replace(place, path="@id"))
 

@@ -36,12 +36,11 @@ class Signals:
         self._topics: dict[str, EventTopic] = {}
 
     def topic(self, reference: str) -> EventTopic:
-        """Return where events meet others by a signal that has a fixed name, wherever they stand."""
+        """Return where events meet others by a signal that has a fixed name and stayed in the tree, wherever they stand."""
         if reference not in self._topics:
             document = self._reading.document
             signal = document.find(SIGNAL, reference, document.root)
-            name = document.taken.signals[reference] if signal is None else fold(signal.get("name"))
-            self._topics[reference] = self._topic(name, signal)
+            self._topics[reference] = self._topic(fold(None if signal is None else signal.get("name")), signal)
         return self._topics[reference]
 
     def _topic(self, name: str, signal: Element | None) -> EventTopic:
