@@ -5,7 +5,6 @@ What is read, in which dialects, and the extension words of C-QoS's own are desc
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import Document, require_bpmn
@@ -13,20 +12,19 @@ from cqos_core.bpmn.endpoints import Endpoints
 from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.flow import read_flow
 from cqos_core.bpmn.messages import read_messages
-from cqos_core.bpmn.models import outline
 from cqos_core.bpmn.participants import read_participants
-from cqos_core.bpmn.plain import LEAST, NotPlainError
 from cqos_core.bpmn.reading import DiagramReading
-from cqos_core.bpmn.signals import read_signals
+from cqos_core.bpmn.signals import read_signals, unclear_signals
+from cqos_core.bpmn.taking import TAGS, Taking
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.reading import read_switches
-from cqos_core.importers.xml_source import parse_utf8, plain_utf8
+from cqos_core.importers.xml_source import parse_in_parts, plain_utf8
 from cqos_core.model.memory import uncollected
-from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
-    from cqos_core.bpmn.plain import Plain
+    from collections.abc import Collection
+
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
 
@@ -54,20 +52,19 @@ def read(source: Source, context: ReadContext) -> System:
     with_messages, lines = switches.get("message_flows") == "true", switches.get("lines") != "false"
     data = plain_utf8(source)
     with uncollected(len(data) // 32):  # bytes for an object, about
-        if not with_messages and len(data) >= LEAST:
-            with suppress(NotPlainError, InputError):
-                plain = outline(source.name, data, lambda part: _read(part, part.data), lines=lines)
-                return _read(source, plain.rest, plain, lines=lines)
-        return _read(source, data, with_messages=with_messages, lines=lines)
+        document = _parsed(source, data, whole=with_messages, lines=lines)
+        if unclear := unclear_signals(document):
+            document = _parsed(source, data, unclear, whole=with_messages, lines=lines)
+        return _read(source, document, with_messages=with_messages, lines=lines)
 
 
-def _read(
-    source: Source, data: bytes, plain: Plain | None = None, *, with_messages: bool = False, lines: bool = True
-) -> System:
-    """Read a document, perhaps without what is plain in it."""
-    root = parse_utf8(source, data)
+def _parsed(source: Source, data: bytes, unclear: Collection[str] = (), *, whole: bool, lines: bool) -> Document:
+    root, taking = parse_in_parts(source, data, TAGS, lambda: Taking(unclear, whole=whole))
     require_bpmn(root, source)
-    document = Document(root, source.name, data, plain, lines=lines)
+    return Document(root, source.name, data, taking.taken, lines=lines)
+
+
+def _read(source: Source, document: Document, *, with_messages: bool, lines: bool) -> System:
     reading = DiagramReading(document)
     # Columns are found again in the sources; where no lines are wanted, they are not either.
     reading.system.sources[source.name] = source.data if lines else b""

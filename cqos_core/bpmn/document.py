@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from lxml import etree
-
 from cqos_core.bpmn.names import shown
-from cqos_core.bpmn.plain import MARK, NotPlainError
-from cqos_core.importers.xml_source import ElementLines
+from cqos_core.bpmn.taken import Lines, RowPlaces
+from cqos_core.importers.xml_source import StartTags
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
@@ -16,9 +14,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.bpmn.plain import Plain
+    from cqos_core.bpmn.taken import Taken
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.rows import Row
     from cqos_core.model.source import Source
     from cqos_core.model.system import Role
 
@@ -47,7 +44,6 @@ EVENT_ROLES: dict[str, Role] = {
     f"{BPMN}endEvent": PUBLISHER,
 }
 TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
-_TAKEN = f"{BPMN}{MARK}"
 ROLES = EVENT_ROLES | TASK_ROLES
 """By tag, the role of an event or task: an element that throws is a publisher, one that catches a subscriber."""
 SILENT = tuple(
@@ -95,44 +91,36 @@ class Document:
     Attributes:
         root: the ``definitions``.
         name: the name of the source.
-        nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`. Among them
-            are the keys of `runs`.
-        plain: the signals and events that `cqos_core.bpmn.plain` took out of the document before.
-        runs: by the mark that stands in their place, the events that it took out.
+        nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`. One stands for
+            all events of a run that was taken.
+        taken: signals and events that were taken out while the document was parsed. Such signals are not among `all`.
+        rows: tells where such events stand.
         definitions: event definitions at root level, by id, to which events may refer.
     """
 
-    def __init__(
-        self, root: Element, name: str, data: bytes, plain: Plain | None = None, *, lines: bool = True
-    ) -> None:
-        """Walk once through the tree below ``root``, which was made of ``data``, perhaps without something ``plain``.
+    def __init__(self, root: Element, name: str, data: bytes, taken: Taken, *, lines: bool = True) -> None:
+        """Walk once through the tree below ``root``, which was made of ``data``, without what was ``taken``.
 
         Without ``lines``, places that name an element have none.
-
-        Raises:
-            NotPlainError: what was taken stood in an extension.
         """
         self.root = root
         self.name = name
-        self.plain = plain
-        self._lines = ElementLines(data.decode)
+        self.taken = taken
+        tags = StartTags(data)
+        self.rows = RowPlaces(name, taken.events, tags if lines else None)
+        self._lines = Lines(root, tags, taken)
         self._with_lines = lines
-        self.runs: dict[Element, list[Row]] = {}
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
         # Whatever extensions hold belongs to their tools: events among it are none of the model.
-        kinds = (*_INDEXED, *ROLES) if plain is None else (*_INDEXED, *ROLES, _TAKEN)
+        kinds = (*_INDEXED, *ROLES)
         skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*kinds)}
         for element in root.iter(*kinds):
-            if element not in skipped:
+            if element not in skipped and (element.tag != SIGNAL or element not in taken.gone):
                 self._elements.get(str(element.tag), self.nodes).append(element)
-            elif element.tag == _TAKEN:
-                raise NotPlainError
-        if plain is not None:
-            marks = [node for node in self.nodes if node.tag == _TAKEN and len(node)]
-            self.runs = dict(zip(marks, plain.runs, strict=True))
-            self.nodes = [node for node in self.nodes if node.tag != _TAKEN or self.runs.get(node)]
         self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
+        for signal in taken.signals.keys() & self._by_id[SIGNAL].keys():
+            del self._by_id[SIGNAL][signal]  # a signal is taken only if it is the first of its id
         self.definitions = _first_by_id(
             child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
         )
@@ -144,11 +132,7 @@ class Document:
 
     def find(self, tag: str, reference: str, at: Element) -> Element | None:
         """Return the element that a QName refers to, where it stands at ``at``; see `look_up`."""
-        found = look_up(self._by_id[tag], reference, at)
-        if found is None and tag == SIGNAL and self.plain is not None:
-            name = look_up(self.plain.signals, reference, at)
-            return None if name is None else etree.Element(SIGNAL, {"name": name})
-        return found
+        return look_up(self._by_id[tag], reference, at)
 
     def called_by(self, activity: Element) -> Element | None:
         """Return the process of this file that a call activity runs, None where it runs something else."""
@@ -182,7 +166,7 @@ class Document:
     def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
         """Return where ``element`` is; ``owner`` is the element with the id, ``path`` starts at it."""
         name = identity(element if owner is None else owner)
-        line = self._lines.line(element) if self._with_lines or name is None else None
+        line = self._lines.of(element) if self._with_lines or name is None else None
         return Place(self.name, line, None, name, path)
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bpmn.document import identity
+from cqos_core.bpmn.document import EVENT_ROLES, identity
+from cqos_core.bpmn.event_kinds import EventKind
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.lost import laid_under
 from cqos_core.bpmn.names import fold, shown
-from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, word
@@ -18,16 +18,27 @@ from cqos_core.model.rows import add_rows, as_object
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from typing import Protocol
 
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
-    from cqos_core.bpmn.plain_endpoints import Kind
     from cqos_core.bpmn.reading import DiagramReading
+    from cqos_core.bpmn.taking import Shape
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.rows import Row
-    from cqos_core.model.system import Participant, Role, Settings
+    from cqos_core.model.system import Participant, Place, Role, Settings
+
+    class Topics(Protocol):
+        """Tells the topics of events by their references to signals."""
+
+        @property
+        def lost(self) -> Mapping[str, Mapping[str, Unknown]]:
+            """QoS that stands on signals, where nothing reads it: by their names, by policy."""
+
+        def topic(self, reference: str) -> EventTopic:
+            """Return where events meet others by a signal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +68,13 @@ class Endpoints:
         self._reading = reading
         self._participants = participants
         self._unique = Unique()
-        self._elements: dict[str, Element] = {}
+        self._elements: dict[str, Element | Row] = {}
+        self._made: set[str] = set()  # ids that are none of an element
         self._used: set[Element] = set()
         self._ids: dict[Element, tuple[str, ...]] = {}
-        self._copies: dict[str, list[str]] = {}
-        self._kinds: dict[tuple[Kind, str], Kind] = {}
+        self._ids_of_rows: dict[int, tuple[str, ...]] = {}
+        self._endpoints: dict[Shape, Endpoint] = {}
+        self._kinds: dict[tuple[Shape, str, str | None], EventKind] = {}
 
     def has(self, element: Element) -> bool:
         """Say whether endpoints were made of ``element``, or knowingly not made."""
@@ -71,10 +84,11 @@ class Endpoints:
         """Return the ids of the endpoints that were made of ``element``."""
         return self._ids.get(element, ())
 
-    def of_run(self, mark: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-        """Yield id, tag and ids of the endpoints of each plain event in the place of a ``mark``."""
-        for kind, name, *_ in self._reading.document.runs.get(mark, ()):
-            yield name, kind.tag, (name, *self._copies.get(name, ()))
+    def of_run(self, first: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+        """Yield id, tag and ids of the endpoints of each event of a run that was taken."""
+        for kind, name, _, number, *_ in self._reading.document.taken.runs[first]:
+            # Only with messages the first one may have been added again; then it is the only one.
+            yield name, kind.tag, self._ids.get(first) or self._ids_of_rows.get(number, (name,))
 
     def add(self, element: Element, role: Role, meetings: Sequence[EventTopic]) -> None:
         """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
@@ -87,7 +101,8 @@ class Endpoints:
             message = "this stands outside of every process, so no participant throws or catches it"
             self._reading.note("CQ046", message, self._reading.document.place(element))
             return
-        self._report_duplicate(element)
+        if name := identity(element):
+            self._report_duplicate(name, element, self._reading.document.place(element))
         extensions = extension_children(element)
         children = qos_children(self._reading, element, EVENT.elements, extensions)
         stated = _read(self._reading, element, role, extensions)
@@ -102,51 +117,72 @@ class Endpoints:
             replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
         ]
 
-    def add_run(self, mark: Element, events: list[Row]) -> None:
-        """Add endpoints of plain events in the place of a ``mark``, whose topics are still ids of signals.
-
-        Raises:
-            NotPlainError: they and the rest of the document have ids in common, or what their participant states is lost.
-        """
-        self._used.add(mark)
-        process = self._reading.document.process_of(mark)
-        plain = self._reading.document.plain
-        if process is None or plain is None:
-            raise NotPlainError
-        runners = self._participants.of_process[process]
-        if any(runner.lost for runner in runners):
-            raise NotPlainError
-        self._reading.count_copies(len(events) * (len(runners) - 1), mark)
-        first, *others = (runner.id for runner in runners)
-        signals, kind_of = plain.signals, {kind: self._kind(kind, first) for kind in {event[0] for event in events}}
-        events[:] = [(kind_of[each[0]], each[1], signals[each[2]], *each[3:]) for each in events]
-        if not others:
-            if not self._unique.take([name for _, name, *_ in events]):
-                raise NotPlainError
-            add_rows(self._reading.system, events)
+    def add_run(self, first: Element, topics: Topics) -> None:
+        """Add endpoints of the events of a run that were taken; from now on its rows have kinds and topics."""
+        self._used.add(first)
+        document = self._reading.document
+        process, taken = document.process_of(first), document.taken
+        runners = [] if process is None else self._participants.of_process[process]
+        rows = taken.runs[first]
+        self._reading.count_copies(len(rows) * (len(runners) - 1), first)
+        kinds = {shape: self._kind(shape, runners[0], None) for shape in {row[0] for row in rows}}
+        for at, (shape, name, signal, *rest) in enumerate(rows):
+            topic, kind = taken.signals.get(signal), kinds[shape]
+            if topic is None:
+                stated = topics.topic(signal)
+                topic, kind = stated.topic, self._kind(shape, runners[0], stated.type)
+            rows[at] = (kind, name, topic, *rest)
+        are_alone = (
+            len(runners) == 1 and not runners[0].lost and topics.lost.keys().isdisjoint([row[2] for row in rows])
+        )
+        if are_alone and self._unique.take([row[1] for row in rows]):
+            add_rows(self._reading.system, rows)
+            if len(rows) == 1:
+                self._elements[rows[0][1]] = first
             return
-        add = self._reading.system.endpoints.append
-        for event in map(as_object, events):
-            if self._unique(event.id) != event.id:
-                raise NotPlainError
-            add(event)
-            for other in others:
-                copy = self._unique(f"{event.id}@{other}")
-                self._copies.setdefault(event.id, []).append(copy)
-                add(replace(event, id=copy, participant=other))
+        for row in rows:
+            self._add_row(row, first if len(rows) == 1 else row, runners, topics.lost.get(row[2], {}).values())
 
-    def _kind(self, kind: Kind, participant: str) -> Kind:
-        """Return the kind of events of a participant."""
-        found = self._kinds.get((kind, participant))
+    def _add_row(
+        self, row: Row, element: Element | Row, runners: Sequence[Participant], lost: Collection[Unknown]
+    ) -> None:
+        """Add an endpoint of an event that was taken for each participant; what is ``lost`` is not its own."""
+        name = row[1]
+        self._report_duplicate(name, element, self._reading.document.rows.place(row))
+        stated, ids = as_object(row), []
+        for participant in runners:
+            is_first = participant is runners[0]
+            ids.append(self._new_id(name if is_first else f"{name}@{participant.id}", name))
+            settings = laid_under(stated.settings, (*participant.lost, *lost))
+            endpoint = replace(stated, id=ids[-1], participant=participant.id, settings=settings)
+            self._reading.system.endpoints.append(endpoint)
+        self._ids_of_rows[row[3]] = tuple(ids)
+
+    def _kind(self, shape: Shape, participant: Participant, stated_type: str | None) -> EventKind:
+        """Return the kind of events of a participant; ``stated_type`` is that of their signals."""
+        key = shape, participant.id, stated_type
+        found = self._kinds.get(key)
         if found is None:
-            found = self._kinds[kind, participant] = kind.of(participant)
+            tag, endpoint = str(shape.example.tag), self._endpoints.get(shape)
+            if endpoint is None:
+                endpoint = self._endpoints[shape] = _read(self._reading, shape.example, EVENT_ROLES[tag], [])
+            endpoint = replace(endpoint, participant=participant.id, type=endpoint.type or stated_type)
+            found = EventKind(endpoint, shape.settings, tag, self._reading.document.rows)
+            self._kinds[key] = found
+        return found
+
+    def _new_id(self, wanted: str, own: str) -> str:
+        """Return an id like the one that is wanted; ``own`` is that of the element."""
+        found = self._unique(wanted)
+        if found != own:
+            self._made.add(found)
         return found
 
     def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"
         endpoint = replace(
             stated,
-            id=self._unique(wanted if is_first or not stated.id else f"{wanted}@{participant.id}"),
+            id=self._new_id(wanted if is_first or not stated.id else f"{wanted}@{participant.id}", stated.id),
             topic=meeting.topic,
             topic_is_guess=meeting.is_guess,
             participant=participant.id,
@@ -157,13 +193,13 @@ class Endpoints:
         )
         self._reading.system.endpoints.append(endpoint)
 
-    def _report_duplicate(self, element: Element) -> None:
-        name = identity(element)
-        if self._reading.document.plain is not None and name is not None and self._unique.is_taken(name):
-            raise NotPlainError
-        if name is not None and self._elements.setdefault(name, element) is not element:
+    def _report_duplicate(self, name: str, element: Element | Row, place: Place) -> None:
+        is_new = name not in self._elements
+        known = self._elements.setdefault(name, element)
+        # Of most events that were taken only the id is known, which was not made here.
+        if known is not element or (is_new and self._unique.is_taken(name) and name not in self._made):
             message = f"the id `{shown(name)}` is used twice; this endpoint's id gets a number"
-            self._reading.note("CQ031", message, self._reading.document.place(element, "@id"))
+            self._reading.note("CQ031", message, replace(place, path="@id"))
 
 
 def _read(reading: DiagramReading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:

@@ -30,8 +30,8 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
     """Add an endpoint for every signal definition of every event, wherever the event is nested."""
     document = reading.document
     for event in document.nodes:
-        if event in document.runs:
-            endpoints.add_run(event, document.runs[event])
+        if event in document.taken.runs:
+            endpoints.add_run(event, signals)
             continue
         role = EVENT_ROLES.get(str(event.tag))
         if role is None:
@@ -41,7 +41,7 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
         if not definitions:
             continue
         meetings = [
-            replace(meeting, lost=(*meeting.lost, *_lost(reading, event, definition)))
+            replace(meeting, lost=(*meeting.lost, *lost)) if (lost := _lost(reading, event, definition)) else meeting
             for definition in definitions
             if (meeting := signals.meeting(event, definition)) is not None
         ]

@@ -124,15 +124,16 @@ class _Drawing:
             around, at = waiting.pop()
             for child in around.iterchildren(f"{BPMN}*"):
                 kind = _KINDS.get(split(str(child.tag))[1])
-                if child.tag == _SEQUENCE_FLOW:
+                if child in self._document.taken.runs:
+                    for name, tag, ids in self._endpoints.of_run(child):
+                        self._add(None, FlowNode(name, _KINDS[split(tag)[1]], at, _SIGNAL, endpoints=ids))
+                elif child.tag == _SEQUENCE_FLOW:
                     self._flows.append((child, at))
                 elif kind is not None:
                     inside = self._add(child, self._node(child, kind, at))
                     self._note(child, kind, inside)
                     if kind in {"subprocess", "adhoc", "transaction"}:
                         waiting.append((child, inside))
-                for name, tag, ids in self._endpoints.of_run(child):
-                    self._add(None, FlowNode(name, _KINDS[tag], at, _SIGNAL, endpoints=ids))
 
     def _note(self, element: Element, kind: NodeKind, at: int) -> None:
         """Keep what names other nodes until all are there."""

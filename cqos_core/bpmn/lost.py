@@ -151,9 +151,20 @@ class LostWords:
         if not namespace:
             return False
         if namespace not in self._meant:
-            by_prefix = element.nsmap.get("qos") == namespace
-            self._meant[namespace] = by_prefix or _MEANT.fullmatch(namespace) is not None
+            self._meant[namespace] = _is_meant(element, namespace)
         return self._meant[namespace]
+
+
+def is_lost(element: Element, attribute: str) -> bool:
+    """Say whether an attribute looks like QoS that nothing reads there."""
+    namespace, local = split(attribute)
+    if namespace == NAMESPACES["qos"]:
+        return False
+    return bool(namespace and _is_meant(element, namespace)) or looks_like_qos(local, POLICY_NAMES) is not None
+
+
+def _is_meant(element: Element, namespace: str) -> bool:
+    return element.nsmap.get("qos") == namespace or _MEANT.fullmatch(namespace) is not None
 
 
 def laid_under(settings: Settings, lost: Iterable[Unknown]) -> Settings:

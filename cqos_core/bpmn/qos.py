@@ -53,7 +53,7 @@ def read_qos(reading: DiagramReading, element: Element, extensions: list[Child])
             if before is not None and not (before[2] == source == "`qos:policy`"):
                 _compare(reading, name, before, setting, source)
             merged[folded] = name, setting, source
-    settings = {name: replace(setting, text=_decimal(setting.text)) for name, setting, _ in merged.values()}
+    settings = {name: _without_exponent(setting) for name, setting, _ in merged.values()}
     if all(name in merged and number(merged[name][1].text) == 0 for name in POLICIES):
         message = "all eight QoS attributes are 0, which modelers write unasked: are these values chosen?"
         reading.note("CQ038", message, reading.document.place(element), endpoint=identity(element))
@@ -61,7 +61,12 @@ def read_qos(reading: DiagramReading, element: Element, extensions: list[Child])
     return settings
 
 
-def _decimal(text: str) -> str:
+def _without_exponent(setting: Setting) -> Setting:
+    text = decimal_text(setting.text)
+    return setting if text == setting.text else replace(setting, text=text)
+
+
+def decimal_text(text: str) -> str:
     """Return a number without an exponent: JavaScript writes ``1e-7`` for 0.0000001."""
     found = number(text) if _EXPONENT.fullmatch(text.strip()) else None
     return text if found is None or abs(found.adjusted()) > _MOST_DIGITS else f"{found:f}"

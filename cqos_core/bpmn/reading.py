@@ -79,10 +79,12 @@ class Unique:
         return name in self._taken
 
     def take(self, names: Collection[str]) -> bool:
-        """Take ids as they are; say whether none of them was in use and all differ."""
-        before = len(self._taken)
-        self._taken.update(names)
-        return len(self._taken) == before + len(names)
+        """Take ids as they are, if none of them is in use and all differ; say whether that is so."""
+        new = set(names)
+        if len(new) < len(names) or not self._taken.isdisjoint(new):
+            return False
+        self._taken |= new
+        return True
 
     def __call__(self, wanted: str) -> str:
         """Return ``wanted`` or the first free id like it."""

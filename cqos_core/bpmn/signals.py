@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
+from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, look_up, nth, split
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.form import SIGNAL as FORM
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
-from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
+    from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
@@ -23,12 +23,30 @@ _INSTANCE_SCOPES = {"processInstance"}
 
 
 class Signals:
-    """Tells for every signal event what its topic is."""
+    """Tells for every signal event what its topic is.
+
+    Attributes:
+        lost: QoS that stands on signals, where nothing reads it: by their names, by policy.
+    """
 
     def __init__(self, reading: DiagramReading, lost: dict[str, dict[str, Unknown]]) -> None:
-        """Use the signals of the document that is being read, and what is ``lost`` on them: by name, by policy."""
+        """Use the signals of the document that is being read, and what is ``lost`` on them."""
         self._reading = reading
-        self._lost = lost
+        self.lost = {name: unknown for name, unknown in lost.items() if unknown}
+        self._topics: dict[str, EventTopic] = {}
+
+    def topic(self, reference: str) -> EventTopic:
+        """Return where events meet others by a signal that has a fixed name and stayed in the tree, wherever they stand."""
+        if reference not in self._topics:
+            document = self._reading.document
+            signal = document.find(SIGNAL, reference, document.root)
+            self._topics[reference] = self._topic(fold(None if signal is None else signal.get("name")), signal)
+        return self._topics[reference]
+
+    def _topic(self, name: str, signal: Element | None) -> EventTopic:
+        """Return a topic; ``signal`` states more than its name."""
+        stated = None if signal is None else self._type(signal)
+        return EventTopic(name, type=stated, lost=tuple(self.lost.get(name, {}).values()))
 
     def meeting(self, event: Element, definition: Element) -> EventTopic | None:
         """Return where ``event`` meets others by one of its signal definitions.
@@ -42,13 +60,16 @@ class Signals:
                 return self._computed(event, expression)
             return self._guess(event, "names no signal")
         signal = self._reading.document.find(SIGNAL, reference, definition)
+        taken = None if signal is not None else look_up(self._reading.document.taken.signals, reference, definition)
+        if taken is not None:
+            return self._topic(taken, None)
         if signal is None:
             message = f"`signalRef` names `{shown(reference)}`, which is no signal in this file"
             place = self._reference_place(event, definition)
             advice = "add the signal, or choose one that is there; other files are not searched for it"
             self._reading.note("CQ032", message, place, advice=advice, endpoint=identity(event))
             return self._guess(event, "names a signal that is not there")
-        if _engine_attribute(signal, "scope") in _INSTANCE_SCOPES:
+        if _stays_inside(signal):
             message = f"the signal `{shown(signal.get('name') or reference)}` stays inside its process instance"
             self._note(event, "CQ037", f"{message}, so this event is no endpoint")
             return None
@@ -57,7 +78,7 @@ class Signals:
             return self._guess(event, f"refers to `{shown(reference)}`, a signal without a name")
         if is_computed(name):
             return self._computed(event, name)
-        return EventTopic(name, type=self._type(signal), lost=tuple(self._lost.get(name, {}).values()))
+        return self._topic(name, signal)
 
     def _guess(self, event: Element, why: str) -> EventTopic:
         name = fold(event.get("name"))
@@ -91,26 +112,40 @@ class Signals:
         self._reading.note(code, message, place, advice=advice, endpoint=identity(event))
 
 
+def unclear_signals(document: Document) -> set[str]:
+    """Return the references to signals by which something has to be said of events that were taken: they have no topic for sure."""
+    taken = document.taken
+    return {each for each in taken.references - taken.signals.keys() if not _is_clear(document, each)}
+
+
+def _is_clear(document: Document, reference: str) -> bool:
+    signal = document.find(SIGNAL, reference, document.root)
+    name = "" if signal is None or _stays_inside(signal) else fold(signal.get("name"))
+    return bool(name) and not is_computed(name)
+
+
+def _stays_inside(signal: Element) -> bool:
+    return _engine_attribute(signal, "scope") in _INSTANCE_SCOPES
+
+
 def read_signals(reading: DiagramReading) -> Signals:
     """Add to the system what is stated on signals, and report signals that are one although they look like two."""
-    by_name: dict[str, Element] = {}
+    taken = reading.document.taken
+    by_name: dict[str, str] = {}
     ids: set[str] = set()
     lost: dict[str, dict[str, Unknown]] = {}
-    plain = reading.document.plain
     for signal in reading.document.all(SIGNAL):
         place = reading.document.place(signal)
         identifier, name = identity(signal), fold(signal.get("name"))
-        if plain is not None and (identifier in plain.signals or name in plain.names):
-            raise NotPlainError
-        if identifier in ids:
+        if identifier in ids or identifier in taken.signals:
             message = f"the id `{shown(identifier or '')}` is used twice; references mean the first signal"
             reading.note("CQ031", message, place)
-        elif name in by_name:
-            other = shown(identity(by_name[name]) or "without id")
+        elif name in by_name or name in taken.named:
+            other = shown(by_name.get(name) or taken.named.get(name) or "without id")
             message = f"two signals are called `{shown(name)}`, this one and `{other}`: they are one topic"
             reading.note("CQ035", message, place)
         elif name:
-            by_name[name] = signal
+            by_name[name] = identifier or ""
         if identifier:
             ids.add(identifier)
         lost.setdefault(name, {}).update({key(each[0]): each for each in _read_topic(reading, signal, name)})

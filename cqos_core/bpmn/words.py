@@ -7,7 +7,7 @@ on the element; the rest is reported, never dropped silently.
 from __future__ import annotations
 
 from datetime import date
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
 from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 QOS = f"{{{NAMESPACES['qos']}}}"
 _PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}
-_FLAGS = {"true": True, "1": True, "false": False, "0": False}
+FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +140,10 @@ def flag(reading: DiagramReading, element: Element, name: str) -> bool | None:
     text = word(element, name)
     if text is None:
         return None
-    if text not in _FLAGS:
+    if text not in FLAGS:
         message = f"`qos:{name}` is `{shown(text)}`, it can be `true` or `false`"
         reading.note("CQ043", message, reading.document.place(element, f"@qos:{name}"))
-    return _FLAGS.get(text)
+    return FLAGS.get(text)
 
 
 def acceptances(reading: DiagramReading, children: Iterable[Child]) -> Iterator[Acceptance]:

@@ -6,19 +6,22 @@ network. Depth and lengths are limited, and time and memory are those of one pla
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import codecs
+from bisect import bisect_right
+from functools import cached_property
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from urllib.parse import quote
 
 from lxml import etree
 
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
-from cqos_core.model.excerpt import tag_lines
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import re
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from typing import TypeAlias
 
     from cqos_core.model.source import Source
@@ -26,9 +29,24 @@ if TYPE_CHECKING:
     # lxml's stubs, and lxml, have no public name for the type of elements.
     Element: TypeAlias = etree._Element  # noqa: SLF001
 
+_Taker = TypeVar("_Taker", bound="Taker")
 _SPACE = b" \t\r\n"
 _LONGEST = 100
-_MOST_LINES = 65_535
+MOST_LINES: Final = 65_535
+"""Where the parser ends to count lines."""
+_PART: Final = 32_768
+_OPTIONS: Final[dict[str, Any]] = {
+    "encoding": "utf-8",  # instead of the declared one, which `_utf8` has seen to
+    "resolve_entities": False,
+    "load_dtd": False,
+    "dtd_validation": False,
+    "attribute_defaults": False,
+    "no_network": True,
+    "huge_tree": False,
+    "collect_ids": False,
+    "remove_comments": True,
+    "remove_pis": True,
+}
 # Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
@@ -38,6 +56,10 @@ _NAMESPACE_NAME = re.compile(
     rb"""<!--(?:[^-]++|-(?!->))*+|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+"""
     rb"""|(?P<before>\sxmlns(?::[^\s=<>"'/]++)?+\s*+=\s*+(?P<quote>["']))(?P<name>[^<"']++)(?P<after>(?P=quote))"""
 )
+# What has no tags: comments, sections and instructions. A start tag, where there is none of them.
+_NO_TAG = re.compile(rb"<!--(?:[^-]++|-(?!->))*+-->|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+\]\]>|<\?(?:[^?]++|\?(?!>))*+\?>")
+_START_TAG = re.compile(rb"""<(?!/)(?:[^<>"']++|"[^"]*+"|'[^']*+')*+>""")
+_BLOCK: Final = 2_048
 _WEB = re.compile(rb"https?://", re.IGNORECASE)
 _SURELY_URI = re.compile(rb"[A-Za-z][\w.-]*+:?(?:[\w./?=;-]++|&amp;)*+(?:#[\w./-]*+)?", re.ASCII)
 _DEPTH = re.compile(r"Excessive depth in document: (\d+)")
@@ -79,23 +101,98 @@ def parse_utf8(source: Source, data: bytes) -> Element:
         raise InputError([_explain(source, parser, error)]) from None
 
 
+class Taker(Protocol):
+    """Takes elements while their document is parsed."""
+
+    def take(self, elements: Iterable[Element]) -> None:
+        """Take elements that are complete; all but the last one may be removed from the tree, now or later."""
+
+    def end(self) -> None:
+        """The document is complete; what is left may be removed."""
+
+
+def parse_in_parts(
+    source: Source, data: bytes, tags: Sequence[str], begin: Callable[[], _Taker]
+) -> tuple[Element, _Taker]:
+    """Return the root element of what `plain_utf8` made of ``source``, and what took elements of some ``tags`` meanwhile.
+
+    Elements are handed over in the order in which they end. See `parse_xml` for errors.
+    """
+    text = data
+    for _ in ("as it is", "with other names of namespaces"):
+        parser = etree.XMLPullParser(events=("end",), tag=tags, **_OPTIONS)
+        taker = begin()
+        try:
+            for start in range(0, len(text), _PART):
+                parser.feed(text[start : start + _PART])
+                taker.take([element for _, element in parser.read_events()])
+            root = parser.close()
+        except etree.XMLSyntaxError:
+            if not any(entry.type_name == "WAR_NS_URI" for entry in parser.error_log):
+                break
+            text = _NAMESPACE_NAME.sub(_as_uri, data)
+        else:
+            taker.end()
+            return root, taker
+    return parse_utf8(source, data), begin()  # says what is wrong
+
+
+class StartTags:
+    """Tells the line where any start tag of a document ends, by its number; nothing is looked at before one asks."""
+
+    def __init__(self, data: bytes) -> None:
+        """Take a document that was parsed, as `plain_utf8` returned it."""
+        self._written = data
+        self._start = _prolog_end(data, 0)
+        self._tags: list[int] = []  # start tags and lines before each block
+        self._lines: list[int] = []
+
+    @cached_property
+    def _data(self) -> bytes:
+        """The document with blanks for all in which something that looks like a tag is none, but not before its first element."""
+        if self._written.find(b"<!", self._start) < 0 > self._written.find(b"<?", self._start):
+            return self._written
+        return _NO_TAG.sub(lambda match: re.sub(rb"[^\n]", b" ", match[0]), self._written)
+
+    def are_many_lines(self) -> bool:
+        """Whether there are more lines than the parser counts."""
+        return self._written.count(b"\n") + 1 >= MOST_LINES
+
+    def line(self, number: int) -> int:
+        """Return the one-based line where a start tag ends; the first one has the number 0."""
+        data = self._data
+        if not self._tags:
+            tags, lines = 0, 1 + data.count(b"\n", 0, self._start)
+            for start in range(self._start, len(data), _BLOCK):
+                self._tags.append(tags)
+                self._lines.append(lines)
+                end = start + _BLOCK
+                tags += data.count(b"<", start, end) - data.count(b"</", start, end + 1)
+                lines += data.count(b"\n", start, end)
+        block = bisect_right(self._tags, number) - 1
+        start = self._start + block * _BLOCK
+        found = next(islice(_START_TAG.finditer(data, start), number - self._tags[block], None))
+        return self._lines[block] + data.count(b"\n", start, found.end())
+
+
 class ElementLines:
     """Tells the line where the start tag of an element ends; the parser's own count ends at 65,535."""
 
-    def __init__(self, text: Callable[[], str]) -> None:
-        """Take what returns the text of the document, for one that is so long."""
-        self._text = text
-        self._known: dict[Element, int] | None = None
+    def __init__(self, source: Source) -> None:
+        """Take the source of a tree that nothing is removed from."""
+        self._source = source
+        self._known: tuple[StartTags, dict[Element, int]] | None = None
 
     def line(self, element: Element) -> int | None:
         """Return the one-based line."""
         line = element.sourceline
-        if line is None or line < _MOST_LINES:
+        if line is None or line < MOST_LINES:
             return line
         if self._known is None:
-            each = zip(element.getroottree().iter("*"), tag_lines(self._text()), strict=False)
-            self._known = {element: line for element, line in each if line >= _MOST_LINES}
-        return self._known.get(element, line)
+            numbers = {each: number for number, each in enumerate(element.getroottree().iter("*"))}
+            self._known = StartTags(plain_utf8(self._source)), numbers
+        tags, numbers = self._known
+        return tags.line(numbers[element])
 
 
 def elements(above: Element) -> Iterator[Element]:
@@ -124,18 +221,8 @@ def text_of(element: Element) -> str:
 
 
 def _parser() -> etree.XMLParser:
-    return etree.XMLParser(
-        encoding="utf-8",  # instead of the declared one, which `_utf8` has seen to
-        resolve_entities=False,
-        load_dtd=False,
-        dtd_validation=False,
-        attribute_defaults=False,
-        no_network=True,
-        huge_tree=False,
-        collect_ids=False,
-        remove_comments=True,
-        remove_pis=True,
-    )
+    parser: etree.XMLParser = etree.XMLParser(**_OPTIONS)
+    return parser
 
 
 def _as_uri(match: re.Match[bytes]) -> bytes:
@@ -160,10 +247,23 @@ def _utf8(source: Source) -> bytes:
         raise _error(source, "CQ001", message, advice="save the file as UTF-8")
     _, skip = byte_order_mark(data)
     try:
+        if encoding == "utf-8" and _is_utf8(data, skip):
+            return data[skip:]
         text = data[skip:].decode(encoding)
     except UnicodeDecodeError as error:
         raise _undecodable(source, name, error) from None
-    return data[skip:] if encoding == "utf-8" else text.encode("utf-8")
+    return text.encode("utf-8")
+
+
+def _is_utf8(data: bytes, start: int) -> bool:
+    """Whether a document is UTF-8; its whole text, which may take four times as much, is not made for it."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for at in range(start, len(data), _PART):
+            decoder.decode(data[at : at + _PART], final=at + _PART >= len(data))
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _undecodable(source: Source, name: str, error: UnicodeDecodeError) -> InputError:

@@ -160,11 +160,6 @@ def _lines(data: bytes) -> Lines:
     return Lines(decode(data))
 
 
-def tag_lines(text: str) -> Iterator[int]:
-    """Return the one-based line where each start tag of an XML document ends, in their order."""
-    return (line for line, _ in _start_tags(text))
-
-
 def _start_tags(text: str) -> Iterator[tuple[int, re.Match[str]]]:
     """Yield each start tag, after the line where it ends."""
     line, counted = 1, 0

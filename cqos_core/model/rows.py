@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 Row: TypeAlias = "tuple[Any, ...]"
 FIRST_TEXT: Final = 4
 """The place of the first text in a row."""
-_BLOCK: Final = 4096
 
 
 class Pattern:
@@ -256,24 +255,3 @@ def _values(endpoint: Endpoint) -> dict[str, Any]:
 
 def _endpoint(values: dict[str, Any]) -> Endpoint:
     return Endpoint(**values)
-
-
-class LinesOf:
-    """Tells the line of any byte of a document. Of a long one no table of lines is kept; where they are not ``known``, it has none."""
-
-    def __init__(self, source: str, data: bytes, *, known: bool = True) -> None:
-        self.source = source
-        self.data, self._known = data, known
-        self._before: list[int] = []
-
-    def line(self, offset: int) -> int | None:
-        """Return the one-based line of the byte at ``offset``."""
-        if not self._known:
-            return None
-        if not self._before:
-            count = 1
-            for start in range(0, len(self.data) + 1, _BLOCK):
-                self._before.append(count)
-                count += self.data.count(b"\n", start, start + _BLOCK)
-        block = offset // _BLOCK
-        return self._before[block] + self.data.count(b"\n", block * _BLOCK, offset)

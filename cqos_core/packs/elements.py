@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from lxml import etree
 
 from cqos_core.importers.xml_source import ElementLines, written
-from cqos_core.model.encoding import decode
 from cqos_core.model.excerpt import exact
 from cqos_core.model.system import Place
 from cqos_core.packs.foreign import FileReading
@@ -30,7 +29,7 @@ class ElementReading(FileReading):
     def __init__(self, source: Source, context: ReadContext) -> None:
         super().__init__(source, context)
         self.unread: dict[str, Place] = {}
-        self._lines = ElementLines(lambda: decode(source.data))
+        self._lines = ElementLines(source)
 
     def place(self, node: Node | Place | Element) -> Place:
         """Return where an element is; its name tells it from others on the line when the column is looked for."""
