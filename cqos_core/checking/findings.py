@@ -341,8 +341,8 @@ def _merge_key(draft: Outline[EndpointGroup], finding: Finding, because: tuple[s
         # What is not known may lead to other verdicts elsewhere, and then it is another finding.
         return ("cause", rule.code, because, tuple(finding.worlds.items()), draft.tags)
     endpoints = [e for members in (*draft.publishers, *draft.subscribers) for e in members.endpoints]
-    if any(endpoint.endpoint.template is not None for endpoint in endpoints):
-        templates = frozenset(e.endpoint.template or e.id for e in endpoints)
+    if any(each.kin.template is not None for each in endpoints):
+        templates = frozenset(each.kin.template or each.id for each in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, draft.tags)
     if any(endpoint.visiting for endpoint in endpoints):

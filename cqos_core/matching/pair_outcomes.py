@@ -76,11 +76,12 @@ _OUTCOMES: Final[dict[tuple[ProfileFrame, ProfileFrame, bool, bool], Outcomes]] 
 
 def reporting_rules(one: Resolved, other: Resolved) -> tuple[Outcomes, Reports] | None:
     """Return which rules report on two endpoints that are alone on their topic; None where functions alone do not tell."""
-    if one.kin.role != PUBLISHER:
-        one, other = other, one
-    if one.kin.role != PUBLISHER or other.kin.role != SUBSCRIBER or one.is_copy or other.is_copy:
+    offering, requesting = one.kin, other.kin
+    if offering.role != PUBLISHER:
+        one, other, offering, requesting = other, one, requesting, offering
+    if offering.role != PUBLISHER or requesting.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    known = _outcomes(one.like, other.like, one.kin.observed, other.kin.observed)
+    known = _outcomes(one.like, other.like, offering.observed, requesting.observed)
     if known is None:
         return None
     here, there = one.known, other.known

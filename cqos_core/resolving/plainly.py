@@ -253,26 +253,16 @@ class _Texts:
 
     def overrides(self, texts: tuple[str, ...], kin: Kin) -> tuple[Override, ...] | None:
         """Return what the settings of one with these texts change; None where they have to be resolved as a whole."""
-        changes = self._changes(texts, kin)
-        if changes is None:
-            return None
         found = [*self._whole]
-        for at, each in zip(self._at, changes, strict=True):
+        for at, known, text in zip(self._at, self._known, texts):  # noqa: B905 - a pattern has as many texts as places
+            each = known.get(text)
+            if each is None:
+                each = self._changed(at, text, kin)
+                if each is None:
+                    return None
+                keep(known, text, each)
             found[at] = each
         return tuple(found)
-
-    def _changes(self, texts: tuple[str, ...], kin: Kin) -> list[Override] | None:
-        """Return what the settings change whose texts differ."""
-        try:
-            return [known[text] for known, text in zip(self._known, texts)]  # noqa: B905 - a pattern has as many texts as places
-        except KeyError:
-            for at, known, text in zip(self._at, self._known, texts, strict=True):
-                if text not in known:
-                    changed = self._changed(at, text, kin)
-                    if changed is None:
-                        return None
-                    keep(known, text, changed)
-            return [known[text] for known, text in zip(self._known, texts, strict=True)]
 
     def _changed(self, at: int, text: str, kin: Kin) -> Override | None:
         """Return what one setting changes with a text; None where that is not what it changes with another."""

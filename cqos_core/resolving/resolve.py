@@ -221,7 +221,7 @@ class Resolver:
         for expanded in owner.pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
-    @property
+    @cached_property
     def is_plain(self) -> bool:
         """Whether nothing of the whole system changes what its endpoints state."""
         return not (self.asked or self._misread or self.system.overlays or self.system.profiles)
