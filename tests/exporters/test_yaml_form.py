@@ -63,7 +63,8 @@ def plain(value):
     if isinstance(value, Place):
         return None
     if is_dataclass(value):
-        return type(value).__name__, {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+        name = "Endpoint" if isinstance(value, Endpoint) else type(value).__name__
+        return name, {each.name: plain(getattr(value, each.name)) for each in fields(value)}
     if isinstance(value, dict):
         return {key: plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
