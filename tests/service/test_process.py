@@ -393,7 +393,7 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
             assert not any(each.done() for each in under_way)
             os.kill(worker, signal.SIGCONT)
             assert {each.result().report.verdict for each in under_way} == {report_pb2.VERDICT_INCOMPATIBLE}
-        assert service.stop(150) == 0
+        assert service.process.wait(150) == 0
         with pytest.raises(grpc.RpcError) as raised:
             checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=2)
         assert raised.value.code() in {grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED}
