@@ -99,7 +99,7 @@ def find_breaks(old: System, new: System, context: Context) -> Breaking:
     Exceptions (``accept``) are those of the new version. Bridges count hop by hop.
     """
     versions = _Version(old, context), _Version(new, context)
-    today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
+    today = date.today()  # noqa: DTZ011 - a calendar day, where the user is
     accepting = Accepting(new.accept, context.find_rule, today)
     states = {
         None: _mixed(versions[0], versions[0], new, versions),

@@ -100,7 +100,7 @@ def as_people_said(made: Sequence[Made], system: System, context: Context) -> li
     made = with_severities(made, system.severities, context.find_rule)
     if not system.accept:
         return made
-    today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
+    today = date.today()  # noqa: DTZ011 - a calendar day, where the user is
     accepting = Accepting(system.accept, context.find_rule, today)
     marked = [accepting.marked(one) for one in made]
     used = {index for _, excuses in marked for index in excuses}

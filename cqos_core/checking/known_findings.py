@@ -66,13 +66,13 @@ class KnownFindings:
 
         Args:
             system: read for everything but its endpoints.
-            context: the packs, and the day.
+            context: the packs.
             packs: those in use.
             results: of the topics as they are at any time.
             kind_of: tells the kind of a stated endpoint by its id.
         """
         self._system, self._find_rule = system, context.find_rule
-        today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
+        today = date.today()  # noqa: DTZ011 - a calendar day, where the user is
         self._accepting = Accepting(system.accept, context.find_rule, today)
         self._used = Counter[int]()
         self._templates: dict[str, str] = {}

@@ -19,7 +19,6 @@ from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from datetime import date
 
     from cqos_core.language.domains import SettingValue
     from cqos_core.matching.hops import Hop, Topics
@@ -43,7 +42,7 @@ def _find_core_code(code: str) -> CodeInfo | None:
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day.
+    """What a check needs beside the system: the packs, and the protocol of endpoints that state none.
 
     `most_endpoints` bounds what bridges may make of a system.
     """
@@ -52,7 +51,6 @@ class Context:
     find_rule: RuleFinder = _find_core_code
     default_protocol: str | None = None
     known_packs: frozenset[str] = frozenset()
-    today: date | None = None
     most_endpoints: int = MOST_ENDPOINTS
 
 

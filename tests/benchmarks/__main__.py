@@ -6,6 +6,7 @@ Every ratio is of processor time, of two works that are measured in turns in one
 from __future__ import annotations
 
 import argparse
+import math
 import platform
 import subprocess
 import sys
@@ -38,6 +39,8 @@ def line(row: Row) -> str:
     """Write one row of the table."""
     ratio = f"{row.ratio:.0%}" if row.least else f"{row.ratio:,.2f}"
     target = f"≥ {row.target:.0%}" if row.least else f"≤ {row.target:g}"
+    if row.target in {0, math.inf}:
+        target = ""
     return f"| {row.what} | {row.beside} | {row.took} | {ratio} | {target} | {'' if row.met else 'missed'} |"
 
 
