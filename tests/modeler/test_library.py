@@ -6,8 +6,10 @@ import http.server
 import re
 import shutil
 import subprocess
+import tarfile
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -48,7 +50,8 @@ def package(built, tmp_path):
     (host / "node_modules").mkdir(parents=True)
     for each in (MODELER / "node_modules").iterdir():
         (host / "node_modules" / each.name).symlink_to(each)
-    shutil.unpack_archive(packed, host / "node_modules", "gztar", filter="data")
+    safely: dict[str, Any] = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # not before Python 3.11.4
+    shutil.unpack_archive(packed, host / "node_modules", "gztar", **safely)
     (host / "node_modules" / "package").rename(host / "node_modules" / "cqos-modeler")
     return host
 

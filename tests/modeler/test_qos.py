@@ -288,7 +288,7 @@ def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(che
     wait.locator("select").select_option("ms")
     assert (wait.locator("input").input_value(), wait.locator("select").input_value()) == ("20", "ms")
     wait.locator("select").select_option("infinite")
-    assert wait.locator("input").is_disabled()
+    shown.page.wait_for_function("() => document.querySelector('[data-policy=deadline] input').disabled")
 
 
 TYPE = """texts => {
