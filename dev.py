@@ -276,13 +276,13 @@ def packages() -> list[str]:
 def pytest_command(arguments: list[str]) -> list[str]:
     """Pytest on all cores; ``arguments`` come last and win, and a bare ``--cov`` covers every package.
 
-    One process more than there are cores, because many tests wait for a service, a browser or the middleware.
+    Two processes more than there are cores, because many tests wait for a service, a browser or the middleware.
     """
     covered = [f"--cov={name}" for project in projects() for name in packages_of(project)]
     rest = [argument for argument in arguments if argument != "--cov"]
     # Counting lines doubles the time, so it is off by default.
     coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
-    return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 1), "--dist", "worksteal", *coverage, *rest]
+    return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 2), "--dist", "worksteal", *coverage, *rest]
 
 
 def run_steps(steps: list[Step], beside: Sequence[list[Step]] = ()) -> int:
