@@ -27,9 +27,10 @@ if TYPE_CHECKING:
 class Form(NamedTuple):
     """A value or a truth value: what is applied, to which forms.
 
-    ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `Reading` needs; ``<``, ``<=``, ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``,
-    ``max``, ``matches`` or ``overlaps``; ``in_`` with a value and those of which it is one, ``among`` with a value and a list of names;
-    or one that a `Reading` uses. Sums and products end at infinite; the constant of a product stands last.
+    ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `Reading` needs; ``<``, ``<=``,
+    ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``, ``max``, ``matches`` or ``overlaps``; ``in_`` with a value and those of which
+    it is one, ``among`` with a value and a list of names; or one that a `Reading` uses. Sums and products end at infinite; the constant
+    of a product stands last.
     """
 
     op: str

@@ -33,6 +33,8 @@ _MOST_OUTCOMES: Final = 1_000
 Reports: TypeAlias = "tuple[int, int, int]"
 """The rules that report: over both ends, over the publisher and over the subscriber, as bits."""
 NOTHING: Final[Reports] = (0, 0, 0)
+_Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
+"""Profiles of a publisher and a subscriber, and whether each was observed."""
 
 
 class _Function(NamedTuple):
@@ -81,7 +83,7 @@ def reporting_rules(one: Resolved, other: Resolved) -> tuple[Outcomes, Reports] 
         one, other, offering, requesting = other, one, requesting, offering
     if offering.role != PUBLISHER or requesting.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    known = _outcomes(one.like, other.like, offering.observed, requesting.observed)
+    known = _outcomes((one.like, other.like, offering.observed, requesting.observed))
     if known is None:
         return None
     here, there = one.known, other.known
@@ -105,28 +107,20 @@ def _told(functions: _Functions, first: Sequence[Any], second: Sequence[Any]) ->
     return bits
 
 
-def _outcomes(
-    publisher: QosProfile,
-    subscriber: QosProfile,
-    offering: bool,  # noqa: FBT001 - a part of a key
-    requesting: bool,  # noqa: FBT001 - likewise
-) -> Outcomes | None:
+def _outcomes(ends: _Ends) -> Outcomes | None:
     """Return what is known of pairs of such profiles; None where functions do not tell all, or there are none yet."""
+    publisher, subscriber, offering, requesting = ends
     if publisher.unread or publisher.refused or subscriber.unread or subscriber.refused:
         return None
     key = publisher.frame, subscriber.frame, offering, requesting
     known = _OUTCOMES.get(key)
-    if known is None and (known := _new_outcomes(publisher, subscriber, offering, requesting)):
+    if known is None and (known := _new_outcomes(ends)):
         keep(_OUTCOMES, key, known)
     return known
 
 
-def _new_outcomes(
-    publisher: QosProfile,
-    subscriber: QosProfile,
-    offering: bool,  # noqa: FBT001 - a part of a key
-    requesting: bool,  # noqa: FBT001 - likewise
-) -> Outcomes | None:
+def _new_outcomes(ends: _Ends) -> Outcomes | None:
+    publisher, subscriber, offering, requesting = ends
     pack = publisher.pack
     if subscriber.needs or publisher.from_peers or subscriber.from_peers:
         return None

@@ -132,8 +132,8 @@ def verdict(publisher: PairEnd, subscriber: PairEnd) -> Verdict:
     here, there = publisher.at_best, subscriber.at_best
     offered, requested = publisher.values, subscriber.values
     found = reporting(offered, requested) & counted
-    open_ = undecided is not None and undecided[0](offered, requested) & undecided[1]
-    if here is None or there is None or open_ or found & ~exact:
+    may_be_apart = undecided is not None and undecided[0](offered, requested) & undecided[1]
+    if here is None or there is None or may_be_apart or found & ~exact:
         ends = publisher.profile, subscriber.profile
         return Verdict.UNKNOWN if apart(*ends) else verdict_alone(*ends)
     if found & meeting:
