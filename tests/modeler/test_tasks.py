@@ -43,7 +43,7 @@ class Person:
 
     def click(self, target, **where):
         self.count += 1
-        target.click(force=True, **where)
+        target.click(**where)
 
     def choose(self, element, **where):
         self.count += 1
@@ -55,7 +55,7 @@ class Person:
         arrows = self.page.locator(".djs-connection").count()
 
         def click():
-            self.page.locator('.djs-context-pad [data-action="connect"]').click(force=True)
+            self.page.locator('.djs-context-pad [data-action="connect"]').click()
             self.shown.shape(target).click(force=True)
 
         self.shown.until(f":nth-match(.djs-connection, {arrows + 1})", click)
@@ -83,8 +83,7 @@ class Person:
     def drag(self, action, x, y, name=""):
         """Drag an entry of the palette, or of those beside the selected shape, to a place, and type a name."""
         self.count += 1
-        box = self.page.locator(f'.entry[data-action="{action}"]').bounding_box()
-        self.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        self.page.locator(f'.entry[data-action="{action}"]').hover()
         self.page.mouse.down()
         self.page.mouse.move(x - 30, y - 20, steps=5)
         self.page.mouse.move(x, y, steps=5)
