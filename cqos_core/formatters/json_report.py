@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.formatters.places import Places
 from cqos_core.model import report_form
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.model.report_form import VERSION
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Part, Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -158,13 +159,17 @@ def _verdicts(found: Any, path: str) -> dict[str, Verdict]:
     return {name: _verdict(verdict, f"{path}.{name}") for name, verdict in worlds.items()}
 
 
+def _numbers(found: Any, path: str) -> dict[str, int]:
+    return {name: _number(each, f"{path}.{name}") for name, each in _is_a(dict, "an object")(found, path).items()}
+
+
 def _flag(found: Any, path: str) -> bool:  # noqa: ARG001 - older reports lack it
     return found is True
 
 
 _verdict = _one_of(Verdict)
 _COUNTS: Final = {"endpoints": _number, "topics": _number, "unmatched": _number, "hypothetical": _number}
-_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "more_codes", "edits", "costs"})
+_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "coverage", "more_codes", "edits", "costs"})
 """Keys that older reports lack."""
 _KEYS: Final[dict[type, dict[str, _Take]]] = {
     Report: {
@@ -176,7 +181,10 @@ _KEYS: Final[dict[type, dict[str, _Take]]] = {
         "sources": _texts,
         "partial": _flag,
         "assumed": _many(Assumption),
+        "coverage": _one(Coverage),
     },
+    Coverage: {"endpoints": _number, "unclear": _texts, "unread": _many(Part), "totals": _numbers},
+    Part: {"kind": _text, "name": _text, "cause": _text, "place": _optional(_one(Place)), "endpoints": _number},
     Assumption: {"option": _text, "values": _texts},
     Group: {
         "topic": _text,

@@ -10,6 +10,7 @@ from dataclasses import field, fields
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.notebook import InNotebooks
 
@@ -283,6 +284,7 @@ class Report(InNotebooks):
         hypothetical: how many pairs of profiles that no endpoint uses were tried; they are in no group and set no verdict.
         parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
         assumed: options that are not stated, where a verdict, an error or a warning rests on them.
+        coverage: how much of its inputs it was made from.
     """
 
     verdict: Verdict
@@ -298,10 +300,11 @@ class Report(InNotebooks):
     hypothetical: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
     assumed: tuple[Assumption, ...] = ()
+    coverage: Coverage = Coverage()
 
     def __str__(self) -> str:
         """Give the verdict, how many pairs were judged, and each finding on a line of its own."""
-        head = f"{self.system}: {self.verdict}" if self.system else str(self.verdict)
+        head = f"{self.system}: {self.verdict_words}" if self.system else self.verdict_words
         errors = self.count(Severity.ERROR)
         if errors and self.verdict is Verdict.COMPATIBLE:
             head += f", {plural(errors, 'error')}"
@@ -311,6 +314,12 @@ class Report(InNotebooks):
         counts = [plural(self.pair_count, "pair"), *(plural(self.count(each), each.value) for each in Severity)]
         name = f" {self.system!r}" if self.system else ""
         return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
+
+    @property
+    def verdict_words(self) -> str:
+        """The verdict; of one that is ``compatible`` although something was not read that may decide: ``compatible as far as read``."""
+        is_open = self.verdict is Verdict.COMPATIBLE and self.coverage.unread
+        return f"{self.verdict} as far as read" if is_open else str(self.verdict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain data with the keys of the JSON report."""

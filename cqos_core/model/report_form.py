@@ -11,6 +11,7 @@ from cqos_core.model.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from cqos_core.model.coverage import Coverage
     from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, PairReport, Remedy, Report, Side
     from cqos_core.model.system import Place
 
@@ -48,6 +49,18 @@ def summary(report: Report, tool_version: str) -> Json:
         "counts": _counts(report),
         "sources": list(report.sources),
         "assumed": assumed(report.assumed),
+        "coverage": coverage(report.coverage),
+    }
+
+
+def coverage(covered: Coverage) -> Json:
+    """Return how much of the inputs was read."""
+    return {
+        "percent": covered.percent,
+        "endpoints": covered.endpoints,
+        "unclear": list(covered.unclear),
+        "unread": [asdict(each) for each in covered.unread],
+        "totals": dict(covered.totals),
     }
 
 

@@ -432,8 +432,33 @@ class Acceptance:
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """A part of an input that was recognised and not read, although it may decide a verdict.
+
+    Attributes:
+        kind: what it is, as a noun: ``node``, ``include``, ``section``.
+        name: which one, or what is said of it.
+        cause: why it was not read.
+        place: where it stands.
+        endpoints: how many endpoints it has at least that are not in the system; 0 where it decides about those that are.
+    """
+
+    kind: str
+    name: str = ""
+    cause: str = ""
+    place: Place | None = None
+    endpoints: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class ImportNote:
-    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap."""
+    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap.
+
+    Attributes:
+        parts: those of the input that it says are not read although they may decide. A note needs none whose code is about such a
+            part (`CodeInfo.leaves_out`): it stands for one.
+        total: how many such parts the input has, read or not, where that is known.
+    """
 
     code: str
     severity: Literal["error", "warning", "note"]
@@ -441,6 +466,8 @@ class ImportNote:
     place: Place | None = None
     help: str | None = None
     endpoint: str | None = None
+    parts: tuple[Part, ...] = ()
+    total: int = 0
 
 
 @dataclass(slots=True)

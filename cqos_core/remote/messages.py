@@ -19,7 +19,7 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.language.domains import Names
-from cqos_core.model import difference, flow, problems, report, system, timing
+from cqos_core.model import coverage, difference, flow, problems, report, system, timing
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
@@ -35,7 +35,8 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (report, "Report Group Finding Side Fact Remedy Edit PairReport PolicyComparison Assumption"),
         (report, "Guarantee GuaranteeCell HopReport"),
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
-        (system, "TeamRule Acceptance ImportNote Place"),
+        (system, "TeamRule Acceptance ImportNote Part Place"),
+        (coverage, "Coverage"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
         (timing, "Chain ChainStep"),
         (problems, "Problem"),
@@ -299,6 +300,7 @@ _DERIVED: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Any, _Convert], di
     "Fact": (("origin_kind", "origin_name", "items"), _origin),
     "Remedy": (("items",), _items),
     "Group": (("pairs",), lambda value, _text: {"pairs": value.pairs}),
+    "Coverage": (("percent",), lambda value, _text: {"percent": value.percent}),
 }
 """Fields that a message has beyond those of its value, and what makes them."""
 
