@@ -406,7 +406,9 @@ class _Check:
         required, covered = self.options.require_coverage, joined(each.report.coverage for each in self.reports)
         missed = required is not None and covered.percent < required
         if missed:
-            self._fault(f"coverage is {covered.percent} %, less than the {required} % required; list the rest with --show coverage")
+            self._fault(
+                f"coverage is {covered.percent} %, less than the {required} % required; list the rest with --show coverage"
+            )
         return missed
 
     def _write(self, sinks: Sequence[Sink]) -> bool:

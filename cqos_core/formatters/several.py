@@ -64,11 +64,7 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
     if problems or not verdicts:
         verdicts.append(Verdict.UNKNOWN)
     unread = tuple(map(_finding, problems))
-    parts = (
-        (_unreadable(unread, problems),)
-        if problems
-        else ()
-    )
+    parts = (_unreadable(unread, problems),) if problems else ()
     return Report(
         verdict=max(verdicts, key=lambda verdict: verdict.rank),
         groups=tuple(group for report in reports for group in report.groups),

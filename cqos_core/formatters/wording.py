@@ -158,7 +158,8 @@ def counts(report: Report, style: Style) -> str:
     if accepted := sum(finding.accepted is not None for finding in report.findings):
         parts.append(f"{accepted} accepted")
     counted = ", ".join(parts if report.findings else [*parts, "no findings"])
-    return f"{counted}; not read: {', '.join(unread)} (listed with --show coverage)" if (unread := not_read(report)) else counted
+    unread = ", ".join(not_read(report))
+    return f"{counted}; not read: {unread} (listed with --show coverage)" if unread else counted
 
 
 def not_read(report: Report) -> list[str]:
@@ -168,7 +169,7 @@ def not_read(report: Report) -> list[str]:
     distinct = dict.fromkeys((each.kind, each.name or each.cause, each.place) for each in report.coverage.unread)
     kinds = Counter(kind for kind, *_ in distinct)
     return [
-        f"{number} of {plural(totals[kind], kind)}" if totals.get(kind, 0) > number else plural(number, kind)
+        clean(f"{number} of {plural(totals[kind], kind)}" if totals.get(kind, 0) > number else plural(number, kind))
         for kind, number in kinds.items()
     ]
 
@@ -182,7 +183,9 @@ def coverage(report: Report) -> Iterator[str]:
     yield f"coverage: {covered.percent} %: {known} of {plural(covered.endpoints, 'endpoint')} known whole{more}"
     for each in covered.unread:
         name, cause = (f" `{each.name}`" if each.name else ""), (f": {each.cause}" if each.cause else "")
-        yield clean(f"not read: {each.kind}{name}{cause}{f' ({position(each.place)})' if each.place is not None else ''}")
+        yield clean(
+            f"not read: {each.kind}{name}{cause}{f' ({position(each.place)})' if each.place is not None else ''}"
+        )
     for name in covered.unclear:
         yield clean(f"not known whole: `{name}`")
 
@@ -217,6 +220,7 @@ def conclusion(report: Report, style: Style, paint: Paint) -> list[str]:
 
 def total(report: Report, style: Style, paint: Paint) -> str:
     """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
-    verdicts = Counter((part.verdict.rank, part.verdict_words, part.verdict) for part in report.parts)
-    counted = ", ".join(paint(f"{number} {words}", each) for (_, words, each), number in sorted(verdicts.items()))
+    parts = sorted(report.parts, key=lambda part: (-part.verdict.rank, part.verdict_words))
+    verdicts = Counter((part.verdict, part.verdict_words) for part in parts)
+    counted = ", ".join(paint(f"{number} {words}", each) for (each, words), number in verdicts.items())
     return f"total: {plural(len(report.parts), 'system')}: {counted}{beside(report)}: {counts(report, style)}"

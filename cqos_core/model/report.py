@@ -313,7 +313,7 @@ class Report(InNotebooks):
     def __repr__(self) -> str:
         counts = [plural(self.pair_count, "pair"), *(plural(self.count(each), each.value) for each in Severity)]
         name = f" {self.system!r}" if self.system else ""
-        return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
+        return f"<Report{name}: {self.verdict_words}, {', '.join(counts)}>"
 
     @property
     def verdict_words(self) -> str:

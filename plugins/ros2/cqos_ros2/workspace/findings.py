@@ -42,7 +42,8 @@ def notes(found: Join) -> list[ImportNote]:
         *_lifecycle(found),
         *_plugins(found),
         *open_ends(found),
-        *_not_known(found),
+        *_unknown_nodes(found),
+        *_not_known_of_nodes(found),
         *_processes(found),
         *_not_decided(found),
         *unread_configurations(found),
@@ -205,7 +206,7 @@ def _plugins(found: Join) -> Iterator[ImportNote]:
 # What is not known
 
 
-def _not_known(found: Join) -> Iterator[ImportNote]:
+def _unknown_nodes(found: Join) -> Iterator[ImportNote]:
     opaque = [node for node in found.nodes if node.placed.facts is None and not node.endpoints]
     if opaque:
         names = [f"`{each.placed.address}` ({each.placed.cause})" for each in opaque]
@@ -216,6 +217,9 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
         unread = [Part("node", title(instance), unknown.cause, instance.place)]
         place = unknown.place or instance.place
         yield note("ROS979", f"a node is not known: {unknown.cause}", place, unread=unread, total=1)
+
+
+def _not_known_of_nodes(found: Join) -> Iterator[ImportNote]:
     causes: dict[tuple[str, object], list[JoinedNode]] = {}
     differing = []
     others: dict[str, Place | None] = {}

@@ -207,24 +207,17 @@ def _own(rules: list[Rule], *sources: str) -> str:
 
 _IN_CODE: Final = -2
 """The owner of remaps that no instance states."""
-_RUN: Final = len("ros2 run PACKAGE EXECUTABLE".split())
 _COMMANDS: Final = {"MicroXRCEAgent": "px4", "micro-xrce-dds-agent": "px4"}
 """Packages of node files by the commands, which are no nodes, that bring their endpoints."""
 
 
 def started(instance: Instance) -> Instance | None:
-    """Return the node that an instance is: itself, or what its command line runs; None of any other process."""
+    """Return the node that an instance is, or whose endpoints it brings; None of any other process."""
     if instance.kind != "process":
         return instance
-    if not all(isinstance(each, str) for each in instance.arguments):
-        return None
-    words = [word for each in instance.arguments for word in str(each).split()]
-    command = posixpath.basename(words[0]) if words else ""
-    if command in _COMMANDS:
-        return replace(instance, package=_COMMANDS[command], executable="MicroXRCEAgent")
-    if [command, *words[1:2]] == ["ros2", "run"] and len(words) >= _RUN and not words[2].startswith("-"):
-        return replace(instance, kind="node", package=words[2], executable=words[3], arguments=[*words[_RUN:]])
-    return None
+    words = [word for each in instance.arguments if isinstance(each, str) for word in each.split()]
+    package = _COMMANDS.get(posixpath.basename(words[0])) if words else None
+    return replace(instance, package=package, executable="MicroXRCEAgent") if package else None
 
 
 def _name_of(instance: Instance) -> str:
