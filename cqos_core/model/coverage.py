@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding_form import place_form
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -40,6 +41,26 @@ class Coverage:
         if known == whole and not self.unread:
             return _ALL
         return min(_ALL * known // whole, _ALL - 1) if whole else 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain data with the keys of the JSON report."""
+        return {
+            "percent": self.percent,
+            "endpoints": self.endpoints,
+            "unclear": list(self.unclear),
+            "unread": [_part(each) for each in self.unread],
+            "totals": dict(self.totals),
+        }
+
+
+def _part(part: Part) -> dict[str, Any]:
+    return {
+        "kind": part.kind,
+        "name": part.name,
+        "cause": part.cause,
+        "place": place_form(part.place),
+        "endpoints": part.endpoints,
+    }
 
 
 def joined(several: Iterable[Coverage]) -> Coverage:

@@ -13,6 +13,7 @@ from cqos_core.matching.judge import judge_pair
 from cqos_core.model.report import Report, Severity
 from cqos_core.model.system import Broker, Setting
 from cqos_core.packs import LINK, WORDS, parse
+from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.guarantee import FAULTS, faults_of, unstated
 from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.pack import PACK
@@ -48,7 +49,7 @@ def test_claiming_a_file_imports_no_parser():
 
 
 def test_the_pack_describes_itself_to_machines():
-    described = json.loads(json.dumps(PACK.describe()))
+    described = json.loads(json.dumps(describe_pack(PACK)))
     assert described["id"] == "mqtt"
     assert all(each["because"] and each["clause"] for each in described["rules"])
     assert all(each["doc"] for each in described["policies"])
