@@ -146,6 +146,8 @@ def _node(action: Action, kind: InstanceKind, run: Launch) -> Instance:
     unknown = fields.get("**")
     if isinstance(unknown, Unknown):
         node.parameters.append(unknown)
+    # An autostart is a transition that the launch emits.
+    run.found.emits = run.found.emits or bool(fields.get("autostart"))
     executable = fields.get(
         "executable", fields.get("node_executable", fields.get("plugin", fields.get("node_plugin")))
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed
 from cqos_core.model.grouping import grouped
@@ -15,6 +16,7 @@ from cqos_ros2.names import expand
 from cqos_ros2.nodes.filling import MISSPELT, VERBS
 from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.nodes.versions import ANOTHER
+from cqos_ros2.workspace.activation import activation
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import note
 from cqos_ros2.workspace.joining import UNKNOWN_POLICY
@@ -158,35 +160,36 @@ def _refused(topic: str, role: str, policy: str, identity: str, node: JoinedNode
 
 
 def _lifecycle(found: Join) -> Iterator[ImportNote]:
-    managed: set[str] = set()
-    known = True
-    managers = [node for node in found.nodes if node.filled.activates is not None]
+    activates = activation(found)
     running = {node.placed.address: node for node in found.nodes}
     silent = bool(found.placing.unknown or found.placing.undecided or _missing_includes(found))
-    for manager in managers:
-        activates = manager.filled.activates
-        if activates is None or not isinstance(activates.value, (list, tuple)):
-            known = False
-            continue
-        for name in activates.value:
-            address = expand(str(name), manager.placed.namespace, manager.placed.name)
-            managed.add(address)
+    for manager, names in activates.managers:
+        for address, name in names.items():
             if address in running or silent:
                 continue
-            meant = _meant(address, [each for each in running if each not in managed])
+            meant = _meant(address, [each for each in running if each not in activates.managed])
             message = f"`{manager.placed.address}` activates `{name}`, and the launch starts no node `{address}`"
             advice = f"did you mean `{meant.lstrip('/')}`?" if meant else "start the node, or leave it out of the list"
-            yield note("ROS975", message, activates.place or manager.placed.place, advice)
-    if not managers or not known:
-        return
-    for node in found.nodes:
-        if node.placed.depth or not node.filled.lifecycle or node.placed.address in managed:
-            continue
-        if node.placed.instance.kind == "lifecycle_node":
-            continue  # the launch file may activate it itself
-        message = f"no lifecycle manager activates `{node.placed.address}`, so it publishes nothing"
-        names = listed([f"`{each.placed.address}`" for each in managers], "and")
-        yield note("ROS976", message, node.placed.place, f"name it in `node_names` of {names}")
+            listed_at = manager.filled.activates
+            place = listed_at.place if listed_at is not None else None
+            yield note("ROS975", message, place or manager.placed.place, advice)
+        if manager.filled.at_start is False:
+            waiting = sorted(names.keys() & running)
+            message = f"`{manager.placed.address}` activates {_few(waiting)} only when a program asks for it"
+            advice = f"set `autostart: true` of `{manager.placed.address}`, unless a program or a person starts them"
+            yield replace(note("ROS976", message, manager.placed.place, advice), severity="note")
+    managers = " and ".join(f"`{each.placed.address}`" for each, _ in activates.managers)
+    for node in filter(activates.leaves_out, found.nodes):
+        who = "no lifecycle manager" if managers else "nothing in the launch"
+        message = f"{who} activates `{node.placed.address}`, so it publishes nothing"
+        advice = f"name it in `node_names` of {managers}" if managers else _ACTIVATE.format(node.placed.name)
+        yield note("ROS976", message, node.placed.place, advice)
+
+
+_ACTIVATE: Final = (
+    "start a `lifecycle_manager` of `nav2_lifecycle_manager` with `node_names: [{}]` and `autostart: true`, or name the launch "
+    "file that does with a further --launch"
+)
 
 
 def _missing_includes(found: Join) -> bool:

@@ -306,7 +306,7 @@ def test_a_node_is_a_lifecycle_node_since_some_distribution(joined, findings, di
 def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_namespace(joined, findings):
     bridge = '<node pkg="ros_gz_bridge" exec="parameter_bridge" name="bridge" args="/front/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan"/>\n'
     amcl = '<node pkg="nav2_amcl" exec="amcl"/>\n'
-    assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403"]
+    assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403", "ROS976"]
     driver = '<node pkg="other" exec="driver" name="driver"/>\n'
     assert findings(joined(launch_of(bridge, amcl, driver))) == []
 
