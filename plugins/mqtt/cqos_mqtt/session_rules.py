@@ -165,7 +165,8 @@ WILL: Final = (
     ),
     forbids(
         (count(offered(IS_WILL) & offered(RETAIN) & ~(publisher(WILL_PAYLOAD) == "")) > 0)
-        & (count(~offered(IS_WILL) & offered(RETAIN)) < 1),
+        & (count(~offered(IS_WILL) & offered(RETAIN)) < 1)
+        & (count(requested(QOS) >= "0") > 0),  # who does not meet a subscriber is judged alone
         code="MQTT517",
         name="will-stays-for-ever",
         says="the Will on `{topic}` is retained, and no retained message there takes its place when the client is back",
