@@ -502,3 +502,36 @@ participants:
 """)
     report = cqos.check(tmp_path / "farm.conf", tmp_path / "barn.conf", tmp_path / "rest.yaml")
     assert "MQTT707" not in {each.code for each in report.findings}
+
+
+NEAR = 'listener 1883\nconnection b\naddress far.example:1883\ntopic sensor out 2 "" up/\n'
+FAR = "listener 1883\n"
+FAR_CLIENTS = """cqos: 1
+protocol: mqtt
+{include}participants:
+  pub: {{broker: near, client: {{client_id: p}}, publishes: {{sensor: {{qos: 0}}}}}}
+  sub: {{broker: far, client: {{client_id: s}}, subscribes: {{up/sensor: {{qos: 0}}}}}}
+"""
+
+
+def test_files_that_are_included_are_joined_as_files_that_are_named(tmp_path):
+    for name, text in (("near.conf", NEAR), ("far.conf", FAR), ("named.yaml", FAR_CLIENTS.format(include=""))):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "all.yaml").write_text(FAR_CLIENTS.format(include="include: [near.conf, far.conf]\n"), encoding="utf-8")
+    named = cqos.check(*(tmp_path / each for each in ("named.yaml", "near.conf", "far.conf")))
+    included = cqos.check(tmp_path / "all.yaml")
+    assert [(each.topic, each.verdict, each.pairs) for each in included.groups] == [
+        (each.topic, each.verdict, each.pairs) for each in named.groups
+    ]
+    assert {each.topic for each in included.groups} == {"sensor", "up/sensor"}
+
+
+def test_a_system_file_describes_a_broker_that_a_bridge_names(tmp_path):
+    (tmp_path / "near.conf").write_text(NEAR, encoding="utf-8")
+    stated = 'include: near.conf\nbrokers: {"far.example:1883": {maximum_qos: 1}}\n'
+    (tmp_path / "all.yaml").write_text(
+        FAR_CLIENTS.format(include=stated).replace("broker: far", 'broker: "far.example:1883"'), encoding="utf-8"
+    )
+    report = cqos.check(tmp_path / "all.yaml")
+    assert "MQTT201" in {each.code for each in report.findings}
+    assert "up/sensor" in {each.topic for each in report.groups}
