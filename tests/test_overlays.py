@@ -179,3 +179,4 @@ class TestUnderAnAssumption:
         over = overlay({**TRAIN, "role": "publisher"}, care="insured")
         report = checked(*parts, overlays=[over], options={"carrier": "snail"})
         assert report.verdict is Verdict.UNKNOWN
+        assert care(*parts, overlays=[over], options={"carrier": "snail"}) == ["unknown", "signed"]

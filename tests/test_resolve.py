@@ -493,6 +493,21 @@ def test_a_nearer_value_wins_over_one_that_was_not_read():
     assert (report.verdict, codes(report)) == ("compatible", [])
 
 
+@pytest.mark.parametrize(
+    ("stated", "shown"),
+    [
+        (Setting("plain", unknown="two files state it"), "unknown"),
+        (Setting("registered", unknown="two files state it"), "unknown"),
+        (Setting("best", unknown="two files state it"), "unknown"),
+        (Setting("$(CARE)", unknown="variable `CARE` is not set"), "$(CARE)"),
+        (Setting("plian"), "plian"),
+        (Setting("unknown"), "unknown"),
+    ],
+)
+def test_a_value_that_is_not_known_is_never_shown_as_one(stated, shown):
+    assert facts(writer("box", more={"settings": {"care": stated}}))["care"].value == shown
+
+
 def test_an_unread_base_makes_unknown_what_no_nearer_layer_states():
     base = Profile("p", {EVERY_OTHER: Setting("", place(2), "base profile `B` is not in the input")})
     report = checked(base, writer("box", "w", "p", care="signed"), reader("box", care="signed", delay="1s"))
