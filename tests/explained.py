@@ -4,35 +4,55 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from cqos_core import Endpoint, Participant, System, explain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core import Fact, PairReport
-    from cqos_core.packs import RulePack
+    from cqos_core.packs import Policy, RulePack
 
 
 def facts(
     system: System, of: str | None = None, *, packs: Iterable[RulePack] = (), beside: Participant | None = None
 ) -> dict[str, Fact]:
-    """What is explained of the values of an endpoint, the first where none is named, by policy.
-
-    It is explained beside the first partner on its topic; where it has none, beside one that states nothing, of ``beside``.
-    """
+    """What is explained of the values of an endpoint, the first where none is named, by policy; see `explained`."""
     end = next(each for each in system.endpoints if of in {None, each.id})
+    return side(explained(system, end, packs=packs, beside=beside), end.role)
+
+
+def explained(
+    system: System, end: Endpoint, *, packs: Iterable[RulePack] = (), beside: Participant | None = None
+) -> PairReport:
+    """An endpoint beside the first partner on its topic; where it has none, beside one that states nothing, of ``beside``."""
     partner = next((each for each in system.endpoints if each.role != end.role and each.topic == end.topic), None)
     if partner is None:
-        role = "subscriber" if end.role == "publisher" else "publisher"
+        role: Literal["publisher", "subscriber"] = "subscriber" if end.role == "publisher" else "publisher"
         owner = beside or Participant("another")
         partner = Endpoint(id="another", role=role, topic=end.topic, participant=owner.id, protocol=end.protocol)
         participants = system.participants | {owner.id: owner}
         system = replace(system, endpoints=[*system.endpoints, partner], participants=participants)
     first, second = sorted((end, partner), key=lambda each: each.role)
-    report = explain(system, publisher=first.id, subscriber=second.id, packs=packs)
-    return side(report, end.role)
+    return explain(system, publisher=first.id, subscriber=second.id, packs=packs)
+
+
+def rows(system: System, pack: RulePack, policies: Sequence[str]) -> dict[str, str]:
+    """The values of these policies of every endpoint, `?` for one that is not known or depends on peers."""
+    found: dict[str, str] = {}
+    for end in system.endpoints:
+        report = explained(system, end)
+        assert not [each for each in report.findings if each.code in {"CQ202", "CQ203", "CQ209"}], "all is read"
+        values = side(report, end.role)
+        found[end.id] = " ".join(_known(pack.policy(name), values) for name in policies)
+    return found
+
+
+def _known(policy: Policy, values: Mapping[str, Fact]) -> str:
+    fact = values[policy.name]
+    known = policy.domain.read(fact.value) is not None and not fact.origin.startswith("settled")
+    return fact.value if known else "?"
 
 
 def side(report: PairReport, role: str) -> dict[str, Fact]:
