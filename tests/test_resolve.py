@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import Fact, check, check_pair
+from cqos_core import Broker, Cases, Endpoint, Fact, Participant, Place, Profile, ProfileRef, Setting, check, check_pair
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.system import (
-    EVERY_OTHER,
-    Broker,
-    Cases,
-    Endpoint,
-    Participant,
-    Place,
-    Profile,
-    ProfileRef,
-    Setting,
-)
+from cqos_core.model.system import EVERY_OTHER
 from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, parse, requires
 from tests.worlds import (
     CARRIER,

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import yaml
@@ -22,6 +23,7 @@ from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 from tests.command import run_here
 
+Role = Literal["publisher", "subscriber"]
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[3] / "examples"
 GOLDEN = HERE / "golden"
@@ -301,7 +303,11 @@ def test_python_code_states_what_was_designed(system, rmw):
 
 @given(robots(VALUES))
 def test_a_player_meets_every_subscription_and_a_recorder_every_publisher(system):
-    for side, role, other in (("player", "publisher", "subscriber"), ("recorder", "subscriber", "publisher")):
+    sides: list[tuple[str, Role, Role]] = [
+        ("player", "publisher", "subscriber"),
+        ("recorder", "subscriber", "publisher"),
+    ]
+    for side, role, other in sides:
         profiles = yaml.safe_load(export(system, "rosbag2_overrides", side=side).text) or {}
         met = replace(system, endpoints=[each for each in system.endpoints if each.role == other])
         bag = System("bag", "ros2", participants={"bag": Participant("bag", external=True)})

@@ -6,11 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core import check
+from cqos_core import InputError, Problem, System, check
 from cqos_core.files.loading import read_source, recognise
-from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
 from cqos_ros2.importers.detect_observed import claims_topic_info
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
