@@ -72,7 +72,8 @@ class Fact:
     Attributes:
         policy: canonical name.
         value: text in YAML spelling; for an undetermined value what it depends on, for instance
-            ``system_default (best_effort with fastdds, reliable with cyclonedds)``.
+            ``system_default (best_effort with fastdds, reliable with cyclonedds)``; for one that is not known ``unknown``, or
+            what stands in its place and is no value, for instance ``$(DEPTH)``.
         origin: ``explicit``, ``profile NAME``, ``preset NAME``, ``default``, ``option NAME``, ``overlay``, ``settled``.
         place: its place, or that of the endpoint if it is not stated.
     """

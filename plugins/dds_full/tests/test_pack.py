@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, check_pair
-from cqos_core.model.report import Report
+from cqos_core import Report, check, check_pair
 from cqos_core.packs import parse
 from cqos_core.packs.catalogue import describe_pack, rule_table
 from cqos_dds.pack import PACK

@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, check_pair, explain
-from cqos_core.model.report import Report
-from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core import Endpoint, Participant, Report, Setting, System, check, check_pair, explain
 from cqos_core.packs import parse
 from cqos_core.packs.catalogue import describe_pack, rule_table
 from cqos_ros2.conventions import CONVENTIONS

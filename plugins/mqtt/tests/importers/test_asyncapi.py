@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, read
-from cqos_core.model.problems import InputError
+from cqos_core import InputError, check, read
 
 V2 = """
 asyncapi: 2.6.0

@@ -273,7 +273,7 @@ def test_remaps_apply_in_order_and_once(joined):
 
 
 def test_a_broken_node_file_of_the_workspace_is_an_error(joined):
-    from cqos_core.model.problems import InputError
+    from cqos_core import InputError
 
     with pytest.raises(InputError, match="did you mean `publishes`"):
         joined({**launch_of(node()), "bot/bot.node.yaml": TALKER.replace("publishes", "publishs", 1)})
