@@ -153,9 +153,9 @@ _PARTS: dict[str, Any] = {
 
 @pytest.mark.parametrize("field", [*system_pb2.Endpoint.DESCRIPTOR.fields], ids=lambda field: field.name)
 def test_an_endpoint_of_a_system_is_that_of_its_message_alone(field):
-    value = _PARTS.get(field.name, True if field.type == field.TYPE_BOOL else "")
-    value = f"x{field.name}" if value == "" else value
-    one = system_pb2.Endpoint(**{"id": "e", "role": report_pb2.ROLE_PUBLISHER, "participant": "a", field.name: value})
+    value = _PARTS.get(field.name, True if field.type == field.TYPE_BOOL else f"x{field.name}")
+    stated: dict[str, Any] = {"id": "e", "role": report_pb2.ROLE_PUBLISHER, "participant": "a", field.name: value}
+    one = system_pb2.Endpoint(**stated)
     other = system_pb2.Endpoint(id="f", role=report_pb2.ROLE_PUBLISHER, participant="a", settings={"depth": "7"})
     read = system_value(system_pb2.System(endpoints=[one, other, one])).endpoints
     assert [*read] == [from_message(one), from_message(other), from_message(one)]
