@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RulePack(PackContents):
-    """Everything C-QoS knows about one protocol: what its author states, and what follows from that."""
+    """Everything C-QoS knows about one protocol: what its author states, which `PackContents` lists, and what follows from that."""
 
     def __post_init__(self) -> None:
         """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.
