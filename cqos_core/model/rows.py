@@ -62,14 +62,15 @@ class RowKind(ABC):
         self.pattern = pattern
 
     @abstractmethod
-    def place(self, row: Row) -> Place:
-        """Return where the endpoint that a row is stands."""
+    def place(self, row: Row) -> Place | None:
+        """Return where the endpoint that a row is stands; None where no file states it."""
 
     def make(self, name: str, row: Row) -> Any:
         """Return the label, the place, the room, the profiles or the settings of the endpoint that a row is."""
-        if name == "place":
-            return self.place(row)
-        return Room(self.place(row)) if name == "room" else getattr(self.endpoint, name)
+        if name not in {"place", "room"}:
+            return getattr(self.endpoint, name)
+        place = self.place(row)
+        return place if name == "place" or place is None else Room(place)
 
 
 class EndpointList(list[Endpoint]):

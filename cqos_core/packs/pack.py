@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ from cqos_core.language.binding import bind
 from cqos_core.language.expression import Term, Test, definitions
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.language.values import normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.packs.bound_rule import BoundRule, bind_rule
 from cqos_core.packs.contents import PackContents
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RulePack(PackContents):
-    """Everything C-QoS knows about one protocol: what its author states, and what follows from that."""
+    """Everything C-QoS knows about one protocol: what its author states, which `PackContents` lists, and what follows from that."""
 
     def __post_init__(self) -> None:
         """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.

@@ -25,6 +25,7 @@ from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from cqos_core.remote import description
+from cqos_core.remote.endpoint_rows import endpoints_of
 
 T = TypeVar("T")
 _Convert: TypeAlias = "Callable[[Any], Any]"
@@ -57,6 +58,7 @@ _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
 }
 _TUPLES: Final[Mapping[str, Callable[..., Any]]] = {"FlowRunner": flow.FlowRunner, "FlowEnds": flow.FlowEnds}
 _STATED: Final = "_stated"
+_ENDPOINTS: Final = system_pb2.System.DESCRIPTOR.fields_by_name["endpoints"]
 _class_of: Final[Callable[[Descriptor], Any]] = GetMessageClass
 EVERYTHING: Final[frozenset[str]] = frozenset()
 """The paths of all fields of a message."""
@@ -435,6 +437,8 @@ def _field_reader(field: FieldDescriptor, annotation: str) -> _Convert:
     item = _item_reader(field, annotation)
     if not field.is_repeated:
         return item
+    if field is _ENDPOINTS:
+        return lambda found: endpoints_of(found, item)
     if field.name == "sources" and container is dict:
         return lambda names: dict.fromkeys(names, b"")
     if message is None:
