@@ -70,6 +70,8 @@ if importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true
 PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))
 SHELL = re.compile(r"""[|&;<>$*?'"\\]""")
 """What makes a line one for the shell."""
+INSTALLS = re.compile(r"^\$ .*pip install ", re.MULTILINE)
+"""What makes a page one that installs something, which only a new process finds."""
 OUR_OWN = frozenset({"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR", "PYTEST_ADDOPTS"})
 """Variables of who runs these tests; they would change what the commands of a page print."""
 BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
@@ -92,7 +94,7 @@ def follow(page: str, folder: Path) -> Iterator[Said]:
     """Do everything that a page says; yield what its commands print."""
     text = (ROOT / page).read_text(encoding="utf-8")
     shutil.copytree(ROOT / "examples", folder / "examples")
-    cqos = run if "pip install" in text else run_here
+    cqos = run if INSTALLS.search(text) else run_here
     variables: dict[str, object] = {}
     code = 0
     for block in BLOCK.finditer(text):
