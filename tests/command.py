@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import gc
 import importlib
 import io
 import itertools
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 EXAMPLE = Path(__file__).parents[1] / "examples" / "smart_agriculture.bpmn"
 SERVING = ("cqos_core.cli.modeler", *(f"cqos_core.service.{name}" for name in ("process", "calls", "native", "web")))
 """What a service imports besides."""
+GONE = "the process to fork from has ended; its traceback says why"
 
 
 class Done(NamedTuple):
@@ -80,7 +80,7 @@ def start(
         pipes = [Path(place, name) for name in ("out", "err")]
         for each in pipes:
             os.mkfifo(each)
-        # Opened before anything is written, and told apart from pipes of which all writers are gone by `begun`.
+        # Without waiting for a writer; there is one when the process has begun, and then reading waits for it.
         opened = [os.open(each, os.O_RDONLY | os.O_NONBLOCK) for each in pipes]
         forked = _server().fork(arguments, folder or Path.cwd(), environment, (os.devnull, *pipes))
         forked.begun.result()
@@ -188,6 +188,7 @@ class _Server:
         self._numbers = itertools.count()
         self._forked: dict[int, Forked] = {}
         self._lock = threading.Lock()
+        self._gone = False
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         atexit.register(self._end)
@@ -198,6 +199,7 @@ class _Server:
         """Fork a process that becomes the command, with files to read from and to write to."""
         forked = Forked()
         with self._lock:
+            assert not self._gone, GONE
             number = next(self._numbers)
             self._forked[number] = forked
             order = {
@@ -223,16 +225,20 @@ class _Server:
                 if not forked.begun.done():
                     forked.begun.set_exception(AssertionError(f"it could not begin: exit code {value}"))
                 forked.ended.set_result(int(value))
-        for forked in self._forked.values():  # the server has ended, and its traceback says why
-            for each in (forked.begun, forked.ended):
-                if not each.done():
-                    each.set_exception(AssertionError("the process to fork from has ended"))
+        with self._lock:
+            self._gone = True
+            for forked in self._forked.values():
+                for each in (forked.begun, forked.ended):
+                    if not each.done():
+                        each.set_exception(AssertionError(GONE))
 
     def _end(self) -> None:
         assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.close()
         self._process.wait()
         self._reader.join()
+        self._process.stdout.close()
 
 
 _server = cache(_Server)
@@ -241,22 +247,22 @@ _server = cache(_Server)
 def _serve() -> None:
     """Fork a process for each order; write when it has begun and how it has ended."""
     for name in SERVING:
-        with contextlib.suppress(ImportError):  # extras bring gRPC and the server of pages
+        with contextlib.suppress(ImportError):  # the extra `web` brings the server of pages
             importlib.import_module(name)
     for name in _imported():
         importlib.import_module(name)
-    gc.freeze()  # else the first collection of each process writes to all that it shares with this one
     numbers: dict[int, int] = {}
 
     def reap(*_: object) -> None:
-        with contextlib.suppress(ChildProcessError):
-            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
-                os.write(1, f"ended {numbers.pop(ended[0])} {os.waitstatus_to_exitcode(ended[1])}\n".encode())
+        for process in list(numbers):
+            ended, status = os.waitpid(process, os.WNOHANG)
+            if ended:
+                os.write(1, f"ended {numbers.pop(process)} {os.waitstatus_to_exitcode(status)}\n".encode())
 
     signal.signal(signal.SIGCHLD, reap)
     for line in sys.stdin:
         order = json.loads(line)
-        # One that ends at once is not reaped before its number is known.
+        # One that ends at once is reaped when its number is known.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGCHLD})
         process = os.fork()
         if process == 0:

@@ -3,8 +3,9 @@
 A page is followed from top to bottom, in a folder of its own that has the examples in it:
 
 - a block with a title, as in ``` ```yaml title="robot.yaml" ```, is written to that file;
-- a `console` block is executed, plain commands `cqos` in this process unless the page installs something. A line with `$ ` in front is a command, what follows is its output. There, `…` stands
-  for any text within a line, and alone on a line for any lines. `echo $?` prints the exit code of the command before;
+- a `console` block is executed, `cqos` without a shell in this process unless the page installs something. A line with
+  `$ ` in front is a command, what follows is its output. There, `…` stands for any text within a line, and alone on a
+  line for any lines. `echo $?` prints the exit code of the command before;
 - a `python` block with prompts is a doctest. All of a page share their variables;
 - a `sentence` block has one sentence of the rule language per line, in its one text form.
 
