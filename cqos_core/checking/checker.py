@@ -151,7 +151,7 @@ def assemble(
 
 def covered(system: System, endpoints: Sequence[Resolved], context: Context) -> Coverage:
     """Return how much of its inputs a system of these endpoints was made from."""
-    unclear = later(lambda: [each.id for each in endpoints if each.key is None or each.like.unread])
+    unclear = later(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))
     unread = tuple(part for note in system.notes for part in note.parts or _left_out(note, context))
     totals: Counter[str] = Counter()
     for note in system.notes:
