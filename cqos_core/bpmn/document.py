@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeVar
 
 from cqos_core.bpmn.names import shown
-from cqos_core.bpmn.taken import Lines, RowPlaces
-from cqos_core.importers.xml_source import StartTags
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
@@ -14,8 +12,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.bpmn.taken import Taken
-    from cqos_core.importers.xml_source import Element
+    from cqos_core.bpmn.parts import Parts
+    from cqos_core.importers.xml_source import Element, StartTags
     from cqos_core.model.source import Source
     from cqos_core.model.system import Role
 
@@ -63,7 +61,7 @@ _INDEXED = (
 ZEEBE_CALL = f"{{{NAMESPACES['zeebe']}}}calledElement"
 
 
-def require_bpmn(root: Element, source: Source) -> None:
+def require_bpmn(root: Element, source: Source, tags: StartTags) -> None:
     """Raise `InputError` unless ``root`` is the root of a BPMN 2.0 model."""
     if root.tag == DEFINITIONS:
         return
@@ -71,7 +69,7 @@ def require_bpmn(root: Element, source: Source) -> None:
     where = f"in the namespace `{shown(namespace)}`" if namespace else "in no namespace"
     message = f"this is not BPMN 2.0 (20100524): the first element is `{shown(local)}` {where}"
     advice = f"expected `definitions` in `{NAMESPACES['bpmn']}`; save the model as BPMN 2.0"
-    raise InputError([Problem("CQ030", message, Place(source.name, root.sourceline), advice)])
+    raise InputError([Problem("CQ030", message, Place(source.name, tags.line(0)), advice)])
 
 
 def split(tag: str) -> tuple[str, str]:
@@ -92,23 +90,20 @@ class Document:
         root: the ``definitions``.
         name: the name of the source.
         nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`. One stands for
-            all events of a run that was taken.
-        taken: signals and events that were taken out while the document was parsed. Such signals are not among `all`.
-        rows: tells where such events stand.
+            all events of a run of rows.
+        parts: rows of events, and signals that are not in the tree: they are not among `all`.
         definitions: event definitions at root level, by id, to which events may refer.
     """
 
-    def __init__(self, root: Element, name: str, data: bytes, taken: Taken, *, lines: bool = True) -> None:
-        """Walk once through the tree below ``root``, which was made of ``data``, without what was ``taken``.
+    def __init__(self, parts: Parts, name: str, tags: StartTags, *, lines: bool = True) -> None:
+        """Walk once through the tree.
 
         Without ``lines``, places that name an element have none.
         """
-        self.root = root
+        self.root = root = parts.root
         self.name = name
-        self.taken = taken
-        tags = StartTags(data)
-        self.rows = RowPlaces(name, taken.events, tags if lines else None)
-        self._lines = Lines(root, tags, taken)
+        self.parts = parts
+        self._tags = tags
         self._with_lines = lines
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
@@ -116,11 +111,11 @@ class Document:
         kinds = (*_INDEXED, *ROLES)
         skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*kinds)}
         for element in root.iter(*kinds):
-            if element not in skipped and (element.tag != SIGNAL or element not in taken.gone):
+            if element not in skipped:
                 self._elements.get(str(element.tag), self.nodes).append(element)
         self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
-        for signal in taken.signals.keys() & self._by_id[SIGNAL].keys():
-            del self._by_id[SIGNAL][signal]  # a signal is taken only if it is the first of its id
+        for signal in parts.signals.keys() & self._by_id[SIGNAL].keys():
+            del self._by_id[SIGNAL][signal]  # one that is not in the tree is the first of its id
         self.definitions = _first_by_id(
             child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
         )
@@ -166,7 +161,7 @@ class Document:
     def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
         """Return where ``element`` is; ``owner`` is the element with the id, ``path`` starts at it."""
         name = identity(element if owner is None else owner)
-        line = self._lines.of(element) if self._with_lines or name is None else None
+        line = self._tags.line(self.parts.numbers[element]) if self._with_lines or name is None else None
         return Place(self.name, line, None, name, path)
 
 

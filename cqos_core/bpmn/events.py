@@ -30,7 +30,7 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
     """Add an endpoint for every signal definition of every event, wherever the event is nested."""
     document = reading.document
     for event in document.nodes:
-        if event in document.taken.runs:
+        if event in document.parts.runs:
             endpoints.add_run(event, signals)
             continue
         role = EVENT_ROLES.get(str(event.tag))

@@ -124,7 +124,7 @@ class _Drawing:
             around, at = waiting.pop()
             for child in around.iterchildren(f"{BPMN}*"):
                 kind = _KINDS.get(split(str(child.tag))[1])
-                if child in self._document.taken.runs:
+                if child in self._document.parts.runs:
                     for name, tag, ids in self._endpoints.of_run(child):
                         self._add(None, FlowNode(name, _KINDS[split(tag)[1]], at, _SIGNAL, endpoints=ids))
                 elif child.tag == _SEQUENCE_FLOW:

@@ -13,7 +13,7 @@ from cqos_core.model.system import EVERY_OTHER, Setting
 from cqos_core.packs.qos_keys import looks_like_qos
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.words import Child
@@ -151,20 +151,20 @@ class LostWords:
         if not namespace:
             return False
         if namespace not in self._meant:
-            self._meant[namespace] = _is_meant(element, namespace)
+            self._meant[namespace] = _is_meant(namespace, [element.nsmap.get("qos")])
         return self._meant[namespace]
 
 
-def is_lost(element: Element, attribute: str) -> bool:
-    """Say whether an attribute looks like QoS that nothing reads there."""
+def is_lost(attribute: str, called_qos: Collection[str]) -> bool:
+    """Say whether an attribute looks like QoS that nothing reads there; some namespaces are ``called_qos`` by a prefix."""
     namespace, local = split(attribute)
     if namespace == NAMESPACES["qos"]:
         return False
-    return bool(namespace and _is_meant(element, namespace)) or looks_like_qos(local, POLICY_NAMES) is not None
+    return bool(namespace and _is_meant(namespace, called_qos)) or looks_like_qos(local, POLICY_NAMES) is not None
 
 
-def _is_meant(element: Element, namespace: str) -> bool:
-    return element.nsmap.get("qos") == namespace or _MEANT.fullmatch(namespace) is not None
+def _is_meant(namespace: str, called_qos: Collection[str | None]) -> bool:
+    return namespace in called_qos or _MEANT.fullmatch(namespace) is not None
 
 
 def laid_under(settings: Settings, lost: Iterable[Unknown]) -> Settings:

@@ -21,7 +21,7 @@ from cqos_core.model.regular import re
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping
     from typing import TypeAlias
 
     from cqos_core.model.source import Source
@@ -29,9 +29,11 @@ if TYPE_CHECKING:
     # lxml's stubs, and lxml, have no public name for the type of elements.
     Element: TypeAlias = etree._Element  # noqa: SLF001
 
-_Taker = TypeVar("_Taker", bound="Taker")
+_Target = TypeVar("_Target", bound="Target")
 _SPACE = b" \t\r\n"
 _LONGEST = 100
+LONGEST_TEXT: Final = 10_000_000
+"""Letters of the longest text that the parser puts into a tree."""
 MOST_LINES: Final = 65_535
 """Where the parser ends to count lines."""
 _PART: Final = 32_768
@@ -101,40 +103,51 @@ def parse_utf8(source: Source, data: bytes) -> Element:
         raise InputError([_explain(source, parser, error)]) from None
 
 
-class Taker(Protocol):
-    """Takes elements while their document is parsed."""
+class Target(Protocol):
+    """Is told what a document has, by the parser."""
 
-    def take(self, elements: Iterable[Element]) -> None:
-        """Take elements that are complete; all but the last one may be removed from the tree, now or later."""
+    def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> Any:
+        """Take a start tag, and the namespaces that it declares."""
 
-    def end(self) -> None:
-        """The document is complete; what is left may be removed."""
+    def data(self, text: str) -> Any:
+        """Take text, or a part of it."""
+
+    def end(self, tag: str) -> Any:
+        """Take an end tag."""
+
+    def close(self) -> Any:
+        """Take the end of the document."""
+
+    def use(self, root: Element) -> Any:
+        """Take the tree of a document in place of all that."""
 
 
-def parse_in_parts(
-    source: Source, data: bytes, tags: Sequence[str], begin: Callable[[], _Taker]
-) -> tuple[Element, _Taker]:
-    """Return the root element of what `plain_utf8` made of ``source``, and what took elements of some ``tags`` meanwhile.
+class NotBuiltError(Exception):
+    """A target cannot make a tree as the parser does."""
 
-    Elements are handed over in the order in which they end. See `parse_xml` for errors.
-    """
+
+def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Target:
+    """Return a target that was told all about what `plain_utf8` made of ``source``. See `parse_xml` for errors."""
     text = data
     for _ in ("as it is", "with other names of namespaces"):
-        parser = etree.XMLPullParser(events=("end",), tag=tags, **_OPTIONS)
-        taker = begin()
+        target = begin()
+        parser = etree.XMLParser(target=target, **_OPTIONS)
         try:
-            for start in range(0, len(text), _PART):
-                parser.feed(text[start : start + _PART])
-                taker.take([element for _, element in parser.read_events()])
-            root = parser.close()
-        except etree.XMLSyntaxError:
-            if not any(entry.type_name == "WAR_NS_URI" for entry in parser.error_log):
-                break
-            text = _NAMESPACE_NAME.sub(_as_uri, data)
+            # In one piece: fed with several, the parser does not look how deep it is.
+            etree.fromstring(text, parser)
+        except (etree.XMLSyntaxError, NotBuiltError):
+            is_complete = False
         else:
-            taker.end()
-            return root, taker
-    return parse_utf8(source, data), begin()  # says what is wrong
+            is_complete = True
+        errors = {entry.type_name for entry in parser.error_log if entry.level_name != "WARNING"}
+        if is_complete and not errors:
+            return target
+        if "WAR_NS_URI" not in errors:
+            break
+        text = _NAMESPACE_NAME.sub(_as_uri, data)
+    target = begin()
+    target.use(parse_utf8(source, data))  # or else it says what is wrong
+    return target
 
 
 class StartTags:

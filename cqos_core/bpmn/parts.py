@@ -1,0 +1,301 @@
+"""The parts of a diagram: rows of its signal events, names of its signals, and a tree of everything else.
+
+lxml's parser tells `Parts` of one tag after the other. A signal that has an id and a name and nothing else is kept as these. An event that
+throws or catches one signal, and states what it states in attributes, becomes a row. What the attributes of an event mean depends on their
+names, and is read once for all that have the same: this module only looks where its texts are.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from lxml import etree
+
+from cqos_core.bpmn.document import BPMN, EVENT_ROLES, EXTENSIONS, PROCESS, ROLES, SIGNAL, SIGNAL_DEFINITION
+from cqos_core.bpmn.form import EVENT
+from cqos_core.bpmn.lost import is_lost
+from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, number
+from cqos_core.bpmn.qos import decimal_text
+from cqos_core.bpmn.words import FLAGS, QOS
+from cqos_core.importers.xml_source import LONGEST_TEXT, NotBuiltError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Mapping, Sequence
+
+    from cqos_core.bpmn.event_kinds import EventPlaces
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.rows import Row
+
+_SAYS_NOTHING: Final = frozenset(f"{BPMN}{name}" for name in ("incoming", "outgoing", "documentation"))
+_OF_FLOW: Final = frozenset(
+    ("attachedToRef", "cancelActivity", "isInterrupting", "parallelMultiple", "isForCompensation", "triggeredByEvent")
+)
+"""Attributes that say when an event happens: the control flow reads them."""
+_TAKEN_BELOW: Final[dict[str, Collection[str]]] = {"root": {SIGNAL}, "process": EVENT_ROLES, "event": (), "": ()}
+"""What may stay out of the tree, by what is around it. Whatever an event, a task or an extension holds is its own."""
+
+
+class Shape:
+    """Events that differ in ids, names, signals and the texts of settings.
+
+    Attributes:
+        example: the first of them, which is in the tree.
+        settings: the names of the settings whose texts stand in a row.
+    """
+
+    __slots__ = ("example", "settings")
+
+    def __init__(self, example: Element, settings: Sequence[str]) -> None:
+        self.example, self.settings = example, settings
+
+
+class _Attributes:
+    """Where the texts of an event are whose attributes have certain names.
+
+    Attributes:
+        id, name: the places of these; that of a name that is not there is None.
+        words: those of C-QoS's own words, which all events of a shape share.
+        at, settings: those of settings, and their names.
+        may_be_unedited: whether they are the eight that modelers write unasked.
+        shapes: by the tag and the words.
+    """
+
+    __slots__ = ("_flags", "at", "id", "may_be_unedited", "name", "settings", "shapes", "words")
+
+    def __init__(self, names: Sequence[str]) -> None:
+        of_qos = [(at, name[len(QOS) :]) for at, name in enumerate(names) if name.startswith(QOS)]
+        self.id = names.index("id")
+        self.name = names.index("name") if "name" in names else None
+        self.words = [at for at, name in of_qos if name in EVENT.attributes]
+        self._flags = [at for at, name in of_qos if name == "external"]
+        self.at = [at for at, name in of_qos if name not in EVENT.attributes]
+        self.settings = tuple([name for _, name in of_qos if name not in EVENT.attributes])
+        self.may_be_unedited = POLICIES <= set(map(key, self.settings))
+        self.shapes: dict[tuple[str, ...], Shape] = {}
+
+    def is_readable(self, values: Sequence[str]) -> bool:
+        """Whether nothing is to be said of the words among the values."""
+        return all(values[at].strip() in {"", *FLAGS} for at in self._flags)
+
+
+class _Texts(dict[str, str]):
+    """Texts of settings by what is written, equal ones as one object."""
+
+    def __missing__(self, written: str) -> str:
+        self[written] = text = decimal_text(written)
+        return text
+
+
+class Parts:
+    """A target of lxml's parser, for one document.
+
+    Attributes:
+        root: of the tree, whose elements have no text behind them.
+        numbers: of the start tags of its elements in the document, beginning with 0.
+        runs: neighbouring events as rows, by the first of them, which is in the tree and stands for all of them.
+        places: of the events that are rows.
+        signals: names by ids.
+        named: ids by names.
+        references: by which events name signals that were not there before them.
+    """
+
+    root: Element
+
+    def __init__(self, places: EventPlaces, unclear: Collection[str] = (), *, whole: bool = False) -> None:
+        """Begin without any.
+
+        Args:
+            places: takes where the events are that become rows.
+            unclear: references to signals of which something is to be said: their events stay in the tree.
+            whole: leave each event in the tree, beside its row.
+        """
+        self.numbers: dict[Element, int] = {}
+        self.runs: dict[Element, list[Row]] = {}
+        self.places = places
+        self.signals: dict[str, str] = {}
+        self.named: dict[str, str] = {}
+        self.references: set[str] = set()
+        self._unclear = unclear
+        self._whole = whole
+        self._tree = etree.TreeBuilder()
+        self._around = [""]  # keys of `_TAKEN_BELOW`, for each element of the tree that is not complete
+        self._run: list[Row] | None = None  # to which the next event belongs, if it becomes a row
+        self._number = -1  # of the last start tag
+        self._letters = 0  # behind the last tag
+        self._is_start = False  # the last tag
+        self._held: list[tuple[Any, ...]] = []  # calls that put what may stay out of the tree into it
+        self._depth = 0  # of the elements that are not complete, in what is held
+        self._signal: str | None = None  # the reference of the event that is held
+        self._attributes: dict[tuple[str, ...], _Attributes | None] = {}
+        self._texts = _Texts()
+        self._others: set[str | None] = set()  # ids and names of signals in the tree
+        self._called_qos: set[str] = set()  # namespaces that have the prefix
+
+    def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> None:
+        """Take a start tag, and the namespaces that it declares."""
+        self._number += 1
+        self._letters, self._is_start = 0, True
+        if namespaces and namespaces.get("qos", "") not in self._called_qos:
+            self._called_qos.add(namespaces.get("qos", ""))
+            self._attributes.clear()
+        opening = (self._open, tag, attributes, namespaces, self._number)
+        held = self._held
+        if held:
+            held.append(opening)
+            if tag == SIGNAL_DEFINITION and self._signal is None and not self._depth:
+                self._signal = _reference(attributes)
+            elif tag not in _SAYS_NOTHING or self._depth:
+                self._release()
+                return
+            self._depth += 1
+        elif tag in _TAKEN_BELOW[self._around[-1]]:
+            held.append(opening)
+            self._signal = None if tag != SIGNAL else ""
+        else:
+            self._open(tag, attributes, namespaces, self._number)
+
+    def data(self, text: str) -> None:
+        """Take text, or a part of it."""
+        self._letters += len(text)
+        if self._letters > LONGEST_TEXT:
+            raise NotBuiltError
+        if self._is_start:
+            if self._held:
+                self._held.append((self._tree.data, text))
+            else:
+                self._tree.data(text)
+
+    def end(self, tag: str) -> None:
+        """Take an end tag."""
+        self._letters, self._is_start = 0, False
+        held = self._held
+        if not held:
+            self._close(tag)
+            return
+        held.append((self._close, tag))
+        if self._depth:
+            self._depth -= 1
+        elif tag == SIGNAL:
+            self._end_signal(held[0][2])
+        else:
+            self._end_event(*held[0][1:])
+
+    def close(self) -> None:
+        """Take the end of the document."""
+
+    def use(self, root: Element) -> None:
+        """Have a tree that holds everything."""
+        self.root = root
+        self.numbers = {element: number for number, element in enumerate(root.iter("*"))}
+
+    def _open(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str], number: int) -> Element:
+        """Put an element into the tree."""
+        bound = {prefix or None: uri for prefix, uri in namespaces.items()} if namespaces else None
+        try:
+            element: Element = self._tree.start(tag, attributes, bound)
+        except ValueError:  # the parser may know more names than the builder
+            raise NotBuiltError from None
+        self._run = None
+        if tag == SIGNAL:
+            self._others.update((attributes.get("id"), fold(attributes.get("name"))))
+        around = self._around[-1]
+        if not self.numbers:
+            self.root, around = element, "root"
+        elif tag in ROLES or tag == EXTENSIONS:
+            around = "event"
+        elif around != "event" and tag == PROCESS:
+            around = "process"
+        elif around == "root":
+            around = ""
+        self._around.append(around)
+        self.numbers[element] = number
+        return element
+
+    def _close(self, tag: str) -> None:
+        """Complete an element of the tree."""
+        self._tree.end(tag)
+        self._run = None
+        self._around.pop()
+
+    def _release(self) -> Element:
+        """Put what is held into the tree, and return the first element of it."""
+        ((opening, *given), *others), self._held, self._depth = self._held, [], 0
+        element: Element = opening(*given)
+        for call, *given in others:
+            call(*given)
+        return element
+
+    def _end_signal(self, stated: Mapping[str, str]) -> None:
+        """Keep a signal that has an id and a name, which no signal before it has, and nothing else; put another one into the tree."""
+        identity, name = stated.get("id"), fold(stated.get("name"))
+        is_new = identity not in self.signals and name not in self.named and self._others.isdisjoint((identity, name))
+        is_plain = len(stated) == len(("id", "name")) and not is_computed(name)
+        if not identity or ":" in identity or not name or not is_new or not is_plain:
+            self._release()
+            return
+        self._held.clear()
+        self.signals[identity] = name
+        self.named[name] = identity
+
+    def _end_event(self, tag: str, stated: Mapping[str, str], _: Mapping[str, str], number: int) -> None:
+        """Make a row of an event that throws or catches one signal; put one into the tree of which more has to be said."""
+        names = tuple(stated)
+        try:
+            attributes = self._attributes[names]
+        except KeyError:
+            is_plain = _are_plain(names, self._called_qos)
+            attributes = self._attributes[names] = _Attributes(names) if is_plain else None
+        signal = self._signal
+        if attributes is None or not signal or signal in self._unclear:
+            self._release()
+            return
+        values = [*stated.values()]
+        identity = values[attributes.id]
+        is_unedited = attributes.may_be_unedited and _are_zeros([values[at] for at in attributes.at])
+        sort = (tag, *[values[at] for at in attributes.words])
+        shape = attributes.shapes.get(sort)
+        if not identity or is_unedited or (shape is None and not attributes.is_readable(values)):
+            self._release()
+            return
+        run = self._run
+        if shape is None or run is None or self._whole:
+            first, run = self._release(), []
+            if shape is None:
+                shape = attributes.shapes[sort] = Shape(first, attributes.settings)
+            self.runs[first] = self._run = run
+        else:
+            self._held.clear()
+        places, texts = self.places, self._texts
+        run.append((shape, identity, signal, len(places.labels), *[texts[values[at]] for at in attributes.at]))
+        places.labels.append(None if attributes.name is None else values[attributes.name])
+        places.numbers.append(number)
+        if signal not in self.signals:
+            self.references.add(signal)
+
+
+def _are_plain(names: Sequence[str], called_qos: Collection[str]) -> bool:
+    """Whether attributes with these names state nothing but QoS, in a way that depends on no value."""
+    settings = [
+        key(name[len(QOS) :]) for name in names if name.startswith(QOS) and name[len(QOS) :] not in EVENT.attributes
+    ]
+    return (
+        "id" in names
+        and _OF_FLOW.isdisjoint(names)
+        and len({*settings}) == len(settings)
+        and not any(is_lost(name, called_qos) for name in names)
+    )
+
+
+def _are_zeros(texts: Iterable[str]) -> bool:
+    return all(number(text) == 0 for text in texts)
+
+
+def _reference(definition: Mapping[str, str]) -> str:
+    """Return the reference of a signal definition that states nothing else; empty where it has to be looked at, or looked up there."""
+    found = ""
+    for name, value in definition.items():
+        if name == "signalRef":
+            found = value.strip()
+        elif name != "id":
+            return ""
+    return "" if ":" in found else found
