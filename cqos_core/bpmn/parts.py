@@ -7,6 +7,7 @@ names, and is read once for all that have the same: this module only looks where
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from lxml import etree
@@ -20,7 +21,7 @@ from cqos_core.bpmn.words import FLAGS, QOS
 from cqos_core.importers.xml_source import LONGEST_TEXT, NotBuiltError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.bpmn.event_kinds import EventPlaces
     from cqos_core.importers.xml_source import Element
@@ -31,6 +32,8 @@ _OF_FLOW: Final = frozenset(
     ("attachedToRef", "cancelActivity", "isInterrupting", "parallelMultiple", "isForCompensation", "triggeredByEvent")
 )
 """Attributes that say when an event happens: the control flow reads them."""
+_EXTERNAL: Final = f"{QOS}external"
+_READABLE: Final = frozenset(("", *FLAGS))
 _TAKEN_BELOW: Final[dict[str, Collection[str]]] = {"root": {SIGNAL}, "process": EVENT_ROLES, "event": (), "": ()}
 """What may stay out of the tree, by what is around it. Whatever an event, a task or an extension holds is its own."""
 
@@ -50,32 +53,32 @@ class Shape:
 
 
 class _Attributes:
-    """Where the texts of an event are whose attributes have certain names.
+    """What attributes of an event mean that have certain names.
 
     Attributes:
-        id, name: the places of these; that of a name that is not there is None.
         words: those of C-QoS's own words, which all events of a shape share.
-        at, settings: those of settings, and their names.
+        settings: those of settings, without their namespace.
+        texts: returns their texts, of what an event states.
         may_be_unedited: whether they are the eight that modelers write unasked.
-        shapes: by the tag and the words.
+        shapes: by the tag and the texts of words.
     """
 
-    __slots__ = ("_flags", "at", "id", "may_be_unedited", "name", "settings", "shapes", "words")
+    __slots__ = ("may_be_unedited", "settings", "shapes", "texts", "words")
 
-    def __init__(self, names: Sequence[str]) -> None:
-        of_qos = [(at, name[len(QOS) :]) for at, name in enumerate(names) if name.startswith(QOS)]
-        self.id = names.index("id")
-        self.name = names.index("name") if "name" in names else None
-        self.words = [at for at, name in of_qos if name in EVENT.attributes]
-        self._flags = [at for at, name in of_qos if name == "external"]
-        self.at = [at for at, name in of_qos if name not in EVENT.attributes]
-        self.settings = tuple([name for _, name in of_qos if name not in EVENT.attributes])
+    def __init__(self, names: Iterable[str]) -> None:
+        of_qos = [name for name in names if name.startswith(QOS)]
+        self.words = [name for name in of_qos if name[len(QOS) :] in EVENT.attributes]
+        settings = [name for name in of_qos if name not in self.words]
+        self.settings = tuple([name[len(QOS) :] for name in settings])
+        self.texts = _texts_of(settings)
         self.may_be_unedited = POLICIES <= set(map(key, self.settings))
         self.shapes: dict[tuple[str, ...], Shape] = {}
 
-    def is_readable(self, values: Sequence[str]) -> bool:
-        """Whether nothing is to be said of the words among the values."""
-        return all(values[at].strip() in {"", *FLAGS} for at in self._flags)
+
+def _texts_of(names: Sequence[str]) -> Callable[[Mapping[str, str]], Sequence[str]]:
+    if len(names) > 1:
+        return itemgetter(*names)  # which returns no sequence for less
+    return lambda stated: [stated[name] for name in names]
 
 
 class _Texts(dict[str, str]):
@@ -237,7 +240,7 @@ class Parts:
         self.signals[identity] = name
         self.named[name] = identity
 
-    def _end_event(self, tag: str, stated: Mapping[str, str], _: Mapping[str, str], number: int) -> None:
+    def _end_event(self, tag: str, stated: Mapping[str, str], _: Mapping[str, str], at: int) -> None:
         """Make a row of an event that throws or catches one signal; put one into the tree of which more has to be said."""
         names = tuple(stated)
         try:
@@ -249,12 +252,14 @@ class Parts:
         if attributes is None or not signal or signal in self._unclear:
             self._release()
             return
-        values = [*stated.values()]
-        identity = values[attributes.id]
-        is_unedited = attributes.may_be_unedited and _are_zeros([values[at] for at in attributes.at])
-        sort = (tag, *[values[at] for at in attributes.words])
+        identity, settings = stated["id"], attributes.texts(stated)
+        sort = (tag, *[stated[name] for name in attributes.words]) if attributes.words else (tag,)
         shape = attributes.shapes.get(sort)
-        if not identity or is_unedited or (shape is None and not attributes.is_readable(values)):
+        if (
+            not identity
+            or (attributes.may_be_unedited and all(number(text) == 0 for text in settings))
+            or (shape is None and stated.get(_EXTERNAL, "").strip() not in _READABLE)
+        ):
             self._release()
             return
         run = self._run
@@ -266,9 +271,9 @@ class Parts:
         else:
             self._held.clear()
         places, texts = self.places, self._texts
-        run.append((shape, identity, signal, len(places.labels), *[texts[values[at]] for at in attributes.at]))
-        places.labels.append(None if attributes.name is None else values[attributes.name])
-        places.numbers.append(number)
+        run.append((shape, identity, signal, len(places.labels), *[texts[each] for each in settings]))
+        places.labels.append(stated.get("name"))
+        places.numbers.append(at)
         if signal not in self.signals:
             self.references.add(signal)
 
@@ -284,10 +289,6 @@ def _are_plain(names: Sequence[str], called_qos: Collection[str]) -> bool:
         and len({*settings}) == len(settings)
         and not any(is_lost(name, called_qos) for name in names)
     )
-
-
-def _are_zeros(texts: Iterable[str]) -> bool:
-    return all(number(text) == 0 for text in texts)
 
 
 def _reference(definition: Mapping[str, str]) -> str:

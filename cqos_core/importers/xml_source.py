@@ -49,6 +49,8 @@ _OPTIONS: Final[dict[str, Any]] = {
     "remove_comments": True,
     "remove_pis": True,
 }
+# There is no document type that could declare any. Without this, targets are told `&#38;` where an attribute has `&amp;`.
+_OF_TARGETS: Final = {"resolve_entities": "internal"}
 # Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
@@ -131,7 +133,7 @@ def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Ta
     text = data
     for _ in ("as it is", "with other names of namespaces"):
         target = begin()
-        parser = etree.XMLParser(target=target, **_OPTIONS)
+        parser = etree.XMLParser(target=target, **(_OPTIONS | _OF_TARGETS))
         try:
             # In one piece: fed with several, the parser does not look how deep it is.
             etree.fromstring(text, parser)
