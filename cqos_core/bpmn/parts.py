@@ -34,8 +34,11 @@ _OF_FLOW: Final = frozenset(
 """Attributes that say when an event happens: the control flow reads them."""
 _EXTERNAL: Final = f"{QOS}external"
 _READABLE: Final = frozenset(("", *FLAGS))
-_TAKEN_BELOW: Final[dict[str, Collection[str]]] = {"root": {SIGNAL}, "process": EVENT_ROLES, "event": (), "": ()}
-"""What may stay out of the tree, by what is around it. Whatever an event, a task or an extension holds is its own."""
+# What may stay out of the tree below an element: below the root, in a process, elsewhere, and in what is its owner's alone.
+_SIGNALS: Final[Collection[str]] = frozenset((SIGNAL,))
+_EVENTS: Final[Collection[str]] = frozenset(EVENT_ROLES)
+_NOT_YET: Final[Collection[str]] = frozenset()
+_NEVER: Final[Collection[str]] = ()
 
 
 class Shape:
@@ -121,7 +124,7 @@ class Parts:
         self._unclear = unclear
         self._whole = whole
         self._tree = etree.TreeBuilder()
-        self._around = [""]  # keys of `_TAKEN_BELOW`, for each element of the tree that is not complete
+        self._may_be_held = [_NOT_YET]  # below each element of the tree that is not complete
         self._run: list[Row] | None = None  # to which the next event belongs, if it becomes a row
         self._number = -1  # of the last start tag
         self._letters = 0  # behind the last tag
@@ -132,28 +135,23 @@ class Parts:
         self._attributes: dict[tuple[str, ...], _Attributes | None] = {}
         self._texts = _Texts()
         self._others: set[str | None] = set()  # ids and names of signals in the tree
-        self._called_qos: set[str] = set()  # namespaces that have the prefix
+        self._called_qos = {""}  # namespaces that have the prefix
 
     def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> None:
         """Take a start tag, and the namespaces that it declares."""
         self._number += 1
         self._letters, self._is_start = 0, True
-        if namespaces and namespaces.get("qos", "") not in self._called_qos:
-            self._called_qos.add(namespaces.get("qos", ""))
-            self._attributes.clear()
-        opening = (self._open, tag, attributes, namespaces, self._number)
-        held = self._held
-        if held:
-            held.append(opening)
+        if self._held:
+            self._held.append((self._open, tag, attributes, namespaces, self._number))
             if tag == SIGNAL_DEFINITION and self._signal is None and not self._depth:
                 self._signal = _reference(attributes)
-            elif tag not in _SAYS_NOTHING or self._depth:
+            elif self._depth or tag not in _SAYS_NOTHING:
                 self._release()
                 return
             self._depth += 1
-        elif tag in _TAKEN_BELOW[self._around[-1]]:
-            held.append(opening)
-            self._signal = None if tag != SIGNAL else ""
+        elif tag in self._may_be_held[-1]:
+            self._held.append((self._open, tag, attributes, namespaces, self._number))
+            self._signal = "" if tag == SIGNAL else None
         else:
             self._open(tag, attributes, namespaces, self._number)
 
@@ -171,17 +169,16 @@ class Parts:
     def end(self, tag: str) -> None:
         """Take an end tag."""
         self._letters, self._is_start = 0, False
-        held = self._held
-        if not held:
+        if not self._held:
             self._close(tag)
             return
-        held.append((self._close, tag))
+        self._held.append((self._close, tag))
         if self._depth:
             self._depth -= 1
         elif tag == SIGNAL:
-            self._end_signal(held[0][2])
+            self._end_signal(self._held[0][2])
         else:
-            self._end_event(*held[0][1:])
+            self._end_event(*self._held[0][1:])
 
     def close(self) -> None:
         """Take the end of the document."""
@@ -193,7 +190,7 @@ class Parts:
 
     def _open(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str], number: int) -> Element:
         """Put an element into the tree."""
-        bound = {prefix or None: uri for prefix, uri in namespaces.items()} if namespaces else None
+        bound = self._declared(namespaces) if namespaces else None
         try:
             element: Element = self._tree.start(tag, attributes, bound)
         except ValueError:  # the parser may know more names than the builder
@@ -201,24 +198,31 @@ class Parts:
         self._run = None
         if tag == SIGNAL:
             self._others.update((attributes.get("id"), fold(attributes.get("name"))))
-        around = self._around[-1]
+        below = self._may_be_held[-1]
         if not self.numbers:
-            self.root, around = element, "root"
+            self.root, below = element, _SIGNALS
         elif tag in ROLES or tag == EXTENSIONS:
-            around = "event"
-        elif around != "event" and tag == PROCESS:
-            around = "process"
-        elif around == "root":
-            around = ""
-        self._around.append(around)
+            below = _NEVER
+        elif tag == PROCESS and below is not _NEVER:
+            below = _EVENTS
+        elif below is _SIGNALS:
+            below = _NOT_YET
+        self._may_be_held.append(below)
         self.numbers[element] = number
         return element
+
+    def _declared(self, namespaces: Mapping[str, str]) -> dict[str | None, str]:
+        """Return namespaces by prefixes as trees have them, and note which are called ``qos``."""
+        if namespaces.get("qos", "") not in self._called_qos:
+            self._called_qos.add(namespaces["qos"])
+            self._attributes.clear()
+        return {prefix or None: uri for prefix, uri in namespaces.items()}
 
     def _close(self, tag: str) -> None:
         """Complete an element of the tree."""
         self._tree.end(tag)
         self._run = None
-        self._around.pop()
+        self._may_be_held.pop()
 
     def _release(self) -> Element:
         """Put what is held into the tree, and return the first element of it."""
@@ -240,8 +244,10 @@ class Parts:
         self.signals[identity] = name
         self.named[name] = identity
 
-    def _end_event(self, tag: str, stated: Mapping[str, str], _: Mapping[str, str], at: int) -> None:
+    def _end_event(self, tag: str, stated: Mapping[str, str], namespaces: Mapping[str, str], at: int) -> None:
         """Make a row of an event that throws or catches one signal; put one into the tree of which more has to be said."""
+        if namespaces:
+            self._declared(namespaces)
         names = tuple(stated)
         try:
             attributes = self._attributes[names]
