@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from typing import Protocol
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.parts import Shape
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.rows import Row
     from cqos_core.model.system import Participant, Place, Role, Settings
 
@@ -163,7 +163,7 @@ class Endpoints:
         key = shape, participant.id, stated_type
         found = self._kinds.get(key)
         if found is None:
-            tag, endpoint = str(shape.example.tag), self._endpoints.get(shape)
+            tag, endpoint = shape.example.tag, self._endpoints.get(shape)
             if endpoint is None:
                 endpoint = self._endpoints[shape] = _read(self._reading, shape.example, EVENT_ROLES[tag], [])
             endpoint = replace(endpoint, participant=participant.id, type=endpoint.type or stated_type)

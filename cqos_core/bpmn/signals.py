@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, look_up, nth, split
+from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.form import SIGNAL as FORM
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
@@ -14,9 +14,9 @@ from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place, Settings
 
 _INSTANCE_SCOPES = {"processInstance"}
@@ -59,8 +59,9 @@ class Signals:
             if expression := _engine_attribute(definition, "signalExpression"):
                 return self._computed(event, expression)
             return self._guess(event, "names no signal")
-        signal = self._reading.document.find(SIGNAL, reference, definition)
-        name = None if signal is not None else look_up(self._reading.document.parts.signals, reference, definition)
+        document = self._reading.document
+        signal = document.find(SIGNAL, reference, definition)
+        name = None if signal is not None else document.look_up(document.parts.signals, reference, definition)
         if name is not None:
             return self._topic(name, None)
         if signal is None:
@@ -103,9 +104,9 @@ class Signals:
 
     def _reference_place(self, event: Element, definition: Element) -> Place:
         document = self._reading.document
-        if definition.getparent() is not event:
+        if definition not in event.children:
             return document.place(event)
-        return document.place(definition, f"bpmn:signalEventDefinition[{nth(definition)}]/@signalRef", event)
+        return document.place(definition, f"bpmn:signalEventDefinition[{nth(definition, event)}]/@signalRef", event)
 
     def _note(self, event: Element, code: str, message: str, advice: str | None = None) -> None:
         place = self._reading.document.place(event)

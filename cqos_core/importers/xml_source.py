@@ -121,12 +121,9 @@ class Target(Protocol):
     def close(self) -> Any:
         """Take the end of the document."""
 
-    def use(self, root: Element) -> Any:
-        """Take the tree of a document in place of all that."""
 
-
-class NotBuiltError(Exception):
-    """A target cannot make a tree as the parser does."""
+class LongTextError(Exception):
+    """A target was given a text that is longer than the parser puts into a tree."""
 
 
 def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Target:
@@ -138,7 +135,7 @@ def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Ta
         try:
             # In one piece: fed with several, the parser does not look how deep it is.
             etree.fromstring(text, parser)
-        except (etree.XMLSyntaxError, NotBuiltError):
+        except (etree.XMLSyntaxError, LongTextError):
             is_complete = False
         else:
             is_complete = True
@@ -148,9 +145,8 @@ def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Ta
         if "WAR_NS_URI" not in errors:
             break
         text = _NAMESPACE_NAME.sub(_as_uri, data)
-    target = begin()
-    target.use(parse_utf8(source, data))  # or else it says what is wrong
-    return target
+    parse_utf8(source, data)  # says what is wrong
+    raise _error(source, "CQ001", "this is not well-formed XML")
 
 
 class StartTags:
@@ -168,7 +164,10 @@ class StartTags:
     def _data(self) -> bytes:
         """The document with blanks for all in which something that looks like a tag is none, but not before its first element."""
         # One letter is found much faster than two.
-        if all(self._written.find(mark[1:], self._start) < 0 or self._written.find(mark, self._start) < 0 for mark in _MARKS):
+        if all(
+            self._written.find(mark[1:], self._start) < 0 or self._written.find(mark, self._start) < 0
+            for mark in _MARKS
+        ):
             return self._written
         return _NO_TAG.sub(lambda match: re.sub(rb"[^\n]", b" ", match[0]), self._written)
 
