@@ -32,6 +32,7 @@ _OF_FLOW: Final = frozenset(
 """Attributes that say when an event happens: the control flow reads them."""
 _EXTERNAL: Final = f"{QOS}external"
 _READABLE: Final = frozenset(("", *FLAGS))
+_PLAIN_DEFINITION: Final = frozenset(("id", "signalRef"))
 _OWNERS: Final = frozenset((*ROLES, EXTENSIONS))
 
 
@@ -69,7 +70,7 @@ class _Attributes:
         self.settings = tuple([name[len(QOS) :] for name in settings])
         self.texts = _texts_of(settings)
         self.may_be_unedited = POLICIES <= set(map(key, self.settings))
-        self.shapes: dict[tuple[str, ...], Shape] = {}
+        self.shapes: dict[str | tuple[str, ...], Shape] = {}
 
 
 def _texts_of(names: Sequence[str]) -> Callable[[Mapping[str, str]], Sequence[str]]:
@@ -121,6 +122,8 @@ class Parts:
         self._letters = 0  # there
         self._around: Element | None = None  # the last signal or event
         self._is_process = False  # that element, or one around it
+        self._first: Element | None = None  # of the last run
+        self._run: list[Row] = []
         self._attributes: dict[tuple[str, ...], _Attributes | None] = {}
         self._texts = _Texts()
         self._others: set[str | None] = set()  # ids and names of signals in the tree
@@ -136,25 +139,25 @@ class Parts:
         above = self._open[-1]
         if self._text:
             self._end_text(above)
-        self._letters, self._is_start = 0, True
+        self._is_start = True
         self._number += 1
         bound = self._declared(above, namespaces) if namespaces else above.namespaces
         self._open.append(Element(tag, attributes, bound, self._number))
 
     def data(self, text: str) -> None:
         """Take text, or a part of it."""
-        self._letters += len(text)
-        if self._letters > LONGEST_TEXT:
-            raise LongTextError
         if self._is_start:
             self._text.append(text)
+            self._letters += len(text)
+            if self._letters > LONGEST_TEXT:
+                raise LongTextError
 
     def end(self, tag: str) -> None:
         """Take an end tag."""
         element = self._open.pop()
         if self._text:
             self._end_text(element)
-        self._letters, self._is_start = 0, False
+        self._is_start = False
         above = self._open[-1]
         if tag in EVENT_ROLES:
             is_row = self._is_in_process(above) and self._is_row(element, above)
@@ -169,6 +172,7 @@ class Parts:
     def _end_text(self, element: Element) -> None:
         element.text = "".join(self._text)
         self._text.clear()
+        self._letters = 0
 
     def _declared(self, above: Element, namespaces: Mapping[str, str]) -> dict[str, str]:
         """Return what prefixes mean in an element, and note which namespaces are called ``qos``."""
@@ -211,7 +215,7 @@ class Parts:
         if attributes is None or not signal or signal in self._unclear:
             return False
         identity, settings = stated["id"], attributes.texts(stated)
-        sort = (event.tag, *[stated[name] for name in attributes.words])
+        sort = (event.tag, *[stated[name] for name in attributes.words]) if attributes.words else event.tag
         shape = attributes.shapes.get(sort)
         if (
             not identity
@@ -219,14 +223,14 @@ class Parts:
             or (shape is None and stated.get(_EXTERNAL, "").strip() not in _READABLE)
         ):
             return False
-        run = self.runs.get(above.children[-1]) if above.children else None
-        is_first = shape is None or run is None or self._whole
+        is_first = shape is None or self._whole or not above.children or above.children[-1] is not self._first
         if shape is None:
             shape = attributes.shapes[sort] = Shape(event, attributes.settings)
-        if run is None or is_first:
-            run = self.runs[event] = []
+        if is_first:
+            self._first = event
+            self._run = self.runs[event] = []
         places, texts = self.places, self._texts
-        run.append((shape, identity, signal, len(places.labels), *[texts[each] for each in settings]))
+        self._run.append((shape, identity, signal, len(places.labels), *[texts[each] for each in settings]))
         places.labels.append(stated.get("name"))
         places.numbers.append(event.number)
         if signal not in self.signals:
@@ -248,24 +252,15 @@ def _are_plain(names: Sequence[str], called_qos: Collection[str]) -> bool:
 
 
 def _signal_of(event: Element) -> str | None:
-    """Return the reference of the only signal definition of an event; None where it holds anything else that means something."""
+    """Return the reference of an event that holds one signal definition with a plain one, and else nothing that means something."""
     found = None
     for child in event.children:
         if child.tag == SIGNAL_DEFINITION and found is None:
-            found = _reference(child)
+            found = child.attrib.get("signalRef", "").strip()
+            if ":" in found or not _PLAIN_DEFINITION.issuperset(child.attrib):
+                return None
         elif child.tag not in _SAYS_NOTHING:
             return None
         if child.children:
             return None
     return found
-
-
-def _reference(definition: Element) -> str:
-    """Return the reference of a signal definition that states nothing else; empty where it has to be looked at, or looked up there."""
-    found = ""
-    for name, value in definition.items():
-        if name == "signalRef":
-            found = value.strip()
-        elif name != "id":
-            return ""
-    return "" if ":" in found else found

@@ -10,6 +10,7 @@ import codecs
 from bisect import bisect_right
 from functools import cached_property
 from itertools import islice
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from urllib.parse import quote
 
@@ -159,6 +160,9 @@ class StartTags:
         # Start tags and lines before each block that was looked at, and before the next one.
         self._tags = [0]
         self._lines = [1 + data.count(b"\n", 0, self._start)]
+        self._lock = Lock()  # several threads may read one report
+        self._block = -1  # the last that was asked for, and the lines of its start tags
+        self._in_block: list[int] = []
 
     @cached_property
     def _data(self) -> bytes:
@@ -173,6 +177,14 @@ class StartTags:
 
     def line(self, number: int) -> int:
         """Return the one-based line where a start tag ends; the first one has the number 0."""
+        with self._lock:
+            self._look_until(number)
+            block = bisect_right(self._tags, number) - 1
+            if block != self._block:
+                self._block, self._in_block = block, [*self._lines_in(block)]
+            return self._in_block[number - self._tags[block]]
+
+    def _look_until(self, number: int) -> None:
         data, tags, lines = self._data, self._tags, self._lines
         for start in range(self._start + (len(tags) - 1) * _BLOCK, len(data), _BLOCK):
             if tags[-1] > number:
@@ -180,10 +192,15 @@ class StartTags:
             end = start + _BLOCK
             tags.append(tags[-1] + data.count(b"<", start, end) - data.count(b"</", start, end + 1))
             lines.append(lines[-1] + data.count(b"\n", start, end))
-        block = bisect_right(tags, number) - 1
+
+    def _lines_in(self, block: int) -> Iterator[int]:
+        """Yield the lines of the start tags that begin in a block."""
+        data, line = self._data, self._lines[block]
         start = self._start + block * _BLOCK
-        found = next(islice(_START_TAG.finditer(data, start), number - tags[block], None))
-        return lines[block] + data.count(b"\n", start, found.end())
+        for found in islice(_START_TAG.finditer(data, start), self._tags[block + 1] - self._tags[block]):
+            line += data.count(b"\n", start, found.end())
+            start = found.end()
+            yield line
 
 
 class ElementLines:
