@@ -1,8 +1,9 @@
 """The parts of a diagram: rows of its signal events, names of its signals, and a tree of everything else.
 
-lxml's parser tells `Parts` of one tag after the other. A signal that has an id and a name and nothing else is kept as these. An event that
-throws or catches one signal, and states what it states in attributes, becomes a row. What the attributes of an event mean depends on their
-names, and is read once for all that have the same: this module only looks where its texts are.
+lxml's parser tells `Parts` of one tag after the other, and an element goes into the tree when it is complete. A signal that has an id and a
+name and nothing else is kept as these. An event that throws or catches one signal, and states what it states in attributes, becomes a row.
+What the attributes of an event mean depends on their names, and is read once for all that have the same: this module only looks where its
+texts are.
 """
 
 from __future__ import annotations
@@ -115,14 +116,14 @@ class Parts:
         self._whole = whole
         self._open = [
             Element("", {}, {}, -1)
-        ]  # elements whose end is to come, each in the one before; the root is in the first
+        ]  # each in the one before, the root in this one, until their end tags come
         self._number = -1  # of the last start tag
-        self._is_start = False  # the last tag
-        self._text: list[str] = []  # behind the last tag, if it is a start tag
-        self._letters = 0  # there
-        self._around: Element | None = None  # the last signal or event
-        self._is_process = False  # that element, or one around it
-        self._first: Element | None = None  # of the last run
+        self._is_start = False  # whether it is the last tag
+        self._text: list[str] = []  # behind it
+        self._letters = 0  # of the text
+        self._around: Element | None = None  # what the last event was in
+        self._is_process = False  # whether that belongs to a process
+        self._first: Element | None = None  # event of the last run
         self._run: list[Row] = []
         self._attributes: dict[tuple[str, ...], _Attributes | None] = {}
         self._texts = _Texts()
@@ -131,7 +132,7 @@ class Parts:
 
     @property
     def root(self) -> Element:
-        """The tree."""
+        """The first element of the tree."""
         return self._open[0].children[0]
 
     def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> None:
@@ -203,7 +204,7 @@ class Parts:
         return True
 
     def _is_row(self, event: Element, above: Element) -> bool:
-        """Make a row of an event that throws or catches one signal, unless more has to be said of it; say whether that is all of it."""
+        """Make a row of an event that throws or catches one signal, unless more is to be said of it; say whether the tree can do without."""
         stated = event.attrib
         names = tuple(stated)
         try:

@@ -124,7 +124,7 @@ class Target(Protocol):
 
 
 class LongTextError(Exception):
-    """A target was given a text that is longer than the parser puts into a tree."""
+    """A target was told of a text that is longer than `LONGEST_TEXT`."""
 
 
 def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Target:
