@@ -46,7 +46,7 @@ EVENT_ROLES: dict[str, Role] = {
 TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
 ROLES = EVENT_ROLES | TASK_ROLES
 """By tag, the role of an event or task: an element that throws is a publisher, one that catches a subscriber."""
-SILENT = tuple(
+SILENT = frozenset(
     f"{BPMN}{name}"
     for name in (
         *("task", "userTask", "manualTask", "serviceTask", "scriptTask", "businessRuleTask", "callActivity"),

@@ -11,7 +11,7 @@ from bisect import bisect_right
 from functools import cached_property
 from itertools import islice
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, cast
 from urllib.parse import quote
 
 from lxml import etree
@@ -51,7 +51,7 @@ _OPTIONS: Final[dict[str, Any]] = {
     "remove_pis": True,
 }
 # There is no document type that could declare any. Without this, targets are told `&#38;` where an attribute has `&amp;`.
-_OF_TARGETS: Final = {"resolve_entities": "internal"}
+_OF_TARGETS: Final[dict[str, Any]] = _OPTIONS | {"resolve_entities": "internal"}
 # Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
@@ -132,7 +132,8 @@ def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Ta
     text = data
     for _ in ("as it is", "with other names of namespaces"):
         target = begin()
-        parser = etree.XMLParser(target=target, **(_OPTIONS | _OF_TARGETS))
+        # The stubs of lxml do not know targets that are told of namespaces.
+        parser: Any = etree.XMLParser(target=cast("Any", target), **_OF_TARGETS)
         try:
             # In one piece: fed with several, the parser does not look how deep it is.
             etree.fromstring(text, parser)
