@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.element import Element
-    from cqos_core.bpmn.words import Child
+    from cqos_core.bpmn.extensions import Child
     from cqos_core.model.system import Place, Settings
 
 Unknown: TypeAlias = "tuple[str, Setting]"

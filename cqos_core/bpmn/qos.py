@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.bpmn.element import Element
+    from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.bpmn.words import Child
     from cqos_core.model.system import Settings
 
 _ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))
@@ -102,13 +102,13 @@ def _policy_settings(reading: DiagramReading, extensions: list[Child]) -> Iterat
             if name.startswith("{") or name in {"type", "value", "id"}:
                 continue
             path = f"qos:{name}" if written.startswith(QOS) else name
-            yield name, Setting(value, child.place(reading, path))
+            yield name, Setting(value, child.place(reading.document, path))
 
 
 def _property_settings(reading: DiagramReading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
     for name, value, child in _properties(extensions):
         if key(name) in POLICIES:
-            yield name, Setting(value, child.place(reading, "value"))
+            yield name, Setting(value, child.place(reading.document, "value"))
 
 
 def _properties(extensions: list[Child]) -> Iterator[tuple[str, str, Child]]:
