@@ -14,9 +14,9 @@ from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.flow import read_flow
 from cqos_core.bpmn.messages import read_messages
 from cqos_core.bpmn.participants import read_participants
-from cqos_core.bpmn.parts import Parts
 from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals, unclear_signals
+from cqos_core.bpmn.target import DiagramTarget
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.reading import read_switches
@@ -62,10 +62,10 @@ def read(source: Source, context: ReadContext) -> System:
 def _parsed(source: Source, data: bytes, unclear: Collection[str] = (), *, whole: bool, lines: bool) -> Document:
     tags = StartTags(data)
 
-    def begin() -> Parts:
-        return Parts(EventPlaces(source.name, tags if lines else None), unclear, whole=whole)
+    def begin() -> DiagramTarget:
+        return DiagramTarget(EventPlaces(source.name, tags if lines else None), unclear, whole=whole)
 
-    parts = parse_into(source, data, begin)
+    parts = parse_into(source, data, begin).parts()
     require_bpmn(parts.root, source, tags)
     return Document(parts, source.name, tags, lines=lines)
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
-    from cqos_core.bpmn.parts import Shape
     from cqos_core.bpmn.reading import DiagramReading
+    from cqos_core.bpmn.target import Shape
     from cqos_core.model.rows import Row
     from cqos_core.model.system import Participant, Place, Role, Settings
 
