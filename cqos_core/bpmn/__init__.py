@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import Document, require_bpmn
 from cqos_core.bpmn.endpoints import Endpoints
+from cqos_core.bpmn.event_kinds import EventPlaces
 from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.flow import read_flow
 from cqos_core.bpmn.messages import read_messages
 from cqos_core.bpmn.participants import read_participants
 from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals, unclear_signals
-from cqos_core.bpmn.taking import TAGS, Taking
+from cqos_core.bpmn.target import DiagramTarget
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.reading import read_switches
-from cqos_core.importers.xml_source import parse_in_parts, plain_utf8
+from cqos_core.importers.xml_source import StartTags, parse_into, plain_utf8
 from cqos_core.model.memory import uncollected
 
 if TYPE_CHECKING:
@@ -59,9 +60,14 @@ def read(source: Source, context: ReadContext) -> System:
 
 
 def _parsed(source: Source, data: bytes, unclear: Collection[str] = (), *, whole: bool, lines: bool) -> Document:
-    root, taking = parse_in_parts(source, data, TAGS, lambda: Taking(unclear, whole=whole))
-    require_bpmn(root, source)
-    return Document(root, source.name, data, taking.taken, lines=lines)
+    tags = StartTags(data)
+
+    def begin() -> DiagramTarget:
+        return DiagramTarget(EventPlaces(source.name, tags if lines else None), unclear, whole=whole)
+
+    parts = parse_into(source, data, begin).parts()
+    require_bpmn(parts.root, source, tags)
+    return Document(parts, source.name, tags, lines=lines)
 
 
 def _read(source: Source, document: Document, *, with_messages: bool, lines: bool) -> System:

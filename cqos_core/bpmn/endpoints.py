@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from typing import Protocol
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.bpmn.taking import Shape
-    from cqos_core.importers.xml_source import Element
+    from cqos_core.bpmn.target import Shape
     from cqos_core.model.rows import Row
     from cqos_core.model.system import Participant, Place, Role, Settings
 
@@ -85,8 +85,8 @@ class Endpoints:
         return self._ids.get(element, ())
 
     def of_run(self, first: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-        """Yield id, tag and ids of the endpoints of each event of a run that was taken."""
-        for kind, name, _, number, *_ in self._reading.document.taken.runs[first]:
+        """Yield id, tag and ids of the endpoints of each event of a run."""
+        for kind, name, _, number, *_ in self._reading.document.parts.runs[first]:
             # Only with messages the first one may have been added again; then it is the only one.
             yield name, kind.tag, self._ids.get(first) or self._ids_of_rows.get(number, (name,))
 
@@ -118,16 +118,16 @@ class Endpoints:
         ]
 
     def add_run(self, first: Element, topics: Topics) -> None:
-        """Add endpoints of the events of a run that were taken; from now on its rows have kinds and topics."""
+        """Add endpoints of the events of a run; from now on its rows have kinds and topics."""
         self._used.add(first)
         document = self._reading.document
-        process, taken = document.process_of(first), document.taken
+        process, parts = document.process_of(first), document.parts
         runners = [] if process is None else self._participants.of_process[process]
-        rows = taken.runs[first]
+        rows = parts.runs[first]
         self._reading.count_copies(len(rows) * (len(runners) - 1), first)
         kinds = {shape: self._kind(shape, runners[0], None) for shape in {row[0] for row in rows}}
         for at, (shape, name, signal, *rest) in enumerate(rows):
-            topic, kind = taken.signals.get(signal), kinds[shape]
+            topic, kind = parts.signals.get(signal), kinds[shape]
             if topic is None:
                 stated = topics.topic(signal)
                 topic, kind = stated.topic, self._kind(shape, runners[0], stated.type)
@@ -146,9 +146,9 @@ class Endpoints:
     def _add_row(
         self, row: Row, element: Element | Row, runners: Sequence[Participant], lost: Collection[Unknown]
     ) -> None:
-        """Add an endpoint of an event that was taken for each participant; what is ``lost`` is not its own."""
+        """Add an endpoint of an event that is a row for each participant; what is ``lost`` is not its own."""
         name = row[1]
-        self._report_duplicate(name, element, self._reading.document.rows.place(row))
+        self._report_duplicate(name, element, self._reading.document.parts.places.place(row))
         stated, ids = as_object(row), []
         for participant in runners:
             is_first = participant is runners[0]
@@ -163,11 +163,11 @@ class Endpoints:
         key = shape, participant.id, stated_type
         found = self._kinds.get(key)
         if found is None:
-            tag, endpoint = str(shape.example.tag), self._endpoints.get(shape)
+            tag, endpoint = shape.example.tag, self._endpoints.get(shape)
             if endpoint is None:
                 endpoint = self._endpoints[shape] = _read(self._reading, shape.example, EVENT_ROLES[tag], [])
             endpoint = replace(endpoint, participant=participant.id, type=endpoint.type or stated_type)
-            found = EventKind(endpoint, shape.settings, tag, self._reading.document.rows)
+            found = EventKind(endpoint, shape.settings, tag, self._reading.document.parts.places)
             self._kinds[key] = found
         return found
 
@@ -196,7 +196,7 @@ class Endpoints:
     def _report_duplicate(self, name: str, element: Element | Row, place: Place) -> None:
         is_new = name not in self._elements
         known = self._elements.setdefault(name, element)
-        # Of most events that were taken only the id is known, which was not made here.
+        # Of most events that are rows only the id is known, which was not made here.
         if known is not element or (is_new and self._unique.is_taken(name) and name not in self._made):
             message = f"the id `{shown(name)}` is used twice; this endpoint's id gets a number"
             self._reading.note("CQ031", message, replace(place, path="@id"))

@@ -1,7 +1,8 @@
-"""What events share that were taken out of the tree of a document; each is a row until one reads it."""
+"""What events share that are rows until one reads them, and where they stand."""
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +13,35 @@ from cqos_core.model.system import Place, ProfileRef
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.bpmn.taken import RowPlaces
+    from cqos_core.importers.xml_source import StartTags
     from cqos_core.model.rows import Row
     from cqos_core.model.system import Endpoint
 
 
+class EventPlaces:
+    """Where the events of a document stand that are rows; in these are their numbers here.
+
+    Attributes:
+        labels: their names as they are written.
+        numbers: of their start tags in the document.
+    """
+
+    __slots__ = ("_source", "_tags", "labels", "numbers")
+
+    def __init__(self, source: str, tags: StartTags | None) -> None:
+        """Take the name of the document, and its start tags; None: places have no lines."""
+        self.labels: list[str | None] = []
+        self.numbers = array("L")
+        self._source, self._tags = source, tags
+
+    def place(self, row: Row) -> Place:
+        """Return the place of one."""
+        line = None if self._tags is None else self._tags.line(self.numbers[row[3]])
+        return Place(self._source, line, None, row[1])
+
+
 class EventKind(RowKind):
-    """Events that are alike. In their rows stands their number in the document.
+    """Events that are alike.
 
     Attributes:
         tag: what the elements are.
@@ -26,7 +49,7 @@ class EventKind(RowKind):
 
     __slots__ = ("_places", "_settings", "tag")
 
-    def __init__(self, endpoint: Endpoint, settings: Sequence[str], tag: str, places: RowPlaces) -> None:
+    def __init__(self, endpoint: Endpoint, settings: Sequence[str], tag: str, places: EventPlaces) -> None:
         """Take what one of them states, and the names of the settings whose texts are in the rows."""
         said = endpoint.said()
         names = [name for name, *_ in said[0]]
@@ -42,7 +65,7 @@ class EventKind(RowKind):
         """See `RowKind.make`."""
         match name:
             case "label":
-                return fold(self._places.events.labels[row[3]]) or None
+                return fold(self._places.labels[row[3]]) or None
             case "profiles":
                 place = self.place(row)
                 every = self.endpoint.profiles

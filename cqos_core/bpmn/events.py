@@ -10,7 +10,6 @@ from cqos_core.bpmn.document import (
     EVENT_ROLES,
     SIGNAL_DEFINITION,
     identity,
-    look_up,
     nth,
 )
 from cqos_core.bpmn.names import number, shown
@@ -19,21 +18,21 @@ from cqos_core.bpmn.words import extension_children, word
 from cqos_core.model.system import EVERY_OTHER, Setting
 
 if TYPE_CHECKING:
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.signals import Signals
-    from cqos_core.importers.xml_source import Element
 
 
 def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals) -> None:
     """Add an endpoint for every signal definition of every event, wherever the event is nested."""
     document = reading.document
     for event in document.nodes:
-        if event in document.taken.runs:
+        if event in document.parts.runs:
             endpoints.add_run(event, signals)
             continue
-        role = EVENT_ROLES.get(str(event.tag))
+        role = EVENT_ROLES.get(event.tag)
         if role is None:
             continue
         _report_dangling(reading, event)
@@ -49,11 +48,11 @@ def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals)
 
 
 def _report_dangling(reading: DiagramReading, event: Element) -> None:
-    for reference in event.iterchildren(DEFINITION_REFERENCE):
-        name = reference.text or ""
-        if look_up(reading.document.definitions, name, reference) is None:
+    for reference in event.having(DEFINITION_REFERENCE):
+        name = reference.text
+        if reading.document.look_up(reading.document.definitions, name, reference) is None:
             message = f"`eventDefinitionRef` names `{shown(name)}`, which is no event definition in this file"
-            place = reading.document.place(reference, f"bpmn:eventDefinitionRef[{nth(reference)}]", event)
+            place = reading.document.place(reference, f"bpmn:eventDefinitionRef[{nth(reference, event)}]", event)
             reading.note("CQ032", message, place, endpoint=identity(event))
 
 

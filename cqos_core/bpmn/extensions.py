@@ -8,7 +8,7 @@ from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
-    from cqos_core.importers.xml_source import Element
+    from cqos_core.bpmn.element import Element
     from cqos_core.model.system import Place
 
 

@@ -17,7 +17,7 @@ from cqos_core.bpmn.document import (
     PROCESS,
     ZEEBE_CALL,
     identity,
-    look_up,
+    of_bpmn,
     split,
 )
 from cqos_core.bpmn.names import fold, is_computed, whole_number
@@ -28,10 +28,10 @@ from cqos_core.model.later import later
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.flow import NodeKind, TriggerKind
 
 _SEQUENCE_FLOW: Final = f"{BPMN}sequenceFlow"
@@ -72,7 +72,7 @@ _CATCHES: Final = frozenset({"start", "catch", "boundary"})
 def read_flow(reading: DiagramReading, endpoints: Endpoints, pools: Pools) -> None:
     """Add the control flow of a diagram to its system; it is made when it is first read."""
     called = reading.system.processes or reading.document.all(CALL_ACTIVITY)
-    if called or next(reading.document.root.iter(_SEQUENCE_FLOW), None) is not None:
+    if called or any(each.tag == _SEQUENCE_FLOW for each in reading.document.root.walk()):
         reading.system.flows = later(lambda: [_Drawing(reading, endpoints, pools).flow()])
 
 
@@ -122,9 +122,9 @@ class _Drawing:
         waiting = [(process, at)]
         while waiting:
             around, at = waiting.pop()
-            for child in around.iterchildren(f"{BPMN}*"):
-                kind = _KINDS.get(split(str(child.tag))[1])
-                if child in self._document.taken.runs:
+            for child in of_bpmn(around):
+                kind = _KINDS.get(split(child.tag)[1])
+                if child in self._document.parts.runs:
                     for name, tag, ids in self._endpoints.of_run(child):
                         self._add(None, FlowNode(name, _KINDS[split(tag)[1]], at, _SIGNAL, endpoints=ids))
                 elif child.tag == _SEQUENCE_FLOW:
@@ -159,7 +159,7 @@ class _Drawing:
         return FlowNode(identity(process) or "", "process", None, participants=participants, has_pool=own)
 
     def _node(self, element: Element, kind: NodeKind, parent: int) -> FlowNode:
-        local = split(str(element.tag))[1]
+        local = split(element.tag)[1]
         if local in _STARTING and _is(element, "instantiate"):
             kind = "event_start"
         triggers = tuple(self._triggers(element)) if kind in _EVENTS else ()
@@ -174,7 +174,7 @@ class _Drawing:
             parent,
             triggers,
             all_triggers=_is(element, "parallelMultiple"),
-            interrupting=not any(element.get(each, "").strip() in _NO for each in _INTERRUPTING),
+            interrupting=not any((element.get(each) or "").strip() in _NO for each in _INTERRUPTING),
             by_event=_is(element, "triggeredByEvent"),
             times=times,
             least_times=least,
@@ -195,13 +195,13 @@ class _Drawing:
         return (identity(event) or "").rpartition(":")[2] not in self._received
 
     def _triggers(self, event: Element) -> Iterator[Trigger]:
-        for child in event.iterchildren(f"{BPMN}*"):
+        for child in of_bpmn(event):
             referred = child.tag == DEFINITION_REFERENCE
-            found = look_up(self._document.definitions, child.text or "", child) if referred else child
+            found = self._document.look_up(self._document.definitions, child.text, child) if referred else child
             if found is None:
                 yield _UNKNOWN
                 continue
-            kind, ending, _ = split(str(found.tag))[1].partition("EventDefinition")
+            kind, ending, _ = split(found.tag)[1].partition("EventDefinition")
             if not ending:
                 continue
             if kind == "compensate":
@@ -216,8 +216,8 @@ class _Drawing:
     def _called(self, activity: Element) -> str | None:
         """Return the name of the process that a call activity runs; None where an engine computes it."""
         stated = [activity.get("calledElement") or ""]
-        for extensions in activity.iterchildren(EXTENSIONS):
-            stated += [each.get("processId") or "" for each in extensions.iterchildren(ZEEBE_CALL)]
+        for extensions in activity.having(EXTENSIONS):
+            stated += [each.get("processId") or "" for each in extensions.having(ZEEBE_CALL)]
         names = [each.strip() for each in stated if each.strip()]
         if any(is_computed(each) for each in names):
             return None
@@ -229,18 +229,18 @@ _NO: Final = frozenset({"false", "0"})
 
 
 def _is(element: Element, attribute: str) -> bool:
-    return element.get(attribute, "").strip() in {"true", "1"}
+    return (element.get(attribute) or "").strip() in {"true", "1"}
 
 
 def _times(element: Element) -> tuple[int | None, int]:
     """Return how often an activity is done for each token, at most and at least."""
-    for loop in element.iterchildren(_MULTI_INSTANCE, _STANDARD_LOOP):
+    for loop in element.having(_MULTI_INSTANCE, _STANDARD_LOOP):
         if loop.tag == _STANDARD_LOOP:
             return whole_number(loop.get("loopMaximum")), 0 if _is(loop, "testBefore") else 1
         # An attribute such as `camunda:collection` says more than the cardinality.
-        cardinality = [each.text for each in loop.iterchildren(_CARDINALITY)]
-        foreign = any(split(str(name))[0] for name in loop.attrib) or any(True for _ in loop.iterchildren(EXTENSIONS))
+        cardinality = [each.text for each in loop.having(_CARDINALITY)]
+        foreign = any(split(name)[0] for name in loop.attrib) or any(True for _ in loop.having(EXTENSIONS))
         times = whole_number(cardinality[0]) if len(cardinality) == 1 and not foreign else None
-        early = any(True for _ in loop.iterchildren(f"{BPMN}completionCondition"))
+        early = any(True for _ in loop.having(f"{BPMN}completionCondition"))
         return times, 0 if times is None else 1 if early else times
     return 1, 1

@@ -13,11 +13,11 @@ from cqos_core.model.system import EVERY_OTHER, Setting
 from cqos_core.packs.qos_keys import looks_like_qos
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from cqos_core.bpmn.document import Document
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place, Settings
 
 Unknown: TypeAlias = "tuple[str, Setting]"
@@ -95,7 +95,7 @@ class LostWords:
         for child in children:
             if child.prefix == "qos" and child.word not in words and child.word not in _ABOUT_NO_VALUE:
                 cause = f"`qos:{shown(child.word)}` is not read at this place"
-                names = [split(str(name))[1] for name in child.element.attrib] if child.word == "policy" else []
+                names = [split(name)[1] for name in child.element.attrib] if child.word == "policy" else []
                 policies = [name for name in names if key(name) in POLICIES] or [EVERY_OTHER]
                 place = self._document.place(child.element, child.path, child.owner)
                 found += [(policy, Setting("", place, unknown=cause, reported="CQ041")) for policy in policies]
@@ -103,21 +103,21 @@ class LostWords:
 
     def _on(self, element: Element) -> Iterator[_Word]:
         yield from self._attributes(element)
-        for extensions in element.iterchildren(EXTENSIONS):
-            for child in extensions.iterchildren("*"):
-                namespace, local = split(str(child.tag))
+        for extensions in element.having(EXTENSIONS):
+            for child in extensions.children:
+                namespace, local = split(child.tag)
                 if namespace == NAMESPACES["qos"]:
                     continue
                 if namespace not in _READ and self._is_meant(child, namespace):
                     yield from self._element(child, local, _cause(namespace))
                 elif local == "properties":
-                    for each in child.iterchildren("*"):
+                    for each in child.children:
                         yield from self._property(each, namespace)
                 elif namespace not in _READ:
                     yield from self._attributes(child)
 
     def _attributes(self, element: Element) -> Iterator[_Word]:
-        for name in map(str, element.attrib):
+        for name in element.attrib:
             namespace, local = split(name)
             if namespace == NAMESPACES["qos"]:
                 continue
@@ -131,7 +131,7 @@ class LostWords:
         if key(local) != "policy":
             yield _Word(_policy(local, None), child, None, cause, ours=True)
             return
-        for name in map(str, child.attrib):
+        for name in child.attrib:
             word = split(name)[1]
             if key(word) not in _ABOUT_NO_VALUE:
                 yield _Word(_policy(word, looks_like_qos(word, POLICY_NAMES)), child, name, cause, ours=True)
@@ -151,20 +151,20 @@ class LostWords:
         if not namespace:
             return False
         if namespace not in self._meant:
-            self._meant[namespace] = _is_meant(element, namespace)
+            self._meant[namespace] = _is_meant(namespace, [element.namespaces.get("qos")])
         return self._meant[namespace]
 
 
-def is_lost(element: Element, attribute: str) -> bool:
-    """Say whether an attribute looks like QoS that nothing reads there."""
+def is_lost(attribute: str, called_qos: Collection[str]) -> bool:
+    """Say whether an attribute looks like QoS that nothing reads there; some namespaces are ``called_qos`` by a prefix."""
     namespace, local = split(attribute)
     if namespace == NAMESPACES["qos"]:
         return False
-    return bool(namespace and _is_meant(element, namespace)) or looks_like_qos(local, POLICY_NAMES) is not None
+    return bool(namespace and _is_meant(namespace, called_qos)) or looks_like_qos(local, POLICY_NAMES) is not None
 
 
-def _is_meant(element: Element, namespace: str) -> bool:
-    return element.nsmap.get("qos") == namespace or _MEANT.fullmatch(namespace) is not None
+def _is_meant(namespace: str, called_qos: Collection[str | None]) -> bool:
+    return namespace in called_qos or _MEANT.fullmatch(namespace) is not None
 
 
 def laid_under(settings: Settings, lost: Iterable[Unknown]) -> Settings:

@@ -18,7 +18,6 @@ from cqos_core.bpmn.document import (
     ROLES,
     TASK_ROLES,
     identity,
-    look_up,
 )
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.names import fold, is_computed, shown
@@ -27,9 +26,9 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Role
 
 _ENDS: tuple[tuple[Role, str], ...] = ((PUBLISHER, "sourceRef"), (SUBSCRIBER, "targetRef"))
@@ -50,7 +49,7 @@ def _of_flows(reading: DiagramReading) -> Iterator[tuple[Element, Role, EventTop
     flows = reading.document.all(MESSAGE_FLOW)
     nodes = _nodes(reading, flows)
     for flow in flows:
-        ends = {role: look_up(nodes, flow.get(attribute) or "", flow) for role, attribute in _ENDS}
+        ends = {role: reading.document.look_up(nodes, flow.get(attribute) or "", flow) for role, attribute in _ENDS}
         for role, attribute in _ENDS:
             if ends[role] is None:
                 message = f"`{attribute}` names `{shown(flow.get(attribute) or '')}`, which is not in this file"
@@ -65,8 +64,8 @@ def _nodes(reading: DiagramReading, flows: list[Element]) -> dict[str, Element]:
     """Return everything that a flow may begin or end at, by id."""
     wanted = _ends_of(flows)
     nodes: dict[str, Element] = {}
-    for element in reading.document.root.iter(f"{BPMN}*") if wanted else ():
-        name = identity(element)
+    for element in reading.document.root.walk() if wanted else ():
+        name = identity(element) if element.tag.startswith(BPMN) else None
         if name in wanted:
             nodes.setdefault(name, element)
     return nodes
@@ -100,7 +99,7 @@ def _of_nodes(reading: DiagramReading) -> Iterator[tuple[Element, Role, EventTop
         if name:
             yield (
                 node,
-                ROLES[str(node.tag)],
+                ROLES[node.tag],
                 EventTopic(_fixed(reading, node, name), type=_type(reading, message)),
             )
         else:

@@ -25,9 +25,9 @@ from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Sequence
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
 _MULTIPLICITY: Final = f"{BPMN}participantMultiplicity"
@@ -63,7 +63,7 @@ def read_participants(reading: DiagramReading) -> Pools:
     for element in document.all(PARTICIPANT):
         participant = _add(reading, element, unique)
         found.by_element[element] = participant
-        for mark in element.iterchildren(_MULTIPLICITY):
+        for mark in element.having(_MULTIPLICITY):
             found.several[participant.id] = whole_number(mark.get("maximum"))
         process = _process(reading, element)
         if process is not None:
@@ -145,7 +145,7 @@ def _hand_on(
 
 
 def _add(reading: DiagramReading, element: Element, unique: Unique) -> Participant:
-    wanted = identity(element) or fold(element.get("name")) or split(str(element.tag))[1]
+    wanted = identity(element) or fold(element.get("name")) or split(element.tag)[1]
     participant = _stated(reading, element, unique(wanted))
     if participant.id != wanted:
         message = f"the id `{shown(wanted)}` is used twice; this one is called `{shown(participant.id)}`"

@@ -16,9 +16,9 @@ from cqos_core.model.system import Cases, Setting
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
 _ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from cqos_core.bpmn.document import Document
-    from cqos_core.importers.xml_source import Element
+    from cqos_core.bpmn.element import Element
     from cqos_core.model.system import Place
 
 MOST_COPIES: Final = 100_000

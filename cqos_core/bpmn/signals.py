@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, look_up, nth, split
+from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.form import SIGNAL as FORM
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
@@ -14,9 +14,9 @@ from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place, Settings
 
 _INSTANCE_SCOPES = {"processInstance"}
@@ -59,10 +59,11 @@ class Signals:
             if expression := _engine_attribute(definition, "signalExpression"):
                 return self._computed(event, expression)
             return self._guess(event, "names no signal")
-        signal = self._reading.document.find(SIGNAL, reference, definition)
-        taken = None if signal is not None else look_up(self._reading.document.taken.signals, reference, definition)
-        if taken is not None:
-            return self._topic(taken, None)
+        document = self._reading.document
+        signal = document.find(SIGNAL, reference, definition)
+        name = None if signal is not None else document.look_up(document.parts.signals, reference, definition)
+        if name is not None:
+            return self._topic(name, None)
         if signal is None:
             message = f"`signalRef` names `{shown(reference)}`, which is no signal in this file"
             place = self._reference_place(event, definition)
@@ -103,9 +104,9 @@ class Signals:
 
     def _reference_place(self, event: Element, definition: Element) -> Place:
         document = self._reading.document
-        if definition.getparent() is not event:
+        if definition not in event.children:
             return document.place(event)
-        return document.place(definition, f"bpmn:signalEventDefinition[{nth(definition)}]/@signalRef", event)
+        return document.place(definition, f"bpmn:signalEventDefinition[{nth(definition, event)}]/@signalRef", event)
 
     def _note(self, event: Element, code: str, message: str, advice: str | None = None) -> None:
         place = self._reading.document.place(event)
@@ -113,9 +114,9 @@ class Signals:
 
 
 def unclear_signals(document: Document) -> set[str]:
-    """Return the references to signals by which something has to be said of events that were taken: they have no topic for sure."""
-    taken = document.taken
-    return {each for each in taken.references - taken.signals.keys() if not _is_clear(document, each)}
+    """Return the references to signals by which something has to be said of events that are rows: they have no topic for sure."""
+    parts = document.parts
+    return {each for each in parts.references - parts.signals.keys() if not _is_clear(document, each)}
 
 
 def _is_clear(document: Document, reference: str) -> bool:
@@ -130,18 +131,18 @@ def _stays_inside(signal: Element) -> bool:
 
 def read_signals(reading: DiagramReading) -> Signals:
     """Add to the system what is stated on signals, and report signals that are one although they look like two."""
-    taken = reading.document.taken
+    parts = reading.document.parts
     by_name: dict[str, str] = {}
     ids: set[str] = set()
     lost: dict[str, dict[str, Unknown]] = {}
     for signal in reading.document.all(SIGNAL):
         place = reading.document.place(signal)
         identifier, name = identity(signal), fold(signal.get("name"))
-        if identifier in ids or identifier in taken.signals:
+        if identifier in ids or identifier in parts.signals:
             message = f"the id `{shown(identifier or '')}` is used twice; references mean the first signal"
             reading.note("CQ031", message, place)
-        elif name in by_name or name in taken.named:
-            other = shown(by_name.get(name) or taken.named.get(name) or "without id")
+        elif name in by_name or name in parts.named:
+            other = shown(by_name.get(name) or parts.named.get(name) or "without id")
             message = f"two signals are called `{shown(name)}`, this one and `{other}`: they are one topic"
             reading.note("CQ035", message, place)
         elif name:

@@ -10,7 +10,7 @@ from cqos_core.bpmn.document import BPMN
 from cqos_core.model.flow import Timer
 
 if TYPE_CHECKING:
-    from cqos_core.importers.xml_source import Element
+    from cqos_core.bpmn.element import Element
 
 _NUMBER: Final = r"(\d{1,9}(?:[.,]\d{1,9})?)"
 _DURATION: Final = re.compile(
@@ -30,12 +30,12 @@ _TEXTS: Final = {f"{BPMN}timeDate": "date", f"{BPMN}timeDuration": "duration", f
 
 def read_timer(definition: Element) -> Timer | None:
     """Return the timer that a ``timerEventDefinition`` states; None where it states none, or several."""
-    stated = list(definition.iterchildren(*_TEXTS))
+    stated = list(definition.having(*_TEXTS))
     if len(stated) != 1:
         return None
     (element,) = stated
-    text = "".join(element.itertext()).strip()
-    kind = _TEXTS[str(element.tag)]
+    text = element.text.strip()
+    kind = _TEXTS[element.tag]
     if kind == "date":
         return Timer("date", count=1 if _DATE.fullmatch(text) else None, text=text)
     if kind == "duration":

@@ -9,9 +9,9 @@ from cqos_core.bpmn.names import POLICIES, key, number, shown
 from cqos_core.bpmn.words import extension_children, qos_attributes
 
 if TYPE_CHECKING:
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
 
 _SWITCH = "to read message flows as topics, set the importer switch `bpmn.message_flows=true`"
 
@@ -35,7 +35,9 @@ def report_unread(reading: DiagramReading, endpoints: Endpoints, *, with_message
             _report_node(reading, node, advice)
         if not endpoints.has(node):
             reading.lost.settings(node, ours=True)
-    for node in document.root.iter(*SILENT):
+    for node in document.root.walk():
+        if node.tag not in SILENT:
+            continue
         reading.lost.settings(node, ours=True)
         if _states_qos(node):
             _report_node(reading, node, "put it on the event that throws or catches the signal, or remove it")
@@ -44,7 +46,7 @@ def report_unread(reading: DiagramReading, endpoints: Endpoints, *, with_message
 
 
 def _report_node(reading: DiagramReading, node: Element, advice: str) -> None:
-    local = split(str(node.tag))[1]
+    local = split(node.tag)[1]
     message = f"this `{local}` states QoS but neither throws nor catches a signal, so its QoS is not checked"
     reading.note("CQ040", message, reading.document.place(node), advice=advice)
 

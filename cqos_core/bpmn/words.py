@@ -20,8 +20,8 @@ from cqos_core.model.system import Acceptance, Bound, Place, Setting, TeamRule
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
 
+    from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
 QOS = f"{{{NAMESPACES['qos']}}}"
@@ -36,15 +36,15 @@ def extension_children(owner: Element) -> list[Child]:
     """
     found: list[Child] = []
     counts: dict[str, int] = {}
-    for extensions in owner.iterchildren(EXTENSIONS):
-        for element in extensions.iterchildren("{*}*"):
-            namespace, local = split(str(element.tag))
+    for extensions in owner.having(EXTENSIONS):
+        for element in extensions.children:
+            namespace, local = split(element.tag)
             prefix = _PREFIXES.get(namespace)
             if prefix is None:
                 continue
-            inner = [element] if local != "properties" else element.iterchildren(f"{{{namespace}}}property")
+            inner = [element] if local != "properties" else element.having(f"{{{namespace}}}property")
             for child in inner:
-                name = split(str(child.tag))[1]
+                name = split(child.tag)[1]
                 tag = f"{prefix}:{name}"
                 counts[tag] = counts.get(tag, 0) + 1
                 word = name[:1].lower() + name[1:]
@@ -84,7 +84,7 @@ def qos_children(
             continue
         home = _home(child.word)
         message = f"`qos:{shown(child.word)}` is not known" if home is None else f"`qos:{child.word}` is read {home}"
-        local = split(str(owner.tag))[1]
+        local = split(owner.tag)[1]
         advice = f"expected {', '.join(f'`qos:{word}`' for word in sorted(words))} here"
         reading.note(
             "CQ041", f"{message}, so it is skipped on this `{local}`", child.place(reading.document), advice=advice
@@ -149,7 +149,7 @@ def team_rules(reading: DiagramReading, children: Iterable[Child]) -> Iterator[T
         values = required(reading, child, "name", "because") if child.word == "check" else None
         if values is None:
             continue
-        stated = {str(name): value.strip() for name, value in child.element.items() if value.strip()}
+        stated = {name: value.strip() for name, value in child.element.items() if value.strip()}
         bounds = tuple(
             Bound(stated["policy"], relation, (stated[relation],), child.place(reading.document, relation))
             for relation in BOUNDS

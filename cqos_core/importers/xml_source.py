@@ -10,7 +10,8 @@ import codecs
 from bisect import bisect_right
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, cast
 from urllib.parse import quote
 
 from lxml import etree
@@ -21,7 +22,7 @@ from cqos_core.model.regular import re
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping
     from typing import TypeAlias
 
     from cqos_core.model.source import Source
@@ -29,9 +30,11 @@ if TYPE_CHECKING:
     # lxml's stubs, and lxml, have no public name for the type of elements.
     Element: TypeAlias = etree._Element  # noqa: SLF001
 
-_Taker = TypeVar("_Taker", bound="Taker")
+_Target = TypeVar("_Target", bound="Target")
 _SPACE = b" \t\r\n"
 _LONGEST = 100
+LONGEST_TEXT: Final = 10_000_000
+"""Letters of the longest text that the parser puts into a tree."""
 MOST_LINES: Final = 65_535
 """Where the parser ends to count lines."""
 _PART: Final = 32_768
@@ -47,6 +50,8 @@ _OPTIONS: Final[dict[str, Any]] = {
     "remove_comments": True,
     "remove_pis": True,
 }
+# There is no document type that could declare any. Without this, targets are told `&#38;` where an attribute has `&amp;`.
+_OF_TARGETS: Final[dict[str, Any]] = _OPTIONS | {"resolve_entities": "internal"}
 # Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
@@ -59,6 +64,7 @@ _NAMESPACE_NAME = re.compile(
 # What has no tags: comments, sections and instructions. A start tag, where there is none of them.
 _NO_TAG = re.compile(rb"<!--(?:[^-]++|-(?!->))*+-->|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+\]\]>|<\?(?:[^?]++|\?(?!>))*+\?>")
 _START_TAG = re.compile(rb"""<(?!/)(?:[^<>"']++|"[^"]*+"|'[^']*+')*+>""")
+_MARKS: Final = (b"<!", b"<?")
 _BLOCK: Final = 2_048
 _WEB = re.compile(rb"https?://", re.IGNORECASE)
 _SURELY_URI = re.compile(rb"[A-Za-z][\w.-]*+:?(?:[\w./?=;-]++|&amp;)*+(?:#[\w./-]*+)?", re.ASCII)
@@ -101,78 +107,101 @@ def parse_utf8(source: Source, data: bytes) -> Element:
         raise InputError([_explain(source, parser, error)]) from None
 
 
-class Taker(Protocol):
-    """Takes elements while their document is parsed."""
+class Target(Protocol):
+    """Is told what a document has, by the parser."""
 
-    def take(self, elements: Iterable[Element]) -> None:
-        """Take elements that are complete; all but the last one may be removed from the tree, now or later."""
+    def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> Any:
+        """Take a start tag, and the namespaces that it declares."""
 
-    def end(self) -> None:
-        """The document is complete; what is left may be removed."""
+    def data(self, text: str) -> Any:
+        """Take text, or a part of it."""
+
+    def end(self, tag: str) -> Any:
+        """Take an end tag."""
+
+    def close(self) -> Any:
+        """Take the end of the document."""
 
 
-def parse_in_parts(
-    source: Source, data: bytes, tags: Sequence[str], begin: Callable[[], _Taker]
-) -> tuple[Element, _Taker]:
-    """Return the root element of what `plain_utf8` made of ``source``, and what took elements of some ``tags`` meanwhile.
+class LongTextError(Exception):
+    """A target was told of a text that is longer than `LONGEST_TEXT`."""
 
-    Elements are handed over in the order in which they end. See `parse_xml` for errors.
-    """
+
+def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Target:
+    """Return a target that was told all about what `plain_utf8` made of ``source``. See `parse_xml` for errors."""
     text = data
     for _ in ("as it is", "with other names of namespaces"):
-        parser = etree.XMLPullParser(events=("end",), tag=tags, **_OPTIONS)
-        taker = begin()
+        target = begin()
+        # The stubs of lxml do not know targets that are told of namespaces.
+        parser: Any = etree.XMLParser(target=cast("Any", target), **_OF_TARGETS)
         try:
-            for start in range(0, len(text), _PART):
-                parser.feed(text[start : start + _PART])
-                taker.take([element for _, element in parser.read_events()])
-            root = parser.close()
-        except etree.XMLSyntaxError:
-            if not any(entry.type_name == "WAR_NS_URI" for entry in parser.error_log):
-                break
-            text = _NAMESPACE_NAME.sub(_as_uri, data)
+            # In one piece: fed with several, the parser does not look how deep it is.
+            etree.fromstring(text, parser)
+        except (etree.XMLSyntaxError, LongTextError):
+            is_complete = False
         else:
-            taker.end()
-            return root, taker
-    return parse_utf8(source, data), begin()  # says what is wrong
+            is_complete = True
+        errors = {entry.type_name for entry in parser.error_log if entry.level_name != "WARNING"}
+        if is_complete and not errors:
+            return target
+        if "WAR_NS_URI" not in errors:
+            break
+        text = _NAMESPACE_NAME.sub(_as_uri, data)
+    parse_utf8(source, data)  # says what is wrong
+    raise _error(source, "CQ001", "this is not well-formed XML")
 
 
 class StartTags:
-    """Tells the line where any start tag of a document ends, by its number; nothing is looked at before one asks."""
+    """Tells the line where any start tag of a document ends, by its number; it looks as far as one asks."""
 
     def __init__(self, data: bytes) -> None:
         """Take a document that was parsed, as `plain_utf8` returned it."""
         self._written = data
         self._start = _prolog_end(data, 0)
-        self._tags: list[int] = []  # start tags and lines before each block
-        self._lines: list[int] = []
+        # Start tags and lines before each block that was looked at, and before the next one.
+        self._tags = [0]
+        self._lines = [1 + data.count(b"\n", 0, self._start)]
+        self._lock = Lock()  # several threads may read one report
+        self._block = -1  # the last that was asked for, and the lines of its start tags
+        self._in_block: list[int] = []
 
     @cached_property
     def _data(self) -> bytes:
         """The document with blanks for all in which something that looks like a tag is none, but not before its first element."""
-        if self._written.find(b"<!", self._start) < 0 > self._written.find(b"<?", self._start):
+        # One letter is found much faster than two.
+        if all(
+            self._written.find(mark[1:], self._start) < 0 or self._written.find(mark, self._start) < 0
+            for mark in _MARKS
+        ):
             return self._written
         return _NO_TAG.sub(lambda match: re.sub(rb"[^\n]", b" ", match[0]), self._written)
 
-    def are_many_lines(self) -> bool:
-        """Whether there are more lines than the parser counts."""
-        return self._written.count(b"\n") + 1 >= MOST_LINES
-
     def line(self, number: int) -> int:
         """Return the one-based line where a start tag ends; the first one has the number 0."""
-        data = self._data
-        if not self._tags:
-            tags, lines = 0, 1 + data.count(b"\n", 0, self._start)
-            for start in range(self._start, len(data), _BLOCK):
-                self._tags.append(tags)
-                self._lines.append(lines)
-                end = start + _BLOCK
-                tags += data.count(b"<", start, end) - data.count(b"</", start, end + 1)
-                lines += data.count(b"\n", start, end)
-        block = bisect_right(self._tags, number) - 1
+        with self._lock:
+            self._look_until(number)
+            block = bisect_right(self._tags, number) - 1
+            if block != self._block:
+                self._block, self._in_block = block, [*self._lines_in(block)]
+            return self._in_block[number - self._tags[block]]
+
+    def _look_until(self, number: int) -> None:
+        data, tags, lines = self._data, self._tags, self._lines
+        for start in range(self._start + (len(tags) - 1) * _BLOCK, len(data), _BLOCK):
+            if tags[-1] > number:
+                break
+            end = start + _BLOCK
+            tags.append(tags[-1] + data.count(b"<", start, end) - data.count(b"</", start, end + 1))
+            lines.append(lines[-1] + data.count(b"\n", start, end))
+
+    def _lines_in(self, block: int) -> Iterator[int]:
+        """Yield the lines of the start tags that begin in a block."""
+        data, line = self._data, self._lines[block]
         start = self._start + block * _BLOCK
-        found = next(islice(_START_TAG.finditer(data, start), number - self._tags[block], None))
-        return self._lines[block] + data.count(b"\n", start, found.end())
+        for found in islice(_START_TAG.finditer(data, start), self._tags[block + 1] - self._tags[block]):
+            line += data.count(b"\n", start, found.end())
+            start = found.end()
+            yield line
 
 
 class ElementLines:

@@ -76,6 +76,7 @@ ODD_BETWEEN = (
     *(
         "<P:task id='T' qos:depth='1'/>",
         "<P:userTask id='U'/>",
+        "<P:signal id='S3' name='inner'/>",
         "&#10;",
         "text",
         "<![CDATA[ x ]]>",
@@ -205,6 +206,26 @@ def test_an_id_that_is_used_twice_gets_a_number():
 def test_what_extensions_hold_is_none_of_the_model():
     system = system_of(f"<extensionElements>{EVENT.format(1)}</extensionElements>", EVENT.format(2))
     assert [endpoint.id for endpoint in system.endpoints] == ["E2"]
+
+
+def test_of_signals_with_one_id_the_first_is_meant_wherever_it_stands():
+    inside = '<signal id="T" name="inner"/>', EVENT.format(1).replace('"S"', '"T"')
+    data = model(*inside).replace(b"</definitions>", b'<signal id="T" name="outer"/></definitions>')
+    system = read(Source("x.bpmn", data), ReadContext())
+    assert [each.topic for each in system.endpoints] == ["inner"]
+    assert [(note.code, note.place and note.place.line) for note in system.notes] == [("CQ031", 3)]
+
+
+def test_characters_that_are_escaped_are_meant_in_rows_and_in_the_tree():
+    odd = EVENT.format(2).replace("><signal", "><extensionElements/><signal")
+    data = model(EVENT.format(1), odd).replace(b'name="s"', b'name="a &amp; &lt;b&#62;"').replace(b"ms", b"&#x6d;s")
+    system = read(Source("x.bpmn", data.replace(b'name="e"', b'name="&#38;amp;"')), ReadContext())
+    assert rows(system) == ["E1"]
+    assert {each.topic for each in system.endpoints} == {"a & <b>"}
+    assert [(each.label, each.settings["deadline"].text) for each in system.endpoints] == [
+        ("&amp;", "1ms"),
+        ("&amp;", "2ms"),
+    ]
 
 
 class TestRowEndpoint:
