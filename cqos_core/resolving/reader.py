@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.domains import Count, Duration, flow
 from cqos_core.language.policy import ENDPOINT, NO, ByOption, Meaning, PerRole, Policy
@@ -73,6 +73,38 @@ class ValueSource:
     def about(self, policy: Policy) -> tuple[str, Sequence[str]]:
         """Return what a finding about a policy is about, and of whom."""
         return (self.role, [self.member]) if self.member else (policy.level, [])
+
+
+class Whose(NamedTuple):
+    """Whose names of settings are read, and what they may spell.
+
+    Attributes:
+        owner, role, members: what findings call whom the settings are of.
+    """
+
+    pack: RulePack
+    levels: tuple[str, ...]
+    dialect: Dialect | None
+    owner: str
+    role: str
+    members: Sequence[str]
+
+
+class Recognised(NamedTuple):
+    """What the name of a setting spells.
+
+    Attributes:
+        found: what it states, by index of the policy.
+        misread: names that spell no policy.
+        refused: it is one that cannot be stated.
+        may_be_any: what it sets is not known.
+    """
+
+    setting: Setting
+    found: Mapping[int, Stated]
+    misread: tuple[str, ...] = ()
+    refused: bool = False
+    may_be_any: bool = False
 
 
 class SettingsReader:
@@ -162,53 +194,65 @@ class SettingsReader:
 
         Returns the settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
         """
+        whose = Whose(pack, levels, dialect, owner, role, members)
+        return self.together(whose, [self.name(whose, name, settings) for name in settings])
+
+    def name(self, whose: Whose, name: str, settings: Settings) -> Recognised:
+        """Read the name of one of several settings; report it if it spells no policy."""
+        pack, levels, dialect, owner, role, members = whose
+        setting = settings[name]
+        if setting.unknown and may_be_any(pack, levels, name, dialect):
+            return Recognised(setting, {}, may_be_any=True)
+        if dialect is not None and normalise(name) in dialect.ignore:
+            return Recognised(setting, {})
+        fields, others = fields_of(pack, levels, name, setting)
+        if fields and not others:
+            return Recognised(setting, fields)
+        index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
+        if index is not None and pack.policies[index].derived and not setting.derived:
+            message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
+            self.say("CQ202", message, setting.place, role, members, "remove it")
+            return Recognised(setting, fields, refused=True)
+        if index is None or not can_be_stated(pack.policies[index]):
+            # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
+            from cqos_core.model.excerpt import key_of
+
+            wrong = [each for each in others if fields or near_policies(pack, levels, each)]
+            shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
+            may_be = may_be_meant(pack, levels, grouped=bool(wrong))
+            for written, near in shown.items():
+                message = f"{owner} states `{written}`, which {pack.title} does not know"
+                advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
+                self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
+            return Recognised(setting, fields, misread=tuple(wrong or (name,)))
+        text = setting.text if setting.unknown else spelled(pack.policies[index], setting.text, dialect)
+        if text is None:
+            return Recognised(setting, fields)
+        return Recognised(setting, {**fields, index: Stated(text, setting, name)})
+
+    def together(self, whose: Whose, recognised: Iterable[Recognised]) -> tuple[dict[int, Stated], tuple[str, ...]]:
+        """Put together what the names of all settings spell, as `recognise` returns it; report what is stated twice."""
+        pack, levels, _, owner, role, members = whose
         found: dict[int, Stated] = {}
         misread: dict[str, Setting] = {}
+        may_be_any = []
         refused = False
-        not_known = [
-            each for name, each in settings.items() if each.unknown and may_be_any(pack, levels, name, dialect)
-        ]
-        for name, setting in settings.items():
-            if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
-                continue
-            fields, others = fields_of(pack, levels, name, setting)
-            found.update(fields)
-            if fields and not others:
-                continue
-            index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
-            if index is not None and pack.policies[index].derived and not setting.derived:
-                message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
-                self.say("CQ202", message, setting.place, role, members, "remove it")
-                refused = True
-                continue
-            if index is None or not can_be_stated(pack.policies[index]):
-                # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
-                from cqos_core.model.excerpt import key_of
-
-                wrong = [each for each in others if fields or near_policies(pack, levels, each)]
-                shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
-                may_be = may_be_meant(pack, levels, grouped=bool(wrong))
-                for written, near in shown.items():
-                    message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
-                    self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
-                misread.update(dict.fromkeys(wrong or (name,), setting))
-                continue
-            if setting.unknown:
-                found[index] = Stated(setting.text, setting, name)
-                continue
-            text = spelled(pack.policies[index], setting.text, dialect)
-            if text is None:
-                continue
-            if index in found and found[index].text != text:
-                policy, before = pack.policies[index], found[index]
-                message = f"{owner} states `{policy.name}` twice, as {before.text} and as {text}"
-                spelt = f"`{before.name}: {before.setting.text}` or `{name}: {setting.text}`"
-                keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
-                self.say("CQ209", message, setting.place, role, members, keep)
-            found[index] = Stated(text, setting, name)
+        for each in recognised:
+            for index, stated in each.found.items():
+                before = found.get(index, stated)
+                if before.text != stated.text and not stated.field and not stated.setting.unknown:
+                    name, text = stated.name, stated.text
+                    message = f"{owner} states `{pack.policies[index].name}` twice, as {before.text} and as {text}"
+                    spelt = f"`{before.name}: {before.setting.text}` or `{name}: {stated.setting.text}`"
+                    keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
+                    self.say("CQ209", message, stated.setting.place, role, members, keep)
+                found[index] = stated
+            misread.update(dict.fromkeys(each.misread, each.setting))
+            refused = refused or each.refused
+            if each.may_be_any:
+                may_be_any.append(each.setting)
         found = with_unclear(found, misread, pack, levels)
-        for setting in not_known:
+        for setting in may_be_any:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
 
