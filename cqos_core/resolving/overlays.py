@@ -11,7 +11,7 @@ from cqos_core.language.values import Anything, Depends, is_plain
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER
-from cqos_core.resolving.reader import ValueSource, either, meant_by_option, word_of
+from cqos_core.resolving.reader import ValueSource, Whose, either, meant_by_option, word_of
 from cqos_core.resolving.resolved import Layer
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Overlays:
                     yield index
 
     def lay(
-        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant, *, observed: bool
+        self, overlays: Sequence[int], participant: ResolvedParticipant, layers: Sequence[Layer], *, observed: bool
     ) -> tuple[list[Layer], dict[tuple[str, str], list[Layer]]]:
         """Return ``layers`` with the overlays that hold, and those that hold under a value of an option not known."""
         own, *beneath = layers
@@ -106,7 +106,9 @@ class Overlays:
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
             of_endpoints = {name: each for name, each in overlay.settings.items() if not is_of_participants(name, pack)}
-            found, unread = self._reader.recognise(pack, (ENDPOINT,), of_endpoints, dialect, overlay.name, "system", [])
+            found, unread = self._reader.recognise(
+                Whose(pack, (ENDPOINT,), dialect, overlay.name, "system", []), of_endpoints
+            )
             layer = self._layers[id(pack), index] = Layer(
                 overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room
             )
@@ -148,7 +150,7 @@ def laid_on_participant(
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
         # Every name is one that the pack knows, so nothing is left over that may set something else.
-        found, _ = reader.recognise(pack, ("participant",), settings, dialect, overlay.name, "system", [])
+        found, _ = reader.recognise(Whose(pack, ("participant",), dialect, overlay.name, "system", []), settings)
         left_open = {
             index: stated
             for index, stated in found.items()
@@ -162,7 +164,9 @@ def laid_on_participant(
             unknown = stated.setting.unknown
             # Without a finding: only a rule that reads the value has to say that it is not known.
             value = Anything(unknown) if isinstance(unknown, str) and unknown else reader.value(pack, index, reading)
-            values[index] = value if certain else either(participant, overlay.when or ("", ""), value, values[index])
+            values[index] = (
+                value if certain else either(pack, participant.values, overlay.when or ("", ""), value, values[index])
+            )
         around = participant.surroundings
         participant = replace(
             participant,

@@ -13,7 +13,7 @@ from cqos_core.model.rows import kinds_of
 from cqos_core.model.system import PUBLISHER, Broker, Setting
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.profiles import no_profile, preset_settings
-from cqos_core.resolving.reader import ValueSource, depends
+from cqos_core.resolving.reader import ValueSource, Whose, depends
 from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
 
 if TYPE_CHECKING:
@@ -69,7 +69,9 @@ class Participants:
         stated = _NOTHING_STATED
         if settings:
             levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
-            own, unread = self._reader.recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
+            own, unread = self._reader.recognise(
+                Whose(pack, levels, spoken, owner, "participant", [participant.id]), settings
+            )
             stated = Layer("explicit", own, unread=unread)
         if foreign := {word: place for word, place in participant.groups.items() if word not in pack.groups}:
             for word, place in foreign.items():
@@ -113,7 +115,7 @@ class Participants:
         if layer is None:
             stated = self._system.options.get(pack.id, {})
             owner = f"options of `{pack.id}`"
-            found, unread = self._reader.recognise(pack, ("option",), stated, None, owner, "system", [])
+            found, unread = self._reader.recognise(Whose(pack, ("option",), None, owner, "system", []), stated)
             layer = self._option_layers[id(pack)] = Layer("option", found, unread=unread)
         return layer
 
@@ -195,7 +197,9 @@ class Participants:
         known = self._layers_of_brokers.get((id(pack), broker.id))
         if known is None:
             owner = f"broker `{broker.id}`"
-            own, unread = self._reader.recognise(pack, ("broker",), broker.settings, None, owner, "broker", [broker.id])
+            own, unread = self._reader.recognise(
+                Whose(pack, ("broker",), None, owner, "broker", [broker.id]), broker.settings
+            )
             known = (
                 Layer("explicit", own, unread=unread),
                 *self._profiles_of_broker(broker.profiles, pack, {broker.id}),
@@ -210,7 +214,7 @@ class Participants:
             if own is not None and own.name not in trail:
                 owner = f"profile `{own.name}`"
                 found, unread = self._reader.recognise(
-                    pack, ("broker",), own.settings, None, owner, "profile", [own.name]
+                    Whose(pack, ("broker",), None, owner, "profile", [own.name]), own.settings
                 )
                 yield Layer(f"profile {own.name}", found, unread=unread)
                 yield from self._profiles_of_broker(own.base, pack, {*trail, own.name})

@@ -35,6 +35,7 @@ from cqos_core.resolving.misread import (
     near_policies,
     with_unclear,
 )
+from cqos_core.resolving.remarks import OwnPlace, filled
 from cqos_core.resolving.resolved import Stated, treated
 
 if TYPE_CHECKING:
@@ -43,10 +44,11 @@ if TYPE_CHECKING:
     from cqos_core.language.domains import Domain
     from cqos_core.language.values import Plain
     from cqos_core.model.report import Finding, Severity
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.system import Endpoint, Place, Settings
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Layer, ResolvedParticipant
+    from cqos_core.resolving.remarks import Remark
+    from cqos_core.resolving.resolved import Layer
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,11 @@ class ValueSource:
     place: Place | None = None
     observed: bool = False
     member: str | None = None
+
+    def place_of(self, stated: Stated | None) -> Place | None:
+        """Return where a setting stands, or of one that has no place of whom it is stated."""
+        place = None if stated is None else stated.setting.place
+        return replace(place, line=None) if isinstance(place, OwnPlace) else place or self.place
 
     def about(self, policy: Policy) -> tuple[str, Sequence[str]]:
         """Return what a finding about a policy is about, and of whom."""
@@ -163,7 +170,17 @@ class SettingsReader:
         concerned.update(dict.fromkeys(members))
         self.findings[position] = min(self.findings[position], finding, key=by_place)
 
-    def taken(self) -> list[tuple[tuple[object, ...] | None, Finding]]:
+    def repeat(self, remarks: Iterable[Remark], endpoint: Endpoint, identifier: str) -> None:
+        """Report what was kept, of an endpoint that goes by an id."""
+        for remark in remarks:
+            cause, finding = filled(remark, endpoint, identifier)
+            if cause is None:
+                self.remarks += 1
+                self.findings.append(finding)
+            else:
+                self.say_cause(cause, finding, finding.sides[0].members)
+
+    def taken(self) -> list[Remark]:
         """Return what was reported, each with the cause that others may share, and forget it."""
         self.finish()
         causes = {position: cause for cause, (position, _) in self._causes.items()}
@@ -180,21 +197,11 @@ class SettingsReader:
                 side = replace(finding.sides[0], members=tuple(sorted(members)))
                 self.findings[position] = replace(finding, sides=(side,))
 
-    def recognise(
-        self,
-        pack: RulePack,
-        levels: tuple[str, ...],
-        settings: Settings,
-        dialect: Dialect | None,
-        owner: str,
-        role: str,
-        members: Sequence[str],
-    ) -> tuple[dict[int, Stated], tuple[str, ...]]:
+    def recognise(self, whose: Whose, settings: Settings) -> tuple[dict[int, Stated], tuple[str, ...]]:
         """Read the names of settings; report those that spell no policy.
 
-        Returns the settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
+        Returns the settings by index of the policy that each name spells, and codes of the errors in them.
         """
-        whose = Whose(pack, levels, dialect, owner, role, members)
         return self.together(whose, [self.name(whose, name, settings) for name in settings])
 
     def name(self, whose: Whose, name: str, settings: Settings) -> Recognised:
@@ -271,7 +278,7 @@ class SettingsReader:
             and not _is_default(pack, policy, stated.text, reading)
         ):
             message = f"{reading.owner} states `{policy.name}`, which {ignoring} ignores"
-            self.say("CQ205", message, stated.setting.place or reading.place, role, [member] if member else [])
+            self.say("CQ205", message, reading.place_of(stated), role, [member] if member else [])
         if stated is not None and stated.setting.unknown and ignoring is None:
             return self.not_known(pack, policy, stated, reading)
         text = stated.text if stated is not None and ignoring is None else None
@@ -299,13 +306,13 @@ class SettingsReader:
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)
             elif remark := misquoted(pack, policy, text):
                 problem = InvalidValueError(f"{problem.message}; {remark}", problem.expected, problem.near)
-            return self._invalid(policy, problem, owner, None if stated is None else stated.setting.place, reading)
+            return self._invalid(policy, problem, owner, stated, reading)
 
     def _invalid(
-        self, policy: Policy, problem: InvalidValueError, owner: str, place: Place | None, reading: ValueSource
+        self, policy: Policy, problem: InvalidValueError, owner: str, stated: Stated | None, reading: ValueSource
     ) -> Value:
         """Report that ``owner`` states what is no value of a policy, which is not known then."""
-        where = reading.place if place is None else place
+        where = reading.place_of(stated)
         message = f"{owner}: `{policy.name.removeprefix('need.')}` {problem.message}"
         expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
         about, members = reading.about(policy)
@@ -325,7 +332,7 @@ class SettingsReader:
                     for when, text in spelt
                 )
             except InvalidValueError as problem:
-                return self._invalid(policy, problem, reading.owner, stated.setting.place, reading)
+                return self._invalid(policy, problem, reading.owner, stated, reading)
             return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
         code = stated.code or stated.setting.reported
         if not code:
@@ -435,13 +442,12 @@ def word_of(policy: Policy, text: str) -> str:
     return policy.zero if policy.zero is not None and word in _ZEROS else word
 
 
-def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
+def either(pack: RulePack, options: Mapping[int, Value], when: tuple[str, str], then: Value, otherwise: Value) -> Value:
     """The value ``then`` under a value of an option that is not known, else ``otherwise``."""
     if then == otherwise:
         return then
-    pack = participant.pack
     index = pack.vocabulary.indices["option", when[0]]
-    option = participant.values[index]
+    option = options[index]
     if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
         return Anything(f"it depends on option {when[0]}", code=getattr(option, "code", ""))
     expected = meant_by_option(pack.policies[index], when[1])
@@ -468,7 +474,7 @@ def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenV
         if stated is not None:
             if isinstance(stated.setting.unknown, str) and stated.setting.unknown:
                 return UNREAD
-            return WrittenValue(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
+            return WrittenValue(policy.word(stated.text), here=bool(layer.here)) if layer.counts_as_stated else None
     return None
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain, Values, WrittenValue
     from cqos_core.model.report import Finding
     from cqos_core.model.rows import Row
-    from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
+    from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, Settings, System
+    from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.parts import ProfileParts
 
 
 class Stated(NamedTuple):
@@ -48,7 +50,7 @@ class Layer(NamedTuple):
     """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message.
 
     Attributes:
-        here: they stand at the endpoint itself.
+        here: the attribute of the endpoint that has them; empty where they stand elsewhere.
         counts_as_stated: ``stated(P)`` holds for them.
         assumed: not stated: what the protocol gives an endpoint that states nothing.
         overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
@@ -59,7 +61,7 @@ class Layer(NamedTuple):
 
     origin: str
     settings: Mapping[int, Stated]
-    here: bool = False
+    here: str = ""
     counts_as_stated: bool = True
     assumed: bool = False
     overlay: Literal["no", "holds", "may_hold"] = "no"
@@ -179,8 +181,9 @@ class QosProfile:
 _PROFILES: dict[tuple[object, ...], QosProfile] = {}
 _FRAMES: dict[tuple[object, ...], ProfileFrame] = {}
 _MAXIMUM_PROFILES: Final = 200_000
-READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
-"""Cached results of endpoints' texts, of any system; dropped with the profiles, or equal ones would differ."""
+_NOTHING: Final = frozenset[str]()
+READ: Final[dict[tuple[Any, ...], Any]] = {}
+"""What endpoints inherit, and what that is with their own settings, of any system; dropped with the profiles, or equal ones would differ."""
 
 
 def _kept(key: tuple[object, ...], profile: QosProfile) -> QosProfile:
@@ -329,29 +332,6 @@ class Carried:
     own_index: Mapping[int, int]
 
 
-class _Base(Protocol):
-    @property
-    def profile(self) -> QosProfile: ...
-
-
-class Unmade(Protocol):
-    """What a profile and its layers are made of, when they are first read: most endpoints are judged without either."""
-
-    @property
-    def base(self) -> _Base:
-        """Has a profile with the frame and the codes of the one that is made."""
-
-    @property
-    def known(self) -> Sequence[Any]:
-        """What `QosProfile.known` will be."""
-
-    def value(self, index: int) -> Value:
-        """Return what will stand in `QosProfile.values`."""
-
-    def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
-        """Return the profile and its layers."""
-
-
 @dataclass(slots=True, eq=False)
 class Resolved:
     """One endpoint with its values and the topic it meets on.
@@ -367,7 +347,7 @@ class Resolved:
         bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
         starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
-        draft: what `profile` and `layers` are made of, until then.
+        parts: what `profile` and `layers` are made of, until then.
         row: what `endpoint` is made of when it is first read; None where it is an object.
     """
 
@@ -385,17 +365,43 @@ class Resolved:
     visiting: bool = False
     bridge: tuple[str, str] | None = None
     starts_after: frozenset[str] = frozenset()
-    draft: Unmade | None = None
+    parts: ProfileParts | None = None
     row: Row | None = None
 
     def __getattr__(self, name: str) -> Any:
         """Make the endpoint of a row, or the profile and its layers."""
         if name == "endpoint" and self.row is not None:
             self.endpoint = as_object(self.row)
-        elif name in {"profile", "layers"} and (draft := self.draft) is not None:
-            self.profile, self.layers = draft.made()
-            self.draft = None
+        elif name in {"profile", "layers"} and (parts := self.parts) is not None:
+            self.profile, self.layers = parts.made()
+            self.parts = None
         return object.__getattribute__(self, name)  # which another thread may have made
+
+    @classmethod
+    def of(
+        cls,
+        endpoint: Endpoint | Row,
+        participant: ResolvedParticipant,
+        naming: Naming | None,
+        identifier: str,
+        stated_id: str,
+        *,
+        external: bool,
+    ) -> Resolved:
+        """Return an endpoint that has neither parts nor a profile and layers yet."""
+        # By hand, as an init would set what is made later.
+        made = cls.__new__(cls)
+        made.id, made.stated_id, made.pack = identifier, stated_id, participant.pack
+        if type(endpoint) is tuple:
+            made.row = endpoint
+        else:
+            made.row, made.endpoint = None, endpoint  # type: ignore[assignment]
+        made.key, made.shown = (naming[0], naming[1]) if naming is not None else (None, "")
+        made.participant = participant
+        made.external = external
+        made.carried, made.visiting, made.bridge = None, False, None
+        made.starts_after = _NOTHING
+        return made
 
     @property
     def kin(self) -> Endpoint:
@@ -406,19 +412,19 @@ class Resolved:
     @property
     def like(self) -> QosProfile:
         """A profile with the frame and the codes of its own, which need not be made for it."""
-        draft = self.draft
-        return self.profile if draft is None else draft.base.profile
+        parts = self.parts
+        return self.profile if parts is None else parts.inherited.profile
 
     @property
     def known(self) -> Sequence[Any]:
         """What `QosProfile.known` is of its profile, which need not be made for it."""
-        draft = self.draft
-        return self.profile.known if draft is None else draft.known
+        parts = self.parts
+        return self.profile.known if parts is None else parts.known
 
     def value(self, index: int) -> Value:
         """Return a value of its profile, which need not be made for it."""
-        draft = self.draft
-        return self.profile.values[index] if draft is None else draft.value(index)
+        parts = self.parts
+        return self.profile.values[index] if parts is None else parts.value(index)
 
     def is_after(self, other: Resolved) -> bool:
         """Whether the other endpoint is stated to be up before this one."""
@@ -456,7 +462,7 @@ class Resolved:
         """The place of a stated value; layers are shared, but an endpoint's own settings stand at its own place."""
         if not layer.here:
             return stated.setting.place
-        own = self.endpoint.overlay if layer.origin == "overlay" else self.endpoint.settings
+        own: Settings = getattr(self.endpoint, layer.here)
         return own[stated.name].place if stated.name in own else None
 
     def written(self, index: int) -> str | None:

@@ -10,17 +10,16 @@ from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_ve
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
-from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
+from cqos_core.resolving import compared, endpoint_values, facts, families, participants, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
 
 
 def forget() -> None:
     """Forget all of it."""
-    known = (resolved.READ, resolved._PROFILES, plainly._NAMED, participants._SURROUNDINGS)
+    known = (resolved.READ, resolved._PROFILES, families._NAMED, participants._SURROUNDINGS)
     of_settings = (
         resolved._FRAMES,
-        bases._BASES,
-        bases._OVERRIDES,
+        endpoint_values._SETTINGS,
         memory_module._NUMBERED,
         pair_outcomes._OUTCOMES,
         pair_verdicts._READY,

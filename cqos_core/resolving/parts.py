@@ -1,0 +1,168 @@
+"""What the profiles of endpoints are put together from: what they inherit, and what each of their own settings changes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_core.language.values import KNOWN, UNREAD
+from cqos_core.model.dataclass import dataclass
+from cqos_core.model.memory import MOST_LETTERS, keep
+from cqos_core.resolving.resolved import READ, Layer
+
+if TYPE_CHECKING:
+    from cqos_core.language.values import Value, WrittenValue
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.reader import Recognised
+    from cqos_core.resolving.remarks import Remark
+    from cqos_core.resolving.resolved import QosProfile, Stated, Surroundings
+
+_NONE: Final = -1
+
+
+class ReadContext(NamedTuple):
+    """All that the meaning of an endpoint's own settings rests on.
+
+    Attributes:
+        asked: policies whose spelling is asked for.
+    """
+
+    pack: RulePack
+    surroundings: Surroundings
+    role: str
+    dialect: str
+    observed: bool
+    asked: frozenset[int]
+
+
+class OwnSetting:
+    """A setting of an endpoint's own, read by itself.
+
+    Attributes:
+        letters: how many its name and its text have.
+        recognised: what its name spells.
+        remarks: on its name.
+        index: of the only policy that it changes, to a known value and without any remark; -1 where it is not so.
+        value, word: of that policy.
+    """
+
+    __slots__ = ("index", "letters", "recognised", "remarks", "value", "word")
+
+    def __init__(self, letters: int, recognised: Recognised, remarks: tuple[Remark, ...]) -> None:
+        """Take what its name spells."""
+        self.letters = letters
+        self.recognised = recognised
+        self.remarks = remarks
+        self.index = _NONE
+        self.value: Value = 0
+        self.word: WrittenValue | None = None
+
+    def change(self, index: int, value: Value, word: WrittenValue | None) -> None:
+        """Take what it changes; that is nothing where the value or the spelling is not known."""
+        if type(value) in KNOWN and word is not UNREAD:
+            self.index, self.value, self.word = index, value, word
+
+
+INDEX_OF: Final = attrgetter("index")
+
+
+class Laid(NamedTuple):
+    """A profile, the layers that it came from, and what is to be reported of an endpoint that has both."""
+
+    profile: QosProfile
+    layers: tuple[Layer, ...]
+    remarks: tuple[Remark, ...]
+
+
+@dataclass(slots=True, eq=False)
+class Inherited:
+    """What an endpoint has before any settings of its own: a profile, and the layers around them.
+
+    Attributes:
+        number: stands for the context in keys.
+        own: the type, where that is a policy.
+        above: what wins over settings of its own.
+        below: layers that these win over.
+        fixed: policies that its own settings cannot change by a known value alone.
+        remarks: by policy, which those replace that change it; or -1.
+        memory: of `Laid`, by this, overlays and own settings.
+    """
+
+    context: ReadContext
+    number: int
+    profile: QosProfile
+    above: Layer
+    own: Mapping[int, Stated]
+    below: tuple[Layer, ...]
+    fixed: frozenset[int]
+    remarks: tuple[tuple[int, Remark], ...]
+    memory: dict[tuple[Any, ...], Any]
+    size: int
+
+    @property
+    def is_of_any_system(self) -> bool:
+        """Whether it rests on nothing that stands elsewhere in its system."""
+        return self.memory is READ
+
+    def takes(self, settings: Collection[OwnSetting]) -> bool:
+        """Whether settings only put known values in the place of others, each of them its own, and nothing has to be said."""
+        indices = {*map(INDEX_OF, settings)}
+        return len(indices) == len(settings) and not self.remarks and self.fixed.isdisjoint(indices)
+
+    def around(self, own: Mapping[int, Stated], unread: tuple[str, ...] = ()) -> tuple[Layer, ...]:
+        """Return all layers, of which the endpoint's own settings are one."""
+        return self.above, Layer("explicit", own, here="settings", unread=unread), *self.below
+
+    def known(self, settings: Iterable[OwnSetting]) -> list[Any]:
+        """Return what `QosProfile.known` is with settings that it takes."""
+        known, size = [*self.profile.known], self.size
+        for each in settings:
+            index = each.index
+            known[index], known[size + index] = each.value, each.word
+        return known
+
+
+class ProfileParts(NamedTuple):
+    """A profile and its layers, not put together yet: most endpoints are judged without either.
+
+    Attributes:
+        settings: its own, which what it inherits takes.
+        of_topic: what is stated of its topic.
+    """
+
+    inherited: Inherited
+    settings: tuple[OwnSetting, ...]
+    of_topic: tuple[Layer, ...]
+
+    @property
+    def known(self) -> Sequence[Any]:
+        """What `QosProfile.known` will be."""
+        return self.inherited.known(self.settings)
+
+    def value(self, index: int) -> Value:
+        """Return what will stand in `QosProfile.values`."""
+        size = self.inherited.size
+        for each in self.settings:
+            if each.index == index % size:
+                return each.value if index < size else each.word  # type: ignore[return-value]
+        value: Value = self.inherited.profile.values[index]
+        return value
+
+    @property
+    def changed(self) -> Mapping[int, OwnSetting]:
+        """Its own settings, by policy; all else is inherited."""
+        return {each.index: each for each in self.settings}
+
+    def made(self) -> tuple[QosProfile, tuple[Layer, ...]]:
+        """Return the profile and its layers."""
+        inherited = self.inherited
+        key = (inherited, (), *self.settings)
+        found: Laid | None = inherited.memory.get(key)
+        if found is None:
+            own = {each.index: each.recognised.found[each.index] for each in self.settings}
+            profile = inherited.profile.with_known(tuple(self.known))
+            found = Laid(profile, inherited.around({**inherited.own, **own}), ())
+            if sum([each.letters for each in self.settings]) <= MOST_LETTERS:
+                keep(inherited.memory, key, found)
+        return found.profile, found.layers + self.of_topic
