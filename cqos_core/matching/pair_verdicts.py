@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.parts import ProfileParts
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
 
 _MOST_VERDICTS: Final = 1_000
 

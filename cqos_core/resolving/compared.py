@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.parts import OwnSetting, ProfileParts
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 COMPARED: Final[dict[tuple[Any, ...], PolicyComparison | None]] = {}
 

@@ -14,11 +14,12 @@ from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, number_of, remember
 from cqos_core.model.rows import FIRST_TEXT, as_object
 from cqos_core.model.system import Setting
+from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.parts import Inherited, Laid, OwnSetting, ProfileParts, ReadContext
 from cqos_core.resolving.profiles import base_layer
+from cqos_core.resolving.qos_profile import READ, intern
 from cqos_core.resolving.reader import SettingsReader, ValueSource, Whose, either, how_written
 from cqos_core.resolving.remarks import OWN, WHOSE, OwnPlace, with_blanks
-from cqos_core.resolving.resolved import READ, Layer, Stated, intern
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -8,7 +8,7 @@ from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
-from cqos_core.resolving.resolved import Stated
+from cqos_core.resolving.layers import Stated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -11,8 +11,8 @@ from cqos_core.language.values import Anything, Depends, is_plain
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER
+from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.reader import ValueSource, Whose, either, meant_by_option, word_of
-from cqos_core.resolving.resolved import Layer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Endpoint, Overlay, System
     from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant, Stated
+    from cqos_core.resolving.resolved import ResolvedParticipant
 
 
 class Overlays:

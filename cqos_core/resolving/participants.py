@@ -11,10 +11,12 @@ from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.rows import kinds_of
 from cqos_core.model.system import PUBLISHER, Broker, Setting
+from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.misread import every_policy
+from cqos_core.resolving.parts import Surroundings
 from cqos_core.resolving.profiles import no_profile, preset_settings
 from cqos_core.resolving.reader import ValueSource, Whose, depends
-from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
+from cqos_core.resolving.resolved import ResolvedParticipant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Overlay, Participant, Place, ProfileRef, Settings, System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import Stated
 
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
 _UNGROUPED: Final = "write `publishes:` and `subscribes:` at the participant itself"

@@ -3,22 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import KNOWN, UNREAD
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import MOST_LETTERS, keep
-from cqos_core.resolving.resolved import READ, Layer
+from cqos_core.resolving.layers import Layer
+from cqos_core.resolving.qos_profile import READ
 
 if TYPE_CHECKING:
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.layers import Stated
+    from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.reader import Recognised
     from cqos_core.resolving.remarks import Remark
-    from cqos_core.resolving.resolved import QosProfile, Stated, Surroundings
 
 _NONE: Final = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
+
+    Participants that state the same share it.
+
+    Attributes:
+        unread: codes of what is reported of it as not understood.
+        unstated: what was found of endpoints that state nothing: the value by policy, role, whether they were observed, and dialect.
+    """
+
+    values: Mapping[int, Value]
+    texts: Mapping[str, str]
+    unread: tuple[str, ...] = ()
+    unstated: dict[tuple[int, str, bool, str], Value] = field(default_factory=dict)
 
 
 class ReadContext(NamedTuple):

@@ -13,9 +13,9 @@ from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.regular import re, regular_expression
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
+from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.reader import Whose
-from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

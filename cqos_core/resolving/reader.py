@@ -24,6 +24,7 @@ from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding
 from cqos_core.model.system import Cases, Setting
+from cqos_core.resolving.layers import Stated
 from cqos_core.resolving.misread import (
     can_be_stated,
     elsewhere,
@@ -35,8 +36,8 @@ from cqos_core.resolving.misread import (
     near_policies,
     with_unclear,
 )
+from cqos_core.resolving.qos_profile import treated
 from cqos_core.resolving.remarks import OwnPlace, filled
-from cqos_core.resolving.resolved import Stated, treated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -47,8 +48,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Endpoint, Place, Settings
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
+    from cqos_core.resolving.layers import Layer
     from cqos_core.resolving.remarks import Remark
-    from cqos_core.resolving.resolved import Layer
 
 
 @dataclass(frozen=True, slots=True)

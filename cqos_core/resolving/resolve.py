@@ -19,11 +19,12 @@ from cqos_core.packs.meeting import Naming
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.endpoint_values import EndpointValues
 from cqos_core.resolving.families import Family, alike
+from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
 from cqos_core.resolving.parts import ProfileParts
 from cqos_core.resolving.profiles import Profiles, User, conventions
 from cqos_core.resolving.reader import SettingsReader, Whose
-from cqos_core.resolving.resolved import Layer, Resolved, ResolvedParticipant, ResolvedSystem
+from cqos_core.resolving.resolved import Resolved, ResolvedParticipant, ResolvedSystem
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

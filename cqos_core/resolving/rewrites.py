@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.model.system import Broker, Endpoint, Participant, Room, Setting
     from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Layer, Resolved, Stated
+    from cqos_core.resolving.layers import Layer, Stated
+    from cqos_core.resolving.resolved import Resolved
 
 
 def edits_of(endpoints: Iterable[Resolved], index: int, value: Plain) -> tuple[Edit, ...]:

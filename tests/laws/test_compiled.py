@@ -33,7 +33,7 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
-from cqos_core.resolving.resolved import _PROFILES, READ, intern
+from cqos_core.resolving.qos_profile import _PROFILES, READ, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 PACKS: Final = (any_rules(150), POST, DDS, MQTT, ROS2)
 SEEDS: Final = 40 if EXPLORE else 1
