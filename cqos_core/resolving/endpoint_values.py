@@ -8,16 +8,16 @@ from __future__ import annotations
 from dataclasses import replace
 from operator import itemgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
-from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, number_of, remember
+from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, new_number, number_of, remember
 from cqos_core.model.rows import FIRST_TEXT, as_object
 from cqos_core.model.system import Setting
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.parts import Inherited, Laid, OwnSetting, ProfileParts, ReadContext
+from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ProfileParts, ReadContext
 from cqos_core.resolving.profiles import base_layer
-from cqos_core.resolving.qos_profile import READ, intern
+from cqos_core.resolving.qos_profile import intern
 from cqos_core.resolving.reader import SettingsReader, ValueSource, Whose, either, how_written
 from cqos_core.resolving.remarks import OWN, WHOSE, OwnPlace, with_blanks
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.remarks import Remark
     from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
 
-Item = tuple[str, str, "str | Cases", bool]
+Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
 """A setting as `Endpoint.said` has it."""
 _NAMES: Final = -1
 _SETTINGS: Final[dict[tuple[Any, ...], OwnSetting]] = {}
@@ -48,12 +48,8 @@ class _Stack(NamedTuple):
     possible: Mapping[tuple[str, str], Sequence[Layer]] = MappingProxyType({})
 
 
-class _InPattern(NamedTuple):
-    """The settings of one of several endpoints that state the same in the same order, and for each place of other texts what these are."""
-
-    pattern: Pattern
-    one: tuple[OwnSetting, ...]
-    known: list[dict[str, OwnSetting]]
+_Stating: TypeAlias = "tuple[tuple[OwnSetting, ...], list[tuple[int, dict[str, OwnSetting]]]]"
+"""The settings of one of several endpoints that state the same, and where their texts differ what each text is."""
 
 
 class EndpointValues:
@@ -68,7 +64,8 @@ class EndpointValues:
         self.reader = reader
         self._kept = SettingsReader([])
         self._memory: dict[tuple[Any, ...], Any] = {}
-        self._in_patterns: dict[Inherited, dict[Pattern, _InPattern]] = {}
+        self._stating: dict[tuple[Inherited, Pattern], _Stating] = {}
+        self._numbers: dict[ReadContext, int] = {}
         self._long: dict[tuple[Any, ...], OwnSetting] = {}
 
     def _remarks(self) -> tuple[Remark, ...]:
@@ -98,9 +95,8 @@ class EndpointValues:
         context = ReadContext(pack, surroundings, endpoint.role, endpoint.dialect, endpoint.observed, asked)
         of_topic = tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers])
         key: tuple[Any, ...] = (context, endpoint.type, of_topic, stated(endpoint.overlay), stated(endpoint.needs))
-        memory = READ
+        memory = READ if profiles is None and surroundings.is_of_any_system else self._memory
         if profiles is not None:
-            memory = self._memory
             key = (*key, profiles[1], *[(ref.name, ref.scope) for ref in endpoint.profiles])
         found: Inherited | None = memory.get(key)
         if found is None:
@@ -155,7 +151,7 @@ class EndpointValues:
         profile = intern(pack, (*values, *words), (*around.unread, *unread))
         size = len(words)
         fixed = frozenset((_NAMES, *own, *above.settings, *(index % size for index in profile.frame.deciding)))
-        number = number_of(context)
+        number = number_of(context) if around.is_of_any_system else self._numbers.setdefault(context, new_number())
         return Inherited(context, number, profile, above, own, tuple(below), fixed, tuple(remarks), memory, size)
 
     def _overlay(self, context: ReadContext, endpoint: Endpoint) -> Layer:
@@ -213,25 +209,17 @@ class EndpointValues:
                 settings = self.settings(inherited, endpoint.said()[0], endpoint)  # type: ignore[union-attr]
                 return settings, inherited.takes(settings)
             pattern, texts = found
-        known = self._in_patterns.get(inherited)
-        if known is None:
-            known = keep(self._in_patterns, inherited, {})
-        others = known.get(pattern)
-        if others is not None:
-            return self._like(others, inherited, endpoint, texts)
-        settings = self.settings(inherited, pattern.says(texts)[0], endpoint)
-        is_taken = inherited.takes(settings)
-        if is_taken:
-            known[pattern] = _InPattern(pattern, settings, [{} for _ in pattern.at])
-        return settings, is_taken
-
-    def _like(
-        self, others: _InPattern, inherited: Inherited, endpoint: Endpoint | Row, texts: tuple[str, ...]
-    ) -> tuple[tuple[OwnSetting, ...], bool]:
-        """Return what `own` does of an endpoint that states what others do, with other texts."""
-        pattern, one, known = others
-        found, is_taken = [*one], True
-        for at, by_text, text in zip(pattern.at, known, texts):  # noqa: B905 - a pattern has as many texts as places
+        others = self._stating.get((inherited, pattern))
+        if others is None:
+            settings = self.settings(inherited, pattern.says(texts)[0], endpoint)
+            is_taken = inherited.takes(settings)
+            if is_taken:
+                stating: _Stating = settings, [(at, {}) for at in pattern.at]
+                keep(self._stating, (inherited, pattern), stating)
+            return settings, is_taken
+        one, known = others
+        own, is_taken = [*one], True
+        for (at, by_text), text in zip(known, texts):  # noqa: B905 - a pattern has as many texts as places
             setting = by_text.get(text)
             if setting is None:
                 name, _, unknown, derived = pattern.said[0][at]
@@ -240,8 +228,8 @@ class EndpointValues:
                     keep(by_text, text, setting)
                 else:
                     is_taken = False
-            found[at] = setting
-        return tuple(found), is_taken
+            own[at] = setting
+        return tuple(own), is_taken
 
     def settings(self, inherited: Inherited, said: Iterable[Item], endpoint: Endpoint | Row) -> tuple[OwnSetting, ...]:
         """Return the settings of an endpoint, each read by itself; ``said`` is what `Endpoint.said` has of them."""

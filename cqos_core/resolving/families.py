@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep
+from cqos_core.model.system import MESSAGE, PUBLISHER
 from cqos_core.resolving.endpoint_values import stated
 from cqos_core.resolving.profiles import conventional
 
@@ -36,6 +37,7 @@ class Family:
         endpoint: one of them.
         owner: their participant.
         expands: each of them stands for others.
+        needs_in_vain: they state needs, and only a subscriber has any.
         external: a missing partner is no finding.
         starts_after: what they and their participant are stated to start after.
         inherited: what they have before their own settings, where that does not rest on their topics.
@@ -52,6 +54,7 @@ class Family:
         "expands",
         "external",
         "inherited",
+        "needs_in_vain",
         "owner",
         "starts_after",
     )
@@ -65,6 +68,7 @@ class Family:
         self.conventions = conventional(owner.pack)
         meeting = owner.pack.meeting
         expanded = meeting.expand(endpoint)
+        self.needs_in_vain = bool(endpoint.needs) and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE
         self.expands = len(expanded) != 1 or expanded[0] is not endpoint
         self._number, self._context = owner.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
         self._before = meeting.before(self._context) if meeting.match is None else None
@@ -85,6 +89,6 @@ class Family:
         naming = _NAMED.get(key)
         if naming is None:
             naming = self.owner.pack.meeting.resolve(topic, self._context)
-            if self._number is not None and len(topic) <= MOST_LETTERS:
+            if self._number is not None and len(topic) + len(naming.shown) <= MOST_LETTERS:
                 keep(_NAMED, key, naming)
         return naming

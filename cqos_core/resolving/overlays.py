@@ -171,7 +171,7 @@ def laid_on_participant(
         around = participant.surroundings
         participant = replace(
             participant,
-            surroundings=replace(around, values=values, unstated={}),
+            surroundings=replace(around, values=values, is_of_any_system=False, unstated={}),
             layers=(*participant.layers, layer),
         )
     return participant

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
-from cqos_core.model.memory import remember
+from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
@@ -88,8 +89,8 @@ class Participants:
         if shared is None:
             before = self._reader.remarks
             shared = self._surroundings(participant, pack, layers, owner, broker)
-            if self._reader.remarks == before:
-                remember(memory, key, shared)
+            if self._reader.remarks == before and letters(key) <= MOST_LETTERS:
+                shared = keep(memory, key, replace(shared, is_of_any_system=broker is None))
         if broker is not None:
             layers += self._broker_layers(broker, pack)
         found = ResolvedParticipant(participant, pack, shared, layers, broker)

@@ -11,7 +11,6 @@ from cqos_core.language.values import KNOWN, UNREAD
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import MOST_LETTERS, keep
 from cqos_core.resolving.layers import Layer
-from cqos_core.resolving.qos_profile import READ
 
 if TYPE_CHECKING:
     from cqos_core.language.values import Value, WrittenValue
@@ -31,6 +30,7 @@ class Surroundings:
     Participants that state the same share it.
 
     Attributes:
+        is_of_any_system: equal ones of other systems are the same object.
         unread: codes of what is reported of it as not understood.
         unstated: what was found of endpoints that state nothing: the value by policy, role, whether they were observed, and dialect.
     """
@@ -38,6 +38,7 @@ class Surroundings:
     values: Mapping[int, Value]
     texts: Mapping[str, str]
     unread: tuple[str, ...] = ()
+    is_of_any_system: bool = False
     unstated: dict[tuple[int, str, bool, str], Value] = field(default_factory=dict)
 
 
@@ -141,6 +142,10 @@ class Inherited:
             index = each.index
             known[index], known[size + index] = each.value, each.word
         return known
+
+
+READ: Final[dict[tuple[Any, ...], Any]] = {}
+"""What endpoints inherit, and what that is with their own settings, of any system."""
 
 
 class ProfileParts(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakValueDictionary
 
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
@@ -18,8 +19,14 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
 
 
+class _Interned:
+    """What is one object as long as something uses it."""
+
+    __slots__ = ("__weakref__",)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class ProfileFrame:
+class ProfileFrame(_Interned):
     """What profiles have in common that differ in known values of endpoints only; equal ones are one object.
 
     Attributes:
@@ -39,7 +46,7 @@ class ProfileFrame:
     deciding: frozenset[int]
 
 
-class QosProfile:
+class QosProfile(_Interned):
     """The values of one endpoint, shared by all endpoints with equal ones and compared by identity.
 
     Attributes:
@@ -122,22 +129,11 @@ class QosProfile:
         """Return the interned profile with other known values, none of them at `ProfileFrame.deciding`."""
         # Most are new, and to make one in vain costs less than to hash all values twice.
         profile = QosProfile(self.pack, known, self.frame, self.beside, self.refused, self.unread)
-        return _kept((known, self.frame, self.beside, self.refused), profile)
+        return _PROFILES.setdefault((known, self.frame, self.beside, self.refused), profile)
 
 
-_PROFILES: dict[tuple[object, ...], QosProfile] = {}
-_FRAMES: dict[tuple[object, ...], ProfileFrame] = {}
-_MAXIMUM_PROFILES: Final = 200_000
-READ: Final[dict[tuple[Any, ...], Any]] = {}
-"""What endpoints inherit, and what that is with their own settings, of any system; dropped with the profiles, or equal ones would differ."""
-
-
-def _kept(key: tuple[object, ...], profile: QosProfile) -> QosProfile:
-    if len(_PROFILES) >= _MAXIMUM_PROFILES:
-        _PROFILES.clear()
-        _FRAMES.clear()
-        READ.clear()
-    return _PROFILES.setdefault(key, profile)
+_PROFILES: Final[WeakValueDictionary[tuple[object, ...], QosProfile]] = WeakValueDictionary()
+_FRAMES: Final[WeakValueDictionary[tuple[object, ...], ProfileFrame]] = WeakValueDictionary()
 
 
 def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
@@ -157,7 +153,8 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
     profile = _PROFILES.get(key)
     if profile is None:
         codes = {value.code for value in opened.values() if isinstance(value, Anything) and value.code}
-        profile = _kept(key, QosProfile(pack, known, frame, beside, refused, tuple(sorted({*beside, *codes}))))
+        profile = QosProfile(pack, known, frame, beside, refused, tuple(sorted({*beside, *codes})))
+        profile = _PROFILES.setdefault(key, profile)
     return profile
 
 

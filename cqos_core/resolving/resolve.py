@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.memory import MOST_LETTERS, keep
-from cqos_core.model.rows import as_object, id_of, kinds_of, rows_of, topic_of
-from cqos_core.model.system import MESSAGE, PUBLISHER
+from cqos_core.model.rows import as_object, id_of, kinds_of, rows_of
+from cqos_core.model.system import PUBLISHER
 from cqos_core.packs.meeting import Naming
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.endpoint_values import EndpointValues
@@ -189,7 +189,7 @@ class Resolver:
             endpoint = as_object(endpoint)
             self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
             return
-        if family.endpoint.needs and family.endpoint.role == PUBLISHER and family.endpoint.kind == MESSAGE:
+        if family.needs_in_vain:
             endpoint = as_object(endpoint)
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
@@ -291,21 +291,28 @@ class Resolver:
         return resolved
 
     def _resolved(self, endpoint: Endpoint | Row, family: Family, identifier: str, stated_id: str) -> Resolved:
-        topic, owner, external = topic_of(endpoint), family.owner, family.external
-        plain = None if self.system.topics else family.plain_name(topic)
-        naming = Naming(plain, plain) if plain is not None else None
+        topic = endpoint[2] if type(endpoint) is tuple else endpoint.topic  # type: ignore[union-attr]
+        owner, external = family.owner, family.external
+        system, naming = self.system, None
+        problems: tuple[NameProblem, ...] = ()
         topic_layers: tuple[Layer, ...] = ()
-        if naming is None and topic is not None:
+        plain = None if system.topics else family.plain_name(topic)
+        if plain is not None:
+            naming = Naming(plain, plain)
+        elif topic is not None:
             naming = self._name(endpoint, topic, family)
-            if self.system.topics or (naming.key is not None and family.conventions.may_match(naming.key)):
+            problems = naming.problems
+            if system.topics or (naming.key is not None and family.conventions.may_match(naming.key)):
                 topic_layers, elsewhere = self._of_topic(topic, naming, owner.pack)
                 external = external or elsewhere
-        inherited = self._inherited(endpoint, family, naming, topic_layers)
+        inherited = family.inherited
+        if inherited is None or topic_layers:
+            inherited = self._inherited(endpoint, family, naming, topic_layers)
         settings, is_taken = self.values.own(inherited, endpoint)
         made = Resolved.of(endpoint, owner, naming, identifier, stated_id, external=external)
-        overlays = self._covering(endpoint, naming, owner) if self.system.overlays else ()
+        overlays = self._covering(endpoint, naming, owner) if system.overlays else ()
         if is_taken and not overlays:
-            made.parts = ProfileParts(inherited, settings, topic_layers)
+            made.parts = tuple.__new__(ProfileParts, (inherited, settings, topic_layers))  # twice as fast
         else:
             lay = partial(self.overlays.lay, overlays, owner, observed=family.endpoint.observed) if overlays else None
             laid = self.values.laid(inherited, settings, overlays, lay)
@@ -317,8 +324,8 @@ class Resolver:
         if self._misread and (misread := self._misread.get(stated_id)):
             # What the reader of its file reports as wrong may have set anything.
             made.profile = made.profile.with_values({}, beside=misread)
-        if naming is not None and naming.problems:
-            wrong = [each.code for each in naming.problems if each.severity == "error"]
+        if problems:
+            wrong = [each.code for each in problems if each.severity == "error"]
             made.profile = made.profile.with_values({}, refused=wrong)
         return made
 
@@ -326,8 +333,6 @@ class Resolver:
         self, endpoint: Endpoint | Row, family: Family, naming: Naming | None, topic_layers: tuple[Layer, ...]
     ) -> Inherited:
         """What an endpoint has before its own settings."""
-        if family.inherited is not None and not topic_layers:
-            return family.inherited
         before, like, by_topic, profiles = self.reader.remarks, family.endpoint, False, None
         if like.profiles:
             by_topic = self.profiles.by_topic or any(ref.scope.by_topic for ref in like.profiles)

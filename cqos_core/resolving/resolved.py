@@ -10,7 +10,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import MOST_LETTERS, letters, number_of
+from cqos_core.model.memory import MOST_LETTERS, letters, new_number, number_of
 from cqos_core.model.rows import as_object
 from cqos_core.packs.meeting import NameContext
 
@@ -51,7 +51,9 @@ class ResolvedParticipant:
             owner = self.participant
             context = NameContext(owner.id, owner.label, self.texts, owner.remap, kind, dialect, role)
             key = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()), kind, dialect, role)
-            number = number_of(key) if letters(key) <= MOST_LETTERS else None
+            number = None
+            if letters(key) <= MOST_LETTERS:
+                number = number_of(key) if self.surroundings.is_of_any_system else new_number()
             found = self._contexts[kind, dialect, role] = number, context
         return found
 

@@ -10,13 +10,13 @@ from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_ve
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
-from cqos_core.resolving import compared, endpoint_values, facts, families, participants, profiles, qos_profile
+from cqos_core.resolving import compared, endpoint_values, facts, families, participants, parts, profiles, qos_profile
 from cqos_core.resolving.reader import _plain_remembered
 
 
 def forget() -> None:
     """Forget all of it."""
-    known = (qos_profile.READ, qos_profile._PROFILES, families._NAMED, participants._SURROUNDINGS)
+    known = (parts.READ, qos_profile._PROFILES, families._NAMED, participants._SURROUNDINGS)
     of_settings = (
         qos_profile._FRAMES,
         endpoint_values._SETTINGS,

@@ -33,7 +33,7 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
-from cqos_core.resolving.qos_profile import _PROFILES, READ, intern
+from cqos_core.resolving.qos_profile import _PROFILES, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
@@ -331,7 +331,6 @@ def test_a_profile_with_values_of_another_is_the_one_with_all_these_values(pack,
         every = range(len(profile.values))
         for changed in (random.sample(every, random.randint(0, 5)) for _ in range(20)):
             values = tuple((other if at in changed else profile).values[at] for at in every)
-            READ.clear()
             _PROFILES.clear()
             made = profile.with_values({at: values[at] for at in changed})
             assert intern(pack, values, profile.beside, profile.refused) is made
