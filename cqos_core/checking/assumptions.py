@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
-from cqos_core.model.memory import LONGEST_REMEMBERED, keep
+from cqos_core.model.memory import keep
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.facts import options_behind, options_in_words, steered_by_options
 from cqos_core.resolving.parts import INDEX_OF
@@ -203,7 +203,7 @@ def _is_plain(setting: OwnSetting, endpoint: Resolved) -> bool:
     """Whether no option stands behind the text of a setting."""
     if setting in _PLAIN:
         return True
-    if setting.letters > LONGEST_REMEMBERED:
+    if not setting.is_of_any_system:
         return False
     pack, steered = endpoint.pack, setting.index in steered_by_options(endpoint.pack)
     if steered and options_behind(pack, setting.index, setting.recognised.found[setting.index].text, endpoint.role):

@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
-from cqos_core.model.memory import LONGEST_REMEMBERED, keep, number_of
+from cqos_core.model.memory import keep, number_of
 from cqos_core.model.report import PolicyComparison, Verdict
 from cqos_core.resolving.facts import fact
 
@@ -54,7 +54,7 @@ def _alike(end: Resolved, parts: ProfileParts | None) -> tuple[int, Mapping[int,
     changed, around = parts.changed, (*parts.of_topic, *end.participant.layers)
     own = (*end.endpoint.settings.values(), *end.endpoint.overlay.values())
     stated = (*own, *(each.setting for of in around for each in of.settings.values()))
-    long = any(each.letters > LONGEST_REMEMBERED for each in changed.values())
+    long = not all(each.is_of_any_system for each in changed.values())
     if long or any(each.place is not None for each in stated):
         return None
     return number_of((parts.inherited, *[(layer.origin, layer.texts) for layer in around])), changed

@@ -11,10 +11,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
-from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, new_number, number_of, remember
+from cqos_core.model.memory import LONGEST_REMEMBERED, keep, new_number, number_of, remember
 from cqos_core.model.rows import FIRST_TEXT, as_object
 from cqos_core.model.system import Setting
 from cqos_core.resolving.layers import Layer, Stated
+from cqos_core.resolving.misread import is_slip
 from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ProfileParts, ReadContext
 from cqos_core.resolving.profiles import base_layer
 from cqos_core.resolving.qos_profile import intern
@@ -66,7 +67,7 @@ class EndpointValues:
         self._memory: dict[tuple[Any, ...], Any] = {}
         self._stating: dict[tuple[Inherited, Pattern], _Stating] = {}
         self._numbers: dict[ReadContext, int] = {}
-        self._long: dict[tuple[Any, ...], OwnSetting] = {}
+        self._own: dict[tuple[Any, ...], OwnSetting] = {}
 
     def _remarks(self) -> tuple[Remark, ...]:
         """Return what was to be reported since this was asked last."""
@@ -245,37 +246,29 @@ class EndpointValues:
     def _setting(self, inherited: Inherited, item: Item, endpoint: Endpoint | Row) -> OwnSetting:
         name, text, unknown, derived = item
         reported = as_object(endpoint).settings[name].reported if unknown else ""
-        key = (inherited.number, item, reported)
-        found = self._long.get(key)
+        key: tuple[Any, ...] = (inherited.number, item, reported)
+        found = self._own.get(key)
         if found is not None:
             return found
-        context = inherited.context
-        whose = _whose(context, (ENDPOINT,), WHOSE)
+        context, whose = inherited.context, _whose(inherited.context, (ENDPOINT,), WHOSE)
         setting = Setting(text, OwnPlace("settings", 1, 1, name), unknown, derived, reported)
         recognised = self._kept.name(whose, name, {name: setting})
-        if recognised.misread:
-            # What is said of it depends on what stands beside it, so it is not that of others.
+        misread = (name, *recognised.misread) if recognised.misread else ()
+        beside = any(is_slip(context.pack, each, text) for each in misread)
+        if beside:
             self._remarks()
-            recognised = self._kept.name(whose, name, {**as_object(endpoint).settings, name: setting})
-        found = OwnSetting(len(name) + len(text), recognised, self._remarks())
-        if recognised.misread:
-            return found
-        if len(recognised.found) == 1 and not found.remarks:
-            self._change(context, found)
-        if found.letters <= LONGEST_REMEMBERED and not unknown:
-            keep(_SETTINGS, key[:2], found)
-        else:
-            keep(self._long, key, found)
-        return found
-
-    def _change(self, context: ReadContext, setting: OwnSetting) -> None:
-        """Find what a setting changes, where there is nothing to say of it."""
-        explicit = Layer("explicit", setting.recognised.found, here="settings")
-        (index,) = explicit.settings
-        value = self._value(context, index, _Stack((explicit,)))
-        if not self._remarks():
+            own = as_object(endpoint).settings
+            key = (*key, stated(own))
+            recognised = self._kept.name(whose, name, {**own, name: setting})
+        is_short = len(name) + len(text) <= LONGEST_REMEMBERED and not (unknown or beside)
+        found = OwnSetting(recognised, self._remarks(), is_of_any_system=is_short)
+        if len(recognised.found) == 1:
+            ((index, _),) = recognised.found.items()
+            explicit = Layer("explicit", recognised.found, here="settings")
+            value = self._value(context, index, _Stack((explicit,)))
             word = how_written(context.pack.policies[index], index, (explicit,)) if index in context.asked else None
-            setting.change(index, value, word)
+            found.take(index, value, word, self._remarks())
+        return keep(_SETTINGS, key[:2], found) if is_short else keep(self._own, key, found)
 
     # Both together
 
@@ -294,7 +287,9 @@ class EndpointValues:
             overlays: numbers of those of the system that cover it.
             lay: lays them over its layers.
         """
-        memory = self._memory if overlays else inherited.memory
+        memory = self._memory
+        if not overlays and all(each.is_of_any_system for each in settings):
+            memory = inherited.memory
         found: Laid | None = memory.get((inherited, overlays, *settings))
         if found is not None:
             return found
@@ -309,22 +304,38 @@ class EndpointValues:
         changed = {*own, *(index for layer in (*over, *beside) for index in layer.settings)}
         remarks = [each for each in inherited.remarks if each[0] not in changed]
         remarks += [(_NAMES, remark) for remark in named]
+        nearest = {} if overlays else _by_policy(settings, own, inherited.above)
         changes: dict[int, Any] = {}
         for index in changed:
-            changes[index] = self._value(context, index, stack)
-            remarks += [(index, remark) for remark in self._remarks()]
-            if index in context.asked:
-                changes[size + index] = how_written(context.pack.policies[index], index, stack.layers)
+            setting = nearest.get(index)
+            if setting is not None:
+                value, word, said = setting.value, setting.word, setting.on_value
+            else:
+                value, said = self._value(context, index, stack), self._remarks()
+                asked = index in context.asked
+                word = how_written(context.pack.policies[index], index, stack.layers) if asked else None
+            changes[index], changes[size + index] = value, word
+            remarks += [(index, remark) for remark in said]
         codes = (*unread, *(code for layer in (*over, *beside) for code in layer.unread))
         profile = inherited.profile.with_values(changes, codes)
-        said = tuple([remark for _, remark in sorted(remarks, key=itemgetter(0))])
-        found = Laid(profile, (*beside, *stack.layers), said)
-        if sum([each.letters for each in settings]) <= MOST_LETTERS:
-            keep(memory, (inherited, overlays, *settings), found)
+        ordered = tuple([remark for _, remark in sorted(remarks, key=itemgetter(0))])
+        found = Laid(profile, (*beside, *stack.layers), ordered)
+        keep(memory, (inherited, overlays, *settings), found)
         return found
 
 
 _NO_OVERLAY: Final = Layer("overlay", {}, here="overlay")
+
+
+def _by_policy(settings: Iterable[OwnSetting], own: Mapping[int, Stated], above: Layer) -> dict[int, OwnSetting]:
+    """Return the settings that state one policy, where they are what the endpoint states of it and nothing wins over that."""
+    return {
+        index: each
+        for each in settings
+        if len(each.recognised.found) == 1
+        for index, one in each.recognised.found.items()
+        if own[index] is one and index not in above.settings
+    }
 
 
 def stated(settings: Settings) -> tuple[object, ...]:

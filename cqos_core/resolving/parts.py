@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import KNOWN, UNREAD
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import MOST_LETTERS, keep
+from cqos_core.model.memory import keep
 from cqos_core.resolving.layers import Layer
 
 if TYPE_CHECKING:
@@ -61,28 +61,31 @@ class OwnSetting:
     """A setting of an endpoint's own, read by itself.
 
     Attributes:
-        letters: how many its name and its text have.
         recognised: what its name spells.
         remarks: on its name.
+        is_of_any_system: equal ones of other systems are the same object, as it has little text.
         index: of the only policy that it changes, to a known value and without any remark; -1 where it is not so.
-        value, word: of that policy.
+        value, word, on_value: of the only policy that it states, with remarks on the value.
     """
 
-    __slots__ = ("index", "letters", "recognised", "remarks", "value", "word")
+    __slots__ = ("index", "is_of_any_system", "on_value", "recognised", "remarks", "value", "word")
 
-    def __init__(self, letters: int, recognised: Recognised, remarks: tuple[Remark, ...]) -> None:
+    def __init__(self, recognised: Recognised, remarks: tuple[Remark, ...], *, is_of_any_system: bool) -> None:
         """Take what its name spells."""
-        self.letters = letters
         self.recognised = recognised
         self.remarks = remarks
+        self.is_of_any_system = is_of_any_system
         self.index = _NONE
         self.value: Value = 0
         self.word: WrittenValue | None = None
+        self.on_value: tuple[Remark, ...] = ()
 
-    def change(self, index: int, value: Value, word: WrittenValue | None) -> None:
-        """Take what it changes; that is nothing where the value or the spelling is not known."""
-        if type(value) in KNOWN and word is not UNREAD:
-            self.index, self.value, self.word = index, value, word
+    def take(self, index: int, value: Value, word: WrittenValue | None, on_value: tuple[Remark, ...]) -> None:
+        """Take the value of the only policy that it states."""
+        self.value, self.word, self.on_value = value, word, on_value
+        said = self.remarks or on_value or self.recognised.misread or self.recognised.refused
+        if type(value) in KNOWN and word is not UNREAD and not said:
+            self.index = index
 
 
 INDEX_OF: Final = attrgetter("index")
@@ -188,6 +191,6 @@ class ProfileParts(NamedTuple):
             own = {each.index: each.recognised.found[each.index] for each in self.settings}
             profile = inherited.profile.with_known(tuple(self.known))
             found = Laid(profile, inherited.around({**inherited.own, **own}), ())
-            if sum([each.letters for each in self.settings]) <= MOST_LETTERS:
+            if all(each.is_of_any_system for each in self.settings):
                 keep(inherited.memory, key, found)
         return found.profile, found.layers + self.of_topic

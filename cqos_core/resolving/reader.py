@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.domains import Count, Duration, flow
@@ -103,14 +104,14 @@ class Recognised(NamedTuple):
 
     Attributes:
         found: what it states, by index of the policy.
-        misread: names that spell no policy.
+        misread: names that spell no policy, each with those that it may have been meant for.
         refused: it is one that cannot be stated.
         may_be_any: what it sets is not known.
     """
 
     setting: Setting
     found: Mapping[int, Stated]
-    misread: tuple[str, ...] = ()
+    misread: Mapping[str, set[int]] = MappingProxyType({})
     refused: bool = False
     may_be_any: bool = False
 
@@ -232,7 +233,8 @@ class SettingsReader:
                 message = f"{owner} states `{written}`, which {pack.title} does not know"
                 advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
                 self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
-            return Recognised(setting, fields, misread=tuple(wrong or (name,)))
+            misread = {each: near_policies(pack, levels, each) for each in wrong or (name,)}
+            return Recognised(setting, fields, misread)
         text = setting.text if setting.unknown else spelled(pack.policies[index], setting.text, dialect)
         if text is None:
             return Recognised(setting, fields)
@@ -242,7 +244,7 @@ class SettingsReader:
         """Put together what the names of all settings spell, as `recognise` returns it; report what is stated twice."""
         pack, levels, _, owner, role, members = whose
         found: dict[int, Stated] = {}
-        misread: dict[str, Setting] = {}
+        misread: dict[str, tuple[Setting, set[int]]] = {}
         may_be_any = []
         refused = False
         for each in recognised:
@@ -255,7 +257,7 @@ class SettingsReader:
                     keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
                     self.say("CQ209", message, stated.setting.place, role, members, keep)
                 found[index] = stated
-            misread.update(dict.fromkeys(each.misread, each.setting))
+            misread |= {name: (each.setting, near) for name, near in each.misread.items()}
             refused = refused or each.refused
             if each.may_be_any:
                 may_be_any.append(each.setting)
