@@ -711,6 +711,24 @@ participants:
     assert sorted(edit.place.line for edit in fix.edits) == [8, 9]
 
 
+def test_what_is_said_of_a_setting_names_the_endpoint_that_states_it_and_its_place():
+    for line in (7, 8):
+        ends = [
+            writer("box", name, copies=copies, more={"settings": {**settings(copies=copies), **wrong(at)}})
+            for name, copies, at in (("one", "1", line), ("other", "2", line + 10))
+        ]
+        found = {each.sides[0].members: each for each in findings(*ends)}
+        assert {members: each.place for members, each in found.items()} == {
+            ("one",): place(line),
+            ("other",): place(line + 10),
+        }
+        assert all(f"`{name}`" in each.message for (name,), each in found.items())
+
+
+def wrong(line: int) -> Any:
+    return {"care": Setting("express", place(line))}
+
+
 def test_what_one_system_read_is_not_what_another_says_of_its_topic():
     for interval, found in (("1s", []), ("2s", ["POST303"]), ("1s", [])):
         assert codes(checked(writer("box", delay="1s"), reader("box"), box("box", interval=interval))) == found

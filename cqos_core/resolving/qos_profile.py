@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 from weakref import WeakValueDictionary
 
 from cqos_core.language.domains import Names, Text
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Plain, Values, WrittenValue
     from cqos_core.packs.pack import RulePack
+
+
+_Value = TypeVar("_Value")
 
 
 class _Interned:
@@ -129,11 +133,18 @@ class QosProfile(_Interned):
         """Return the interned profile with other known values, none of them at `ProfileFrame.deciding`."""
         # Most are new, and to make one in vain costs less than to hash all values twice.
         profile = QosProfile(self.pack, known, self.frame, self.beside, self.refused, self.unread)
-        return _PROFILES.setdefault((known, self.frame, self.beside, self.refused), profile)
+        return _interned(_PROFILES, (known, self.frame, self.beside, self.refused), profile)
 
 
 _PROFILES: Final[WeakValueDictionary[tuple[object, ...], QosProfile]] = WeakValueDictionary()
 _FRAMES: Final[WeakValueDictionary[tuple[object, ...], ProfileFrame]] = WeakValueDictionary()
+_INTERNING: Final = Lock()
+
+
+def _interned(memory: WeakValueDictionary[tuple[object, ...], _Value], key: tuple[object, ...], made: _Value) -> _Value:
+    """Return the one object for a key, of two threads too: unlike that of a dict, this `setdefault` is several steps."""
+    with _INTERNING:
+        return memory.setdefault(key, made)
 
 
 def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
@@ -154,7 +165,7 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
     if profile is None:
         codes = {value.code for value in opened.values() if isinstance(value, Anything) and value.code}
         profile = QosProfile(pack, known, frame, beside, refused, tuple(sorted({*beside, *codes})))
-        profile = _PROFILES.setdefault(key, profile)
+        profile = _interned(_PROFILES, key, profile)
     return profile
 
 
@@ -167,7 +178,7 @@ def _frame(pack: RulePack, values: Values, opened: Mapping[int, Any]) -> Profile
         from_peers = tuple(index for index, value in opened.items() if isinstance(value, FromPeers))
         unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
         deciding = frozenset((*opened, *options, *(index for index, _ in pack.needs.values())))
-        found = _FRAMES.setdefault(key, ProfileFrame(opened, options, unmatched, from_peers, needs, deciding))
+        found = _interned(_FRAMES, key, ProfileFrame(opened, options, unmatched, from_peers, needs, deciding))
     return found
 
 

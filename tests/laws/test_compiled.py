@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
+from gc import collect
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
+from weakref import ref
 
 import pytest
 
 from cqos_core.language import answers
 from cqos_core.language.compiled import Common, Question, compiled
+from cqos_core.language.domains import Text
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
 from cqos_core.matching import derived_guarantees, rule_set
@@ -319,6 +322,18 @@ def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
                     for each in (a, b):
                         said = ask(bound, each.values, each.values, Signal(sides[0], sides[1]))
                         assert said is None or (said.unknown and said.failed is None)
+
+
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_a_profile_is_kept_as_long_as_it_is_used(pack):
+    one, *_ = profiles(pack, 0)
+    index = next(at for at, policy in enumerate(pack.policies) if isinstance(policy.domain, Text))
+    new = one.with_values({index: "x" * 20_000})
+    assert one.with_values({index: "x" * 20_000}) is new
+    gone = ref(new)
+    del new
+    collect()
+    assert gone() is None
 
 
 @pytest.mark.explored
