@@ -11,9 +11,10 @@ import pytest
 from cqos_core import Broker, Cases, Endpoint, Fact, Participant, Place, Profile, ProfileRef, Setting, check, check_pair
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import EVERY_OTHER
-from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, parse, requires
+from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, forbids, parse, requires, stated
 from tests.worlds import (
     CARRIER,
+    DELAY,
     POLICIES,
     POST,
     box,
@@ -477,6 +478,14 @@ def test_a_setting_that_the_importer_could_not_read_makes_its_policy_unknown():
     assert checked(open_, reader("box", care="plain")).verdict == "unknown"
 
 
+def test_whether_an_ignored_policy_is_stated_is_not_known_where_it_was_not_read():
+    rule = forbids(stated(DELAY), code="POST399", name="delay-stated", because="it changes nothing", severity="warning")
+    pack = replace(POST, rules=(*POST.rules, rule))
+    for setting, found in ((Setting("?", None, "the file is missing"), []), (Setting("infinite"), ["POST399"])):
+        end = writer("box", more={"settings": {"delay": setting}})
+        assert codes(checked(end, reader("box"), packs=[pack], options={"carrier": "pigeon"})) == found
+
+
 def test_a_nearer_value_wins_over_one_that_was_not_read():
     base = Profile("p", {"care": Setting("?", None, "the file is missing")})
     report = checked(base, writer("box", "w", "p", care="signed"), reader("box", care="signed"))
@@ -689,6 +698,40 @@ def test_equal_endpoints_of_different_systems_keep_their_own_places():
         (finding,) = [each for each in check(system, packs=[POST]).findings if each.code == "POST101"]
         fact = next(each for side in finding.sides for each in side.facts if each.value == "plain")
         assert fact.place == place(line)
+
+
+def test_equal_needs_of_two_endpoints_are_edited_where_each_states_them():
+    text = """
+cqos: 1
+protocol: mqtt
+participants:
+  sensor: {publishes: {a/b: {qos: 2}}}
+  viewer:
+    subscribes:
+      a/+: {qos: 2, needs: {duplicate_free: true}}
+      a/#: {qos: 2, needs: {duplicate_free: true}}
+"""
+    (finding,) = [each for each in check(text.encode()).findings if each.code == "MQTT616"]
+    (fix,) = [each for each in finding.remedies if each.policy == "need.duplicate_free"]
+    assert sorted(edit.place.line for edit in fix.edits) == [8, 9]
+
+
+def test_what_is_said_of_a_setting_names_the_endpoint_that_states_it_and_its_place():
+    for line in (7, 8):
+        ends = [
+            writer("box", name, copies=copies, more={"settings": {**settings(copies=copies), **wrong(at)}})
+            for name, copies, at in (("one", "1", line), ("other", "2", line + 10))
+        ]
+        found = {each.sides[0].members: each for each in findings(*ends)}
+        assert {members: each.place for members, each in found.items()} == {
+            ("one",): place(line),
+            ("other",): place(line + 10),
+        }
+        assert all(f"`{name}`" in each.message for (name,), each in found.items())
+
+
+def wrong(line: int) -> Any:
+    return {"care": Setting("express", place(line))}
 
 
 def test_what_one_system_read_is_not_what_another_says_of_its_topic():

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain, Value
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 _TYPE: Final = "type"
 _CLOSEST: Final = 64

@@ -205,10 +205,10 @@ class _Pair:
         self._pipeline = pipeline
         self._endpoints = (offering, requesting) if pipeline is None else pipeline.endpoints
         self._reported = () if pipeline is None else pipeline.resolver.result.findings
-        # Taken first, as values that are read replace drafts.
-        drafts = [end.draft for end in (self.offering, self.requesting)]
+        # Taken first, as values that are read replace parts.
+        parts = [end.parts for end in (self.offering, self.requesting)]
         plain = self.alone and not (pipeline and pipeline.resolver.completed)
-        self._drafts = drafts if plain else []
+        self._parts = parts if plain else []
         short = reporting_rules(self.offering, self.requesting) if plain else None
         self._quiet = short is not None and short[1] == NOTHING
 
@@ -326,7 +326,7 @@ class _Pair:
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
         spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
         doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
-        return compared(sides, self._drafts, doubtful)
+        return compared(sides, self._parts, doubtful)
 
 
 def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:

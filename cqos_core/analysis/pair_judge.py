@@ -32,8 +32,7 @@ from cqos_core.model.system import (
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.meeting import Naming
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.bases import Draft
-from cqos_core.resolving.plainly import without_values
+from cqos_core.resolving.resolved import Resolved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -42,8 +41,8 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.parts import ProfileParts
     from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
 
 Settings: TypeAlias = Mapping[str, SettingValue]
 _Texts: TypeAlias = tuple[tuple[str, str], ...]
@@ -102,7 +101,7 @@ class StatedPairs:
         self.requests: dict[tuple[Any, ...], _Side] = {}
         self._known: Resolved | None = None
         self._resolver: Resolver | None = None
-        self._drafts: dict[Role, tuple[Draft, Resolved]] = {}
+        self._like: dict[Role, tuple[ProfileParts, Resolved]] = {}
         self._left = 0
 
     def offer(self, settings: Settings) -> _Side:
@@ -147,17 +146,18 @@ class StatedPairs:
         return Pipeline(system, self.where)
 
     def _ends(self, offer: _Side, request: _Side) -> tuple[Resolved, Resolved] | None:
-        """Return the endpoints of two sides whose drafts are known: then there is nothing to report of them."""
+        """Return the endpoints of two sides whose parts are known: then there is nothing to report of them."""
         offering, requesting = self._end(offer, PUBLISHER), self._end(request, SUBSCRIBER)
         return None if offering is None or requesting is None else (offering, requesting)
 
     def _end(self, side: _Side, role: Role) -> Resolved | None:
-        if side.end is None or not isinstance(side.end.draft, Draft) or role not in self._drafts:
+        if side.end is None or side.end.parts is None or role not in self._like:
             return None
-        like = self._drafts[role][1]
+        like = self._like[role][1]
         endpoint = pair_end(role, dict(side.stated), like.endpoint.topic or "")
-        made = without_values(endpoint, like.participant, Naming(like.key, like.shown), role, role, like.external)
-        made.draft = side.end.draft
+        naming = Naming(like.key, like.shown)
+        made = Resolved.of(endpoint, like.participant, naming, role, role, external=like.external)
+        made.parts = side.end.parts
         return made
 
     def _first(self, offer: _Side, request: _Side) -> PairReport:
@@ -169,7 +169,7 @@ class StatedPairs:
             if ends is None or ends[1].like.needs:
                 return explained(pipeline, PUBLISHER, SUBSCRIBER)
             self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
-            self._drafts.clear()
+            self._like.clear()
             self._take(offer, PUBLISHER, ends[0])
             self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
@@ -183,10 +183,10 @@ class StatedPairs:
             return True
         if resolver is None or known is None or "profile" in dict(side.stated):
             return False
-        if role in self._drafts:
-            draft = resolver.bases.redrafted(*self._drafts[role], side.stated)
-            if draft is not None:
-                side.end = PairEnd(draft.base.profile, role, draft)
+        if role in self._like:
+            parts = resolver.values.parts_like(*self._like[role], side.stated)
+            if parts is not None:
+                side.end = PairEnd(parts.inherited.profile, role, parts)
                 return True
         self._left -= 1
         before = resolver.reader.remarks
@@ -198,10 +198,10 @@ class StatedPairs:
         return side.end is not None
 
     def _take(self, side: _Side, role: Role, end: Resolved) -> None:
-        """Keep what was resolved of a side; others may be put together from its draft."""
-        if isinstance(end.draft, Draft):
-            self._drafts[role] = end.draft, end
-        side.end = PairEnd(end.like, role, end.draft)
+        """Keep what was resolved of a side; others may be put together like it."""
+        if end.parts is not None:
+            self._like[role] = end.parts, end
+        side.end = PairEnd(end.like, role, end.parts)
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:

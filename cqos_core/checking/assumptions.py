@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
-from cqos_core.model.memory import LONGEST_REMEMBERED, keep
+from cqos_core.model.memory import keep
 from cqos_core.model.report import Assumption, Severity
-from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.facts import options_behind, options_in_words, steered_by_options
+from cqos_core.resolving.parts import INDEX_OF
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.bases import Override
+    from cqos_core.resolving.parts import OwnSetting
     from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
 
 
@@ -185,14 +184,14 @@ def _of_pairs(
 
 
 def _resting(endpoint: Resolved, known: dict[tuple[Any, ...], frozenset[str]]) -> frozenset[str]:
-    """Return the options on which values of an endpoint rest; where it has none of its own behind its texts, its base says so."""
-    draft = endpoint.draft
+    """Return the options on which values of an endpoint rest; where it has none of its own behind its texts, what it inherits says so."""
+    parts = endpoint.parts
     memory = known
     key: tuple[Any, ...] = ()
-    if isinstance(draft, Draft) and not draft.of_topic:
-        own = draft.overrides
+    if parts is not None and not parts.of_topic and parts.inherited.is_of_any_system:
+        own = parts.settings
         if _PLAIN.keys() >= {*own} or all(_is_plain(each, endpoint) for each in own):
-            memory, key = _RESTING, (draft.base, *map(_PLAINLY, own))
+            memory, key = _RESTING, (parts.inherited, *map(INDEX_OF, own))
     key = key or (endpoint.profile, id(endpoint.layers))
     found = memory.get(key)
     if found is None:
@@ -200,21 +199,20 @@ def _resting(endpoint: Resolved, known: dict[tuple[Any, ...], frozenset[str]]) -
     return found
 
 
-def _is_plain(override: Override, endpoint: Resolved) -> bool:
+def _is_plain(setting: OwnSetting, endpoint: Resolved) -> bool:
     """Whether no option stands behind the text of a setting."""
-    if override in _PLAIN:
+    if setting in _PLAIN:
         return True
-    if override.letters > LONGEST_REMEMBERED or override.index is None or override.stated is None:
+    if not setting.is_of_any_system:
         return False
-    pack, steered = endpoint.pack, override.index in steered_by_options(endpoint.pack)
-    if steered and options_behind(pack, override.index, override.stated.text, endpoint.role):
+    pack, steered = endpoint.pack, setting.index in steered_by_options(endpoint.pack)
+    if steered and options_behind(pack, setting.index, setting.recognised.found[setting.index].text, endpoint.role):
         return False
-    return keep(_PLAIN, override, value=True)
+    return keep(_PLAIN, setting, value=True)
 
 
-_PLAIN: Final[dict[Override, bool]] = {}
+_PLAIN: Final[dict[OwnSetting, bool]] = {}
 _RESTING: Final[dict[tuple[Any, ...], frozenset[str]]] = {}
-_PLAINLY: Final = attrgetter("plainly")
 _NONE: Final[frozenset[str]] = frozenset()
 
 

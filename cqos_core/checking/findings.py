@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.report import Remedy
     from cqos_core.packs.bound_rule import BoundRule
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 _F = TypeVar("_F")
 _T = TypeVar("_T")

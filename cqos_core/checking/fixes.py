@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
     Groups: TypeAlias = Sequence[EndpointGroup]
 

@@ -17,7 +17,7 @@ from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
-from cqos_core.resolving.resolved import Layer, Stated
+from cqos_core.resolving.layers import Layer, Stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from cqos_core.matching.routes import Link
     from cqos_core.model.system import Bridge, Role
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.resolved import Resolved
 
 # Hops
 

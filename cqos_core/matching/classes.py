@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.matching.pairing import Alike
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 
 @dataclass(slots=True)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
 
 _CACHE: Final = 50_000
 NOT_NAMED: Final = "an implementation that is not stated"

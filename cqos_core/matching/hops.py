@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 Topics = dict[tuple[str, str], list["Resolved"]]
 _LIVELINESS: Final = "liveliness"

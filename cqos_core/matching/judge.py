@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
 
 _CACHE: Final = 200_000
 _FRAMES: Final = 16_384

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 G = TypeVar("G")
 MOST_COMBINATIONS: Final = 25

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.compiled import Reporting
     from cqos_core.matching.topic_shape import ShapeResult
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 _MOST_OUTCOMES: Final = 1_000
 Reports: TypeAlias = "tuple[int, int, int]"

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.rule_set import EndRules, Ready
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile, Unmade
+    from cqos_core.resolving.parts import ProfileParts
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
 
 _MOST_VERDICTS: Final = 1_000
 
@@ -45,25 +46,25 @@ class PairEnd:
     """One end of such pairs.
 
     Attributes:
-        like: its profile, or where it has a draft one with the same frame and codes.
-        draft: of its profile, where that is not made yet.
+        like: its profile, or where it has parts one with the same frame and codes.
+        parts: of its profile, where that is not made yet.
         values: those of its profile that are known.
         at_best: the verdict of its pairs by the rules about it alone; None where a rule over its topic may have more to say.
     """
 
-    __slots__ = ("at_best", "draft", "like", "values")
+    __slots__ = ("at_best", "like", "parts", "values")
 
-    def __init__(self, like: QosProfile, role: str, draft: Unmade | None) -> None:
+    def __init__(self, like: QosProfile, role: str, parts: ProfileParts | None) -> None:
         """Take its profile, or what that is made of."""
         self.like = like
-        self.draft = draft
-        self.values: Sequence[Any] = like.known if draft is None else draft.known
+        self.parts = parts
+        self.values: Sequence[Any] = like.known if parts is None else parts.known
         self.at_best = self._at_best(role)
 
     @property
     def profile(self) -> QosProfile:
         """Its profile; most verdicts need none."""
-        return self.like if self.draft is None else self.draft.made()[0]
+        return self.like if self.parts is None else self.parts.made()[0]
 
     def _at_best(self, role: str) -> Verdict | None:
         pack = self.like.pack

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Acceptance
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 TopicKey: TypeAlias = tuple[str, str]
 """Protocol, and topic in the form endpoints meet on."""

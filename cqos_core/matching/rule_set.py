@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
+    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
 
 _MOST_REMEMBERED: Final = 200_000
 _MOST_FUNCTIONS: Final = 256

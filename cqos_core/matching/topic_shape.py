@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64

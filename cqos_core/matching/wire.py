@@ -14,7 +14,7 @@ from cqos_core.matching.judge import refusals
 from cqos_core.matching.pairing import bucket, introduce
 from cqos_core.model.system import Setting
 from cqos_core.resolving.carried import FACTS, on_wire, plain_texts, states
-from cqos_core.resolving.resolved import Layer, Stated
+from cqos_core.resolving.layers import Layer, Stated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

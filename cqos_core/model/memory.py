@@ -39,6 +39,11 @@ def number_of(key: tuple[Any, ...]) -> int:
     return number
 
 
+def new_number() -> int:
+    """Return a number that stands for nothing else."""
+    return next(_NUMBERS)
+
+
 _NUMBERED: Final[dict[tuple[Any, ...], int]] = {}
 _NUMBERS: Final = count()
 

@@ -6,9 +6,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
-from cqos_core.model.memory import LONGEST_REMEMBERED, keep, number_of
+from cqos_core.model.memory import keep, number_of
 from cqos_core.model.report import PolicyComparison, Verdict
-from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
@@ -16,23 +15,24 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.bases import Override
-    from cqos_core.resolving.resolved import QosProfile, Resolved, Unmade
+    from cqos_core.resolving.parts import OwnSetting, ProfileParts
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 COMPARED: Final[dict[tuple[Any, ...], PolicyComparison | None]] = {}
 
 
 def compared(
-    sides: Sequence[tuple[Resolved, QosProfile]], drafts: Sequence[Unmade | None], spoken: Mapping[str, bool]
+    sides: Sequence[tuple[Resolved, QosProfile]], parts: Sequence[ProfileParts | None], spoken: Mapping[str, bool]
 ) -> Iterator[PolicyComparison]:
     """Yield one line per endpoint policy and stated fact, with the verdict of the pair rules that compare it.
 
     Args:
         sides: a publisher and a subscriber, each with its values.
-        drafts: of both, where the two are alone: then lines are remembered that no speaking rule reads.
+        parts: of both, where the two are alone: then lines are remembered that no speaking rule reads.
         spoken: by code of the rules that speak, whether that leaves the pair open.
     """
-    alike = [_alike(resolved, draft) for (resolved, _), draft in zip(sides, drafts, strict=False)]
+    alike = [_alike(resolved, each) for (resolved, _), each in zip(sides, parts, strict=False)]
     remembered = len(alike) == len(sides) and None not in alike
     for index, codes in _comparing(sides[0][0].pack):
         key = (index, *[(first, changed.get(index)) for first, changed in filter(None, alike)])
@@ -47,16 +47,17 @@ def compared(
             yield found
 
 
-def _alike(end: Resolved, draft: Unmade | None) -> tuple[int, Mapping[int, Override]] | None:
+def _alike(end: Resolved, parts: ProfileParts | None) -> tuple[int, Mapping[int, OwnSetting]] | None:
     """Return a number for what an end shares with others, and what it changes; None where places or long texts are its own."""
-    if not isinstance(draft, Draft) or end.endpoint.place is not None:
+    if parts is None or not parts.inherited.is_of_any_system or end.endpoint.place is not None:
         return None
-    changed, around = draft.changed, (*draft.of_topic, *end.participant.layers)
-    stated = (*end.endpoint.settings.values(), *(each.setting for of in around for each in of.settings.values()))
-    long = any(each.letters > LONGEST_REMEMBERED for each in changed.values())
+    changed, around = parts.changed, (*parts.of_topic, *end.participant.layers)
+    own = (*end.endpoint.settings.values(), *end.endpoint.overlay.values())
+    stated = (*own, *(each.setting for of in around for each in of.settings.values()))
+    long = not all(each.is_of_any_system for each in changed.values())
     if long or any(each.place is not None for each in stated):
         return None
-    return number_of((draft.base, *[(layer.origin, layer.texts) for layer in around])), changed
+    return number_of((parts.inherited, *[(layer.origin, layer.texts) for layer in around])), changed
 
 
 def _comparison(

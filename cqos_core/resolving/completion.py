@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.system import Setting
 from cqos_core.packs.parts import Known
-from cqos_core.resolving.resolved import Layer, Stated
+from cqos_core.resolving.layers import Layer, Stated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

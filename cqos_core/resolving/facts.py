@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 
 def value_text(policy: Policy, value: Value, written: str | None) -> str:

@@ -8,7 +8,7 @@ from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
-from cqos_core.resolving.resolved import Stated
+from cqos_core.resolving.layers import Stated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -72,6 +72,13 @@ def meant_by(name: str, known: Sequence[str]) -> str:
         return suggestion(name, known)
     near = same_start(name, known)
     return f"did you mean `{near}`? {suggestion(name, known)}" if near else f"remove it; {suggestion(name, known)}"
+
+
+def is_slip(pack: RulePack, name: str, text: str) -> bool:
+    """Whether a setting was written for another one, so that `elsewhere` depends on what stands beside it."""
+    from cqos_core.resolving.slips import meant_instead
+
+    return bool(meant_instead(pack, f"{name}: {text}"))
 
 
 def elsewhere(
@@ -154,11 +161,13 @@ _TYPOGRAPHIC: Final = tuple("\u2018\u2019\u201a\u201c\u201d\u201e\u00ab\u00bb")
 
 
 def with_unclear(
-    found: dict[int, Stated], misread: Mapping[str, Setting], pack: RulePack, levels: tuple[str, ...]
+    found: dict[int, Stated],
+    misread: Mapping[str, tuple[Setting, set[int]]],
+    pack: RulePack,
+    levels: tuple[str, ...],
 ) -> dict[int, Stated]:
     """Add that the policies are not known which names that spell none may have been meant for."""
-    for name, setting in misread.items():
-        meant = near_policies(pack, levels, name)
+    for name, (setting, meant) in misread.items():
         every = every_policy(pack, levels, Setting("", setting.place, f"`{name}` is not understood"), "CQ202")
         found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
     return found

@@ -11,8 +11,8 @@ from cqos_core.language.values import Anything, Depends, is_plain
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER
-from cqos_core.resolving.reader import ValueSource, either, meant_by_option, word_of
-from cqos_core.resolving.resolved import Layer
+from cqos_core.resolving.layers import Layer
+from cqos_core.resolving.reader import ValueSource, Whose, either, meant_by_option, word_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Endpoint, Overlay, System
     from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant, Stated
+    from cqos_core.resolving.resolved import ResolvedParticipant
 
 
 class Overlays:
@@ -73,7 +74,7 @@ class Overlays:
                     yield index
 
     def lay(
-        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant, *, observed: bool
+        self, overlays: Sequence[int], participant: ResolvedParticipant, layers: Sequence[Layer], *, observed: bool
     ) -> tuple[list[Layer], dict[tuple[str, str], list[Layer]]]:
         """Return ``layers`` with the overlays that hold, and those that hold under a value of an option not known."""
         own, *beneath = layers
@@ -112,7 +113,9 @@ class Overlays:
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
             of_endpoints = {name: each for name, each in overlay.settings.items() if not is_of_participants(name, pack)}
-            found, unread = self._reader.recognise(pack, (ENDPOINT,), of_endpoints, dialect, overlay.name, "system", [])
+            found, unread = self._reader.recognise(
+                Whose(pack, (ENDPOINT,), dialect, overlay.name, "system", []), of_endpoints
+            )
             layer = self._layers[id(pack), index] = Layer(
                 overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room
             )
@@ -154,7 +157,7 @@ def laid_on_participant(
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
         # Every name is one that the pack knows, so nothing is left over that may set something else.
-        found, _ = reader.recognise(pack, ("participant",), settings, dialect, overlay.name, "system", [])
+        found, _ = reader.recognise(Whose(pack, ("participant",), dialect, overlay.name, "system", []), settings)
         left_open = {
             index: stated
             for index, stated in found.items()
@@ -168,11 +171,13 @@ def laid_on_participant(
             unknown = stated.setting.unknown
             # Without a finding: only a rule that reads the value has to say that it is not known.
             value = Anything(unknown) if isinstance(unknown, str) and unknown else reader.value(pack, index, reading)
-            values[index] = value if certain else either(participant, overlay.when or ("", ""), value, values[index])
+            values[index] = (
+                value if certain else either(pack, participant.values, overlay.when or ("", ""), value, values[index])
+            )
         around = participant.surroundings
         participant = replace(
             participant,
-            surroundings=replace(around, values=values, unstated={}),
+            surroundings=replace(around, values=values, is_of_any_system=False, unstated={}),
             layers=(*participant.layers, layer),
         )
     return participant

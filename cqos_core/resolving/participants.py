@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
-from cqos_core.model.memory import remember
+from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.rows import kinds_of
 from cqos_core.model.system import PUBLISHER, Broker, Setting
+from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.misread import every_policy
+from cqos_core.resolving.parts import Surroundings
 from cqos_core.resolving.profiles import no_profile, preset_settings
-from cqos_core.resolving.reader import ValueSource, depends
-from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
+from cqos_core.resolving.reader import ValueSource, Whose, depends
+from cqos_core.resolving.resolved import ResolvedParticipant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,8 +27,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Overlay, Participant, Place, ProfileRef, Settings, System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import Stated
 
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
 _UNGROUPED: Final = "write `publishes:` and `subscribes:` at the participant itself"
@@ -69,7 +72,9 @@ class Participants:
         stated = _NOTHING_STATED
         if settings:
             levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
-            own, unread = self._reader.recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
+            own, unread = self._reader.recognise(
+                Whose(pack, levels, spoken, owner, "participant", [participant.id]), settings
+            )
             stated = Layer("explicit", own, unread=unread)
         if foreign := {word: place for word, place in participant.groups.items() if word not in pack.groups}:
             for word, place in foreign.items():
@@ -84,8 +89,8 @@ class Participants:
         if shared is None:
             before = self._reader.remarks
             shared = self._surroundings(participant, pack, layers, owner, broker)
-            if self._reader.remarks == before:
-                remember(memory, key, shared)
+            if self._reader.remarks == before and letters(key) <= MOST_LETTERS:
+                shared = keep(memory, key, replace(shared, is_of_any_system=broker is None))
         if broker is not None:
             layers += self._broker_layers(broker, pack)
         found = ResolvedParticipant(participant, pack, shared, layers, broker)
@@ -113,7 +118,7 @@ class Participants:
         if layer is None:
             stated = self._system.options.get(pack.id, {})
             owner = f"options of `{pack.id}`"
-            found, unread = self._reader.recognise(pack, ("option",), stated, None, owner, "system", [])
+            found, unread = self._reader.recognise(Whose(pack, ("option",), None, owner, "system", []), stated)
             layer = self._option_layers[id(pack)] = Layer("option", found, unread=unread)
         return layer
 
@@ -195,7 +200,9 @@ class Participants:
         known = self._layers_of_brokers.get((id(pack), broker.id))
         if known is None:
             owner = f"broker `{broker.id}`"
-            own, unread = self._reader.recognise(pack, ("broker",), broker.settings, None, owner, "broker", [broker.id])
+            own, unread = self._reader.recognise(
+                Whose(pack, ("broker",), None, owner, "broker", [broker.id]), broker.settings
+            )
             known = (
                 Layer("explicit", own, unread=unread),
                 *self._profiles_of_broker(broker.profiles, pack, {broker.id}),
@@ -210,7 +217,7 @@ class Participants:
             if own is not None and own.name not in trail:
                 owner = f"profile `{own.name}`"
                 found, unread = self._reader.recognise(
-                    pack, ("broker",), own.settings, None, owner, "profile", [own.name]
+                    Whose(pack, ("broker",), None, owner, "profile", [own.name]), own.settings
                 )
                 yield Layer(f"profile {own.name}", found, unread=unread)
                 yield from self._profiles_of_broker(own.base, pack, {*trail, own.name})

@@ -13,8 +13,9 @@ from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.regular import re, regular_expression
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import Setting
+from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.misread import every_policy
-from cqos_core.resolving.resolved import Layer, Stated
+from cqos_core.resolving.reader import Whose
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -132,7 +133,7 @@ class Profiles:
             dialect = pack.dialects.get(dialect_name, pack.dialects.get("yaml"))
             owner = f"profile `{own.name}`"
             found, unread = self._reader.recognise(
-                pack, (ENDPOINT,), own.settings, dialect, owner, "profile", [own.name]
+                Whose(pack, (ENDPOINT,), dialect, owner, "profile", [own.name]), own.settings
             )
             preset_name = pack.preset_names.get(normalise(own.name))
             if preset_name is not None:

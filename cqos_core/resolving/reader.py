@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.domains import Count, Duration, flow
 from cqos_core.language.policy import ENDPOINT, NO, ByOption, Meaning, PerRole, Policy
@@ -24,6 +25,7 @@ from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding
 from cqos_core.model.system import Cases, Setting
+from cqos_core.resolving.layers import Stated
 from cqos_core.resolving.misread import (
     can_be_stated,
     elsewhere,
@@ -35,7 +37,8 @@ from cqos_core.resolving.misread import (
     near_policies,
     with_unclear,
 )
-from cqos_core.resolving.resolved import Stated, treated
+from cqos_core.resolving.qos_profile import treated
+from cqos_core.resolving.remarks import OwnPlace, filled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -43,10 +46,11 @@ if TYPE_CHECKING:
     from cqos_core.language.domains import Domain
     from cqos_core.language.values import Plain
     from cqos_core.model.report import Finding, Severity
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.system import Endpoint, Place, Settings
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Layer, ResolvedParticipant
+    from cqos_core.resolving.layers import Layer
+    from cqos_core.resolving.remarks import Remark
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +74,46 @@ class ValueSource:
     observed: bool = False
     member: str | None = None
 
+    def place_of(self, stated: Stated | None) -> Place | None:
+        """Return where a setting stands, or of one that has no place of whom it is stated."""
+        place = None if stated is None else stated.setting.place
+        return replace(place, line=None) if isinstance(place, OwnPlace) else place or self.place
+
     def about(self, policy: Policy) -> tuple[str, Sequence[str]]:
         """Return what a finding about a policy is about, and of whom."""
         return (self.role, [self.member]) if self.member else (policy.level, [])
+
+
+class Whose(NamedTuple):
+    """Whose names of settings are read, and what they may spell.
+
+    Attributes:
+        owner, role, members: what findings call whom the settings are of.
+    """
+
+    pack: RulePack
+    levels: tuple[str, ...]
+    dialect: Dialect | None
+    owner: str
+    role: str
+    members: Sequence[str]
+
+
+class Recognised(NamedTuple):
+    """What the name of a setting spells.
+
+    Attributes:
+        found: what it states, by index of the policy.
+        misread: names that spell no policy, each with those that it may have been meant for.
+        refused: it is one that cannot be stated.
+        may_be_any: what it sets is not known.
+    """
+
+    setting: Setting
+    found: Mapping[int, Stated]
+    misread: Mapping[str, set[int]] = MappingProxyType({})
+    refused: bool = False
+    may_be_any: bool = False
 
 
 class SettingsReader:
@@ -131,6 +172,25 @@ class SettingsReader:
         concerned.update(dict.fromkeys(members))
         self.findings[position] = min(self.findings[position], finding, key=by_place)
 
+    def repeat(self, remarks: Iterable[Remark], endpoint: Endpoint, identifier: str) -> None:
+        """Report what was kept, of an endpoint that goes by an id."""
+        for remark in remarks:
+            cause, finding = filled(remark, endpoint, identifier)
+            if cause is None:
+                self.remarks += 1
+                self.findings.append(finding)
+            else:
+                self.say_cause(cause, finding, finding.sides[0].members)
+
+    def taken(self) -> list[Remark]:
+        """Return what was reported, each with the cause that others may share, and forget it."""
+        self.finish()
+        causes = {position: cause for cause, (position, _) in self._causes.items()}
+        found = [(causes.get(position), finding) for position, finding in enumerate(self.findings)]
+        self.findings.clear()
+        self._causes.clear()
+        return found
+
     def finish(self) -> None:
         """Put whom a cause concerns into its finding."""
         for position, members in self._causes.values():
@@ -139,67 +199,70 @@ class SettingsReader:
                 side = replace(finding.sides[0], members=tuple(sorted(members)))
                 self.findings[position] = replace(finding, sides=(side,))
 
-    def recognise(
-        self,
-        pack: RulePack,
-        levels: tuple[str, ...],
-        settings: Settings,
-        dialect: Dialect | None,
-        owner: str,
-        role: str,
-        members: Sequence[str],
-    ) -> tuple[dict[int, Stated], tuple[str, ...]]:
+    def recognise(self, whose: Whose, settings: Settings) -> tuple[dict[int, Stated], tuple[str, ...]]:
         """Read the names of settings; report those that spell no policy.
 
-        Returns the settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
+        Returns the settings by index of the policy that each name spells, and codes of the errors in them.
         """
-        found: dict[int, Stated] = {}
-        misread: dict[str, Setting] = {}
-        refused = False
-        not_known = [
-            each for name, each in settings.items() if each.unknown and may_be_any(pack, levels, name, dialect)
-        ]
-        for name, setting in settings.items():
-            if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
-                continue
-            fields, others = fields_of(pack, levels, name, setting)
-            found.update(fields)
-            if fields and not others:
-                continue
-            index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
-            if index is not None and pack.policies[index].derived and not setting.derived:
-                message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
-                self.say("CQ202", message, setting.place, role, members, "remove it")
-                refused = True
-                continue
-            if index is None or not can_be_stated(pack.policies[index]):
-                # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
-                from cqos_core.model.excerpt import key_of
+        return self.together(whose, [self.name(whose, name, settings) for name in settings])
 
-                wrong = [each for each in others if fields or near_policies(pack, levels, each)]
-                shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
-                may_be = may_be_meant(pack, levels, grouped=bool(wrong))
-                for written, near in shown.items():
-                    message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
-                    self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
-                misread.update(dict.fromkeys(wrong or (name,), setting))
-                continue
-            if setting.unknown:
-                found[index] = Stated(setting.text, setting, name)
-                continue
-            text = spelled(pack.policies[index], setting.text, dialect)
-            if text is None:
-                continue
-            if index in found and found[index].text != text:
-                policy, before = pack.policies[index], found[index]
-                message = f"{owner} states `{policy.name}` twice, as {before.text} and as {text}"
-                spelt = f"`{before.name}: {before.setting.text}` or `{name}: {setting.text}`"
-                keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
-                self.say("CQ209", message, setting.place, role, members, keep)
-            found[index] = Stated(text, setting, name)
+    def name(self, whose: Whose, name: str, settings: Settings) -> Recognised:
+        """Read the name of one of several settings; report it if it spells no policy."""
+        pack, levels, dialect, owner, role, members = whose
+        setting = settings[name]
+        if setting.unknown and may_be_any(pack, levels, name, dialect):
+            return Recognised(setting, {}, may_be_any=True)
+        if dialect is not None and normalise(name) in dialect.ignore:
+            return Recognised(setting, {})
+        fields, others = fields_of(pack, levels, name, setting)
+        if fields and not others:
+            return Recognised(setting, fields)
+        index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
+        if index is not None and pack.policies[index].derived and not setting.derived:
+            message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
+            self.say("CQ202", message, setting.place, role, members, "remove it")
+            return Recognised(setting, fields, refused=True)
+        if index is None or not can_be_stated(pack.policies[index]):
+            # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
+            from cqos_core.model.excerpt import key_of
+
+            wrong = [each for each in others if fields or near_policies(pack, levels, each)]
+            shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
+            may_be = may_be_meant(pack, levels, grouped=bool(wrong))
+            for written, near in shown.items():
+                message = f"{owner} states `{written}`, which {pack.title} does not know"
+                advice = elsewhere(pack, levels, written, setting, settings) or meant_by(near, may_be)
+                self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
+            misread = {each: near_policies(pack, levels, each) for each in wrong or (name,)}
+            return Recognised(setting, fields, misread)
+        text = setting.text if setting.unknown else spelled(pack.policies[index], setting.text, dialect)
+        if text is None:
+            return Recognised(setting, fields)
+        return Recognised(setting, {**fields, index: Stated(text, setting, name)})
+
+    def together(self, whose: Whose, recognised: Iterable[Recognised]) -> tuple[dict[int, Stated], tuple[str, ...]]:
+        """Put together what the names of all settings spell, as `recognise` returns it; report what is stated twice."""
+        pack, levels, _, owner, role, members = whose
+        found: dict[int, Stated] = {}
+        misread: dict[str, tuple[Setting, set[int]]] = {}
+        may_be_any = []
+        refused = False
+        for each in recognised:
+            for index, stated in each.found.items():
+                before = found.get(index, stated)
+                if before.text != stated.text and not stated.field and not stated.setting.unknown:
+                    name, text = stated.name, stated.text
+                    message = f"{owner} states `{pack.policies[index].name}` twice, as {before.text} and as {text}"
+                    spelt = f"`{before.name}: {before.setting.text}` or `{name}: {stated.setting.text}`"
+                    keep = f"keep {spelt}" if before.name and normalise(before.name) != normalise(name) else None
+                    self.say("CQ209", message, stated.setting.place, role, members, keep)
+                found[index] = stated
+            misread |= {name: (each.setting, near) for name, near in each.misread.items()}
+            refused = refused or each.refused
+            if each.may_be_any:
+                may_be_any.append(each.setting)
         found = with_unclear(found, misread, pack, levels)
-        for setting in not_known:
+        for setting in may_be_any:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
 
@@ -218,7 +281,7 @@ class SettingsReader:
             and not _is_default(pack, policy, stated.text, reading)
         ):
             message = f"{reading.owner} states `{policy.name}`, which {ignoring} ignores"
-            self.say("CQ205", message, stated.setting.place or reading.place, role, [member] if member else [])
+            self.say("CQ205", message, reading.place_of(stated), role, [member] if member else [])
         if stated is not None and stated.setting.unknown and ignoring is None:
             return self.not_known(pack, policy, stated, reading)
         text = stated.text if stated is not None and ignoring is None else None
@@ -246,13 +309,13 @@ class SettingsReader:
                 problem = InvalidValueError(f"{problem.message}; it is a value of {others}", problem.expected)
             elif remark := misquoted(pack, policy, text):
                 problem = InvalidValueError(f"{problem.message}; {remark}", problem.expected, problem.near)
-            return self._invalid(policy, problem, owner, None if stated is None else stated.setting.place, reading)
+            return self._invalid(policy, problem, owner, stated, reading)
 
     def _invalid(
-        self, policy: Policy, problem: InvalidValueError, owner: str, place: Place | None, reading: ValueSource
+        self, policy: Policy, problem: InvalidValueError, owner: str, stated: Stated | None, reading: ValueSource
     ) -> Value:
         """Report that ``owner`` states what is no value of a policy, which is not known then."""
-        where = reading.place if place is None else place
+        where = reading.place_of(stated)
         message = f"{owner}: `{policy.name.removeprefix('need.')}` {problem.message}"
         expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
         about, members = reading.about(policy)
@@ -272,7 +335,7 @@ class SettingsReader:
                     for when, text in spelt
                 )
             except InvalidValueError as problem:
-                return self._invalid(policy, problem, reading.owner, stated.setting.place, reading)
+                return self._invalid(policy, problem, reading.owner, stated, reading)
             return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
         code = stated.code or stated.setting.reported
         if not code:
@@ -382,13 +445,12 @@ def word_of(policy: Policy, text: str) -> str:
     return policy.zero if policy.zero is not None and word in _ZEROS else word
 
 
-def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
+def either(pack: RulePack, options: Mapping[int, Value], when: tuple[str, str], then: Value, otherwise: Value) -> Value:
     """The value ``then`` under a value of an option that is not known, else ``otherwise``."""
     if then == otherwise:
         return then
-    pack = participant.pack
     index = pack.vocabulary.indices["option", when[0]]
-    option = participant.values[index]
+    option = options[index]
     if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
         return Anything(f"it depends on option {when[0]}", code=getattr(option, "code", ""))
     expected = meant_by_option(pack.policies[index], when[1])
@@ -415,7 +477,7 @@ def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenV
         if stated is not None:
             if isinstance(stated.setting.unknown, str) and stated.setting.unknown:
                 return UNREAD
-            return WrittenValue(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
+            return WrittenValue(policy.word(stated.text), here=bool(layer.here)) if layer.counts_as_stated else None
     return None
 
 

@@ -11,36 +11,30 @@ from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
-from cqos_core.model.memory import MOST_LETTERS, remember
-from cqos_core.model.rows import as_object, kinds_of, rows_of
-from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
+from cqos_core.language.policy import TOPIC
+from cqos_core.model.memory import MOST_LETTERS, keep
+from cqos_core.model.rows import as_object, id_of, kinds_of, rows_of
+from cqos_core.model.system import PUBLISHER
+from cqos_core.packs.meeting import Naming
 from cqos_core.packs.parts import nothing_follows, nothing_summed
-from cqos_core.resolving.bases import Bases, Draft
+from cqos_core.resolving.endpoint_values import EndpointValues
+from cqos_core.resolving.families import Family, alike
+from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
-from cqos_core.resolving.plainly import Plainly, named, room_of, without_values
-from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
-from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
-from cqos_core.resolving.resolved import (
-    READ,
-    Layer,
-    QosProfile,
-    Resolved,
-    ResolvedParticipant,
-    ResolvedSystem,
-    Stated,
-    intern,
-)
+from cqos_core.resolving.parts import ProfileParts
+from cqos_core.resolving.profiles import Profiles, User, conventions
+from cqos_core.resolving.reader import SettingsReader, Whose
+from cqos_core.resolving.resolved import Resolved, ResolvedParticipant, ResolvedSystem
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
-    from cqos_core.language.values import Value, WrittenValue
-    from cqos_core.model.rows import Row
+    from cqos_core.model.rows import Row, RowKind
     from cqos_core.model.system import Endpoint, Participant, Settings, System
-    from cqos_core.packs.meeting import NameProblem, Naming
+    from cqos_core.packs.meeting import NameProblem
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.overlays import Overlays
+    from cqos_core.resolving.parts import Inherited
     from cqos_core.resolving.starts import Starts
 
 
@@ -89,9 +83,10 @@ class Resolver:
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self._uses: set[tuple[str, str]] = set()
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
-        self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
+        self._families: dict[tuple[ResolvedParticipant, tuple[Any, ...]], Family] = {}
+        self._of_rows: dict[RowKind, Family | None] = {}
         self._misread: dict[str, list[str]] = {}
-        self.plainly = Plainly()
+        self.values = EndpointValues(self.reader)
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
                 self._misread.setdefault(note.endpoint, []).append(note.code)
@@ -115,12 +110,6 @@ class Resolver:
         from cqos_core.resolving.starts import Starts
 
         return Starts(self.system)
-
-    @cached_property
-    def bases(self) -> Bases:
-        """What endpoints have in common; it reports nothing."""
-        draft = self._draft()
-        return Bases(draft.reader, draft.bare)
 
     def _draft(self) -> Resolver:
         """Return one for the same system; its findings are not read."""
@@ -175,14 +164,7 @@ class Resolver:
     def alone(self, endpoint: Endpoint, pack: RulePack) -> Resolved:
         """Resolve one stated endpoint with one pack, and leave it out of the result."""
         owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
-        return self._resolved(endpoint, owner, endpoint.id, endpoint.id)
-
-    def bare(
-        self, endpoint: Endpoint, participant: ResolvedParticipant, topic_layers: tuple[Layer, ...]
-    ) -> tuple[QosProfile, tuple[Layer, ...]]:
-        """Return the values and layers of an endpoint without profiles and overlays, with those of its topic."""
-        user = User(endpoint.dialect, endpoint.role, "")
-        return self._resolve(endpoint, "", participant, user, topic_layers, ())
+        return self._resolved(endpoint, self._family(endpoint, owner), endpoint.id, endpoint.id)
 
     def _protocol_of(self, endpoint: Endpoint) -> str | None:
         of_owner = self.system.participants[endpoint.participant].protocol
@@ -202,16 +184,10 @@ class Resolver:
 
     def stated(self, endpoint: Endpoint | Row) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
-        made = self.plainly.resolved(endpoint, self) if self.is_plain and id(endpoint) not in self._facts else None
-        if made is not None:
-            made.id = self._unique(made.id)
-            self.result.endpoints.append(made)
-            return
-        endpoint = as_object(endpoint)
         before = self._noted()
         self._stated(endpoint)
         if self._noted() != before:
-            self.reaching.add(endpoint.id)
+            self.reaching.add(id_of(endpoint))
 
     def again(self, endpoints: Iterable[Endpoint], gone: Iterable[Resolved]) -> list[Resolved]:
         """Resolve endpoints in place of others, and leave them out of the result."""
@@ -231,29 +207,55 @@ class Resolver:
         """How much was noted that is not of one endpoint alone."""
         return self.reader.remarks, len(self._uses), self.overlays.noted if self.system.overlays else 0
 
-    def _stated(self, endpoint: Endpoint) -> None:
-        facts = self._facts.get(id(endpoint))
-        self._joint = self._joint or bool(endpoint.starts_after)
-        self._uses.update([(ref.name, endpoint.role) for ref in endpoint.profiles if ref.name in self.system.profiles])
-        if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
+    def _stated(self, endpoint: Endpoint | Row) -> None:
+        facts = self._facts.get(id(endpoint)) if self._facts else None
+        if facts:
+            endpoint = as_object(endpoint)
+            endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
+        family = self._family_of(endpoint)
+        if family is None:
+            endpoint = as_object(endpoint)
+            self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
+            self.reader.remarks += 1
+            return
+        if family.needs_in_vain:
+            endpoint = as_object(endpoint)
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
             self.reader.say("CQ210", message, place, PUBLISHER, [endpoint.id])
             endpoint = replace(endpoint, needs={})
-        if facts:
-            endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
-        owner = self.owner_of(endpoint)
-        if owner is None:
-            self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
-            self.reader.remarks += 1
+            family = self._family(endpoint, family.owner)
+        stated_id = id_of(endpoint)
+        if not family.expands:
+            self.result.endpoints.append(self._resolved(endpoint, family, self._unique(stated_id), stated_id))
             return
-        for expanded in owner.pack.meeting.expand(endpoint):
-            self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
+        for each in family.owner.pack.meeting.expand(as_object(endpoint)):
+            part = self._family(each, family.owner)
+            self.result.endpoints.append(self._resolved(each, part, self._unique(each.id), stated_id))
 
-    @cached_property
-    def is_plain(self) -> bool:
-        """Whether nothing of the whole system changes what its endpoints state."""
-        return not (self.asked or self._misread or self.system.overlays or self.system.profiles)
+    def _family_of(self, endpoint: Endpoint | Row) -> Family | None:
+        """Return the family of an endpoint as its pack sees it; None without a pack."""
+        if type(endpoint) is tuple:
+            kind = endpoint[0]
+            try:
+                return self._of_rows[kind]
+            except KeyError:
+                found = self._of_rows[kind] = self._family_of(kind.endpoint)
+                return found
+        owner = self.owner_of(endpoint)  # type: ignore[arg-type]
+        return None if owner is None else self._family(endpoint, owner)  # type: ignore[arg-type]
+
+    def _family(self, endpoint: Endpoint, owner: ResolvedParticipant) -> Family:
+        key = (owner, alike(endpoint))
+        found = self._families.get(key)
+        if found is None:
+            found = keep(self._families, key, Family(endpoint, owner))
+            self._joint = self._joint or bool(endpoint.starts_after)
+            of_system = [ref.name for ref in endpoint.profiles if ref.name in self.system.profiles]
+            self._uses.update([(name, endpoint.role) for name in of_system])
+        if endpoint.needs and not owner.pack.needs:
+            self.reader.remarks += 1
+        return found
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
@@ -278,17 +280,15 @@ class Resolver:
 
     # Topics
 
-    def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
-        if endpoint.topic is None:
-            return None
-        context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
-        naming = named(endpoint.topic, participant.pack, *context)
+    def _name(self, endpoint: Endpoint | Row, topic: str, family: Family) -> Naming:
+        naming = family.named(topic)
         for problem in naming.problems:
-            self._name_problems.setdefault((problem, naming.shown, participant.pack.id), []).append(endpoint)
+            key = problem, naming.shown, family.owner.pack.id
+            self._name_problems.setdefault(key, []).append(as_object(endpoint))
             self.reader.remarks += 1
         return naming
 
-    def of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
+    def _of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
         """Topic-level layers, nearest first, and whether the topic is external."""
         of_topic = conventions if len(naming.key or "") <= MOST_LETTERS else conventions.__wrapped__
         if not self.system.topics:
@@ -303,13 +303,8 @@ class Resolver:
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
                 settings, unread = self.reader.recognise(
-                    pack,
-                    ("topic",),
+                    Whose(pack, (TOPIC,), pack.dialects.get("yaml"), f"topic `{stated.name}`", TOPIC, [stated.name]),
                     stated.settings,
-                    pack.dialects.get("yaml"),
-                    f"topic `{stated.name}`",
-                    "topic",
-                    [stated.name],
                 )
                 layers.append(Layer("topic", settings, unread=unread))
                 external = external or stated.external
@@ -322,80 +317,67 @@ class Resolver:
         self, endpoint: Endpoint, owner: Participant, pack: RulePack, identifier: str, stated_id: str
     ) -> Resolved:
         """Resolve one endpoint with one pack, under the given id; see `Resolved` for the two ids."""
-        resolved = self._resolved(endpoint, self.participants.resolved(owner, pack), identifier, stated_id)
+        family = self._family(endpoint, self.participants.resolved(owner, pack))
+        resolved = self._resolved(endpoint, family, identifier, stated_id)
         self.reader.finish()
         return resolved
 
-    def _resolved(
-        self, endpoint: Endpoint, participant: ResolvedParticipant, identifier: str, stated_id: str
-    ) -> Resolved:
-        pack, owner = participant.pack, participant.participant
-        naming = self._name(endpoint, participant)
-        topic_layers, topic_external = (
-            ((), False) if naming is None else self.of_topic(endpoint.topic or "", naming, pack)
-        )
-        overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
-        found = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
-        external = endpoint.external or owner.external or topic_external
-        made = without_values(endpoint, participant, naming, identifier, stated_id, external)
-        if isinstance(found, Draft):
-            made.draft = found
+    def _resolved(self, endpoint: Endpoint | Row, family: Family, identifier: str, stated_id: str) -> Resolved:
+        topic = endpoint[2] if type(endpoint) is tuple else endpoint.topic  # type: ignore[union-attr]
+        owner, external = family.owner, family.external
+        system, naming = self.system, None
+        problems: tuple[NameProblem, ...] = ()
+        topic_layers: tuple[Layer, ...] = ()
+        plain = None if system.topics else family.plain_name(topic)
+        if plain is not None:
+            naming = Naming(plain, plain)
+        elif topic is not None:
+            naming = self._name(endpoint, topic, family)
+            problems = naming.problems
+            if system.topics or (naming.key is not None and family.conventions.may_match(naming.key)):
+                topic_layers, elsewhere = self._of_topic(topic, naming, owner.pack)
+                external = external or elsewhere
+        inherited = family.inherited
+        if inherited is None or topic_layers:
+            inherited = self._inherited(endpoint, family, naming, topic_layers)
+        settings, is_taken = self.values.own(inherited, endpoint)
+        made = Resolved.of(endpoint, owner, naming, identifier, stated_id, external=external)
+        overlays = self._covering(endpoint, naming, owner) if system.overlays else ()
+        if is_taken and not overlays:
+            made.parts = tuple.__new__(ProfileParts, (inherited, settings, topic_layers))  # twice as fast
         else:
-            made.profile, made.layers = found
-            made.draft = None
-        if names := (*endpoint.starts_after, *owner.starts_after):
-            made.starts_after = self._starts.before(names)
-        if misread := self._misread.get(stated_id):
+            lay = partial(self.overlays.lay, overlays, owner, observed=family.endpoint.observed) if overlays else None
+            laid = self.values.laid(inherited, settings, overlays, lay)
+            made.parts, made.profile, made.layers = None, laid.profile, laid.layers + topic_layers
+            if laid.remarks:
+                self.reader.repeat(laid.remarks, made.endpoint, identifier)
+        if family.starts_after:
+            made.starts_after = self._starts.before(family.starts_after)
+        if self._misread and (misread := self._misread.get(stated_id)):
             # What the reader of its file reports as wrong may have set anything.
             made.profile = made.profile.with_values({}, beside=misread)
-        if naming is not None and naming.problems:
-            wrong = [each.code for each in naming.problems if each.severity == "error"]
+        if problems:
+            wrong = [each.code for each in problems if each.severity == "error"]
             made.profile = made.profile.with_values({}, refused=wrong)
         return made
 
-    def _profile_of(
-        self,
-        endpoint: Endpoint,
-        participant: ResolvedParticipant,
-        naming: Naming | None,
-        topic_layers: tuple[Layer, ...],
-        overlays: tuple[int, ...],
-        identifier: str,
-    ) -> Draft | tuple[QosProfile, tuple[Layer, ...]]:
-        """The values of an endpoint and their layers, or a draft; those of an equal one, if nothing had to be said of it."""
-        room = room_of(endpoint, participant)
-        if topic_layers:
-            room = (*room, tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]))
-        by_topic = bool(self.system.profiles) and self.profiles.by_topic
-        alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
-        if alone:
-            # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
-            read = None if endpoint.overlay else self.bases.read(room, endpoint, participant, topic_layers)
-            if isinstance(read, Draft):
-                return read
-            if read is None:
-                read = READ.get((room, *endpoint.said()))
-            if read is not None:
-                return (read[0], read[1] + topic_layers) if topic_layers else read
-        by_topic = by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
-        user = User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
-        stated = (room, *endpoint.said())
-        signature = (
-            *stated,
-            *(overlays, id(topic_layers), user),
-            tuple([(ref.name, ref.scope) for ref in endpoint.profiles]),
-            tuple([(name, setting.text, setting.unknown) for name, setting in endpoint.needs.items()]),
-        )
-        shared = self._shared.get(signature)
-        if shared is None:
-            before = self.reader.remarks
-            own = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
-            shared = own[0], own[1] + topic_layers
-            if self.reader.remarks == before:
-                self._shared[signature] = shared
-                if alone:
-                    remember(READ, stated, own)
-        return shared
+    def _inherited(
+        self, endpoint: Endpoint | Row, family: Family, naming: Naming | None, topic_layers: tuple[Layer, ...]
+    ) -> Inherited:
+        """What an endpoint has before its own settings."""
+        before, like, by_topic, profiles = self.reader.remarks, family.endpoint, False, None
+        if like.profiles:
+            by_topic = self.profiles.by_topic or any(ref.scope.by_topic for ref in like.profiles)
+            user = User(like.dialect, like.role, naming.shown if naming is not None and by_topic else "")
+            profiles = self.profiles, user
+        asked = family.owner.pack.asked | self.asked.get(id(family.owner.pack), frozenset())
+        found = self.values.inherited(as_object(endpoint), family.owner, topic_layers, asked, profiles)
+        if not topic_layers and not by_topic and self.reader.remarks == before:
+            family.inherited = found
+        return found
+
+    def _covering(self, endpoint: Endpoint | Row, naming: Naming | None, owner: ResolvedParticipant) -> tuple[int, ...]:
+        return tuple(self.overlays.covering(as_object(endpoint), naming, owner))
 
     def _unique(self, identifier: str) -> str:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
@@ -405,113 +387,6 @@ class Resolver:
             unique, number = f"{identifier}~{number}", number + 1
         self.ids.add(unique)
         return unique
-
-    def _resolve(
-        self,
-        endpoint: Endpoint,
-        identifier: str,
-        participant: ResolvedParticipant,
-        user: User,
-        topic_layers: tuple[Layer, ...],
-        overlays: tuple[int, ...],
-    ) -> tuple[QosProfile, tuple[Layer, ...]]:
-        pack = participant.pack
-        owner = f"{endpoint.role} `{identifier}`"
-        own = self._own_layers(endpoint, identifier, participant, user, owner)
-        written = own[1]
-        layers, possible = (
-            self.overlays.lay(own, overlays, participant, observed=endpoint.observed) if overlays else (own, {})
-        )
-        needs = self._needs(endpoint, pack, owner, identifier)
-        values: list[Any] = []
-        words: list[WrittenValue | None] = [None] * len(pack.policies)
-        asked = pack.asked | self.asked.get(id(pack), frozenset())
-        readings = {
-            ENDPOINT: ValueSource(
-                endpoint.role,
-                tuple(layers),
-                participant.values,
-                pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml")),
-                owner,
-                endpoint.place,
-                endpoint.observed,
-                identifier,
-            ),
-            NEED: ValueSource(endpoint.role, (needs,), {}, None, owner, endpoint.place, member=identifier),
-            TOPIC: ValueSource(endpoint.role, topic_layers, participant.values, None, f"topic `{endpoint.topic}`"),
-        }
-        extra = {when: replace(readings[ENDPOINT], layers=(*more, *layers)) for when, more in possible.items()}
-        stated = {index for layer in (*layers, needs, *topic_layers) if not layer.assumed for index in layer.settings}
-        stated |= {index for reading in extra.values() for layer in reading.layers for index in layer.settings}
-        for index, policy in enumerate(pack.policies):
-            reading = readings.get(policy.level)
-            if reading is None:
-                values.append(participant.values[index])
-            elif index not in stated:
-                values.append(self._unstated(index, reading, participant, endpoint))
-            else:
-                if policy.level == ENDPOINT and endpoint.role not in policy.roles:
-                    self.reader.without_effect(policy, written.settings.get(index), owner, endpoint.role, identifier)
-                value = self.reader.value(pack, index, reading)
-                for when, there in extra.items() if policy.level == ENDPOINT else ():
-                    if any(index in layer.settings for layer in possible[when]):
-                        value = either(participant, when, self.reader.value(pack, index, there), value)
-                values.append(value)
-                if index in asked:
-                    words[index] = how_written(policy, index, reading.layers)
-        beside = [layer._replace(overlay="may_hold") for extra in possible.values() for layer in extra]
-        found = (*beside, *layers, needs)
-        unread = tuple(code for layer in (*found, *topic_layers) for code in layer.unread)
-        return intern(pack, (*values, *words), (*participant.surroundings.unread, *unread)), found
-
-    def _own_layers(
-        self, endpoint: Endpoint, identifier: str, participant: ResolvedParticipant, user: User, owner: str
-    ) -> list[Layer]:
-        """What is stated for an endpoint, the strongest first: an overlay, its own settings, profiles, the base preset."""
-        pack = participant.pack
-        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
-        overlay, overlay_unread = self.reader.recognise(
-            pack, (ENDPOINT,), endpoint.overlay, dialect, f"overlay of {owner}", endpoint.role, [identifier]
-        )
-        explicit, unread = self.reader.recognise(
-            pack, (ENDPOINT,), endpoint.settings, dialect, owner, endpoint.role, [identifier]
-        )
-        type_index = pack.find(ENDPOINT, "type")
-        if endpoint.type is not None and type_index is not None:
-            explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
-        layers = [
-            Layer("overlay", overlay, here=True, unread=overlay_unread),
-            Layer("explicit", explicit, here=True, unread=unread),
-            *(self.profiles.layers(endpoint.profiles, pack, user, participant) if endpoint.profiles else ()),
-        ]
-        if pack.base_preset is not None and not endpoint.observed:
-            layers.append(base_layer(pack, pack.base_preset))
-        return layers
-
-    def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
-        """What the application of an endpoint needs, as far as the pack gives such guarantees."""
-        if not pack.needs:
-            self.reader.remarks += len(endpoint.needs)
-            return Layer("explicit", {})
-        found, unread = self.reader.recognise(
-            pack, (NEED,), endpoint.needs, None, f"`needs` of {owner}", endpoint.role, [identifier]
-        )
-        for index, stated in found.items():
-            word = next((name for name, (at, _) in pack.needs.items() if at == index), None)
-            if word is not None and word not in pack.guaranteed:
-                message = f"{owner} needs {word}, and {pack.title} says nothing about it: it was not compared"
-                self.reader.say("CQ211", message, stated.setting.place, endpoint.role, [identifier])
-        return Layer("explicit", found, unread=unread)
-
-    def _unstated(
-        self, index: int, reading: ValueSource, participant: ResolvedParticipant, endpoint: Endpoint
-    ) -> Value:
-        """The value of a policy that is not stated for an endpoint: the same for all endpoints of like participants."""
-        known = participant.surroundings.unstated
-        key = (index, endpoint.role, endpoint.observed, endpoint.dialect)
-        if key not in known:
-            known[key] = self.reader.value(participant.pack, index, reading)
-        return known[key]
 
 
 def resolve(

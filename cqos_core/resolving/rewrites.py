@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.model.system import Broker, Endpoint, Participant, Room, Setting
     from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Layer, Resolved, Stated
+    from cqos_core.resolving.layers import Layer, Stated
+    from cqos_core.resolving.resolved import Resolved
 
 
 def edits_of(endpoints: Iterable[Resolved], index: int, value: Plain) -> tuple[Edit, ...]:
@@ -53,8 +54,10 @@ def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
     at = next((number for number, each in enumerate(layers) if index in each.settings), len(layers))
     layer = layers[at] if at < len(layers) else None
     if policy.level == NEED:
-        needed = None if layer is None else layer.settings[index]
-        return None if needed is None else _changed(policy, needed.name, needed.setting, None, value)
+        if layer is None:
+            return None
+        needed = layer.settings[index]
+        return _changed(policy, needed.name, _own(endpoint, layer, needed) or needed.setting, None, value)
     if (edit := _restated(endpoint, policy, layers[: at + 1], value)) is not None:
         return edit
     if layer is not None and (
@@ -122,12 +125,16 @@ def _replacing(endpoint: Resolved, policy: Policy, layer: Layer, stated: Stated,
     name = f"{stated.name}.{stated.field}" if stated.field else stated.name
     if not layer.here:
         return _changed(policy, name, stated.setting, _dialect(endpoint, layer.dialect), value)
-    own = endpoint.endpoint.overlay if layer.origin == "overlay" else endpoint.endpoint.settings
-    setting = own.get(stated.name)
+    setting = _own(endpoint, layer, stated)
     if setting is None:
         return None  # the type, which an endpoint names apart from its settings
     text = replace(setting, text=stated.setting.text)
     return _changed(policy, name, text, _dialect(endpoint, endpoint.endpoint.dialect), value)
+
+
+def _own(endpoint: Resolved, layer: Layer, stated: Stated) -> Setting | None:
+    """Return the setting of an endpoint's own behind what a layer states."""
+    return getattr(endpoint.endpoint, layer.here).get(stated.name) if layer.here else None
 
 
 def _dialect(endpoint: Resolved, name: str) -> Dialect | None:

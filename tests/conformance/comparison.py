@@ -17,7 +17,7 @@ from cqos_ros2.pack import PACK as ROS2_PACK
 
 if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
     from tests.conformance.cyclone import Answer, Cyclone
 
 Settings = Mapping[str, str]

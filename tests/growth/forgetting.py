@@ -10,17 +10,16 @@ from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_ve
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
-from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
+from cqos_core.resolving import compared, endpoint_values, facts, families, participants, parts, profiles, qos_profile
 from cqos_core.resolving.reader import _plain_remembered
 
 
 def forget() -> None:
     """Forget all of it."""
-    known = (resolved.READ, resolved._PROFILES, plainly._NAMED, participants._SURROUNDINGS)
+    known = (parts.READ, qos_profile._PROFILES, families._NAMED, participants._SURROUNDINGS)
     of_settings = (
-        resolved._FRAMES,
-        bases._BASES,
-        bases._OVERRIDES,
+        qos_profile._FRAMES,
+        endpoint_values._SETTINGS,
         memory_module._NUMBERED,
         pair_outcomes._OUTCOMES,
         pair_verdicts._READY,
@@ -57,7 +56,7 @@ def forget() -> None:
             pair_verdicts._over_both,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
-        *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
+        *(qos_profile._deciding, qos_profile._options, qos_profile._treated_as, _plain_remembered),
         *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
     ):
         remembered.cache_clear()

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
+from gc import collect
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
+from weakref import ref
 
 import pytest
 
 from cqos_core.language import answers
 from cqos_core.language.compiled import Common, Question, compiled
+from cqos_core.language.domains import Text
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
 from cqos_core.matching import derived_guarantees, rule_set
@@ -33,7 +36,7 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
-from cqos_core.resolving.resolved import _PROFILES, READ, intern
+from cqos_core.resolving.qos_profile import _PROFILES, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
@@ -46,7 +49,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 PACKS: Final = (any_rules(150), POST, DDS, MQTT, ROS2)
 SEEDS: Final = 40 if EXPLORE else 1
@@ -321,6 +324,18 @@ def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
                         assert said is None or (said.unknown and said.failed is None)
 
 
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_a_profile_is_kept_as_long_as_it_is_used(pack):
+    one, *_ = profiles(pack, 0)
+    index = next(at for at, policy in enumerate(pack.policies) if isinstance(policy.domain, Text))
+    new = one.with_values({index: "x" * 20_000})
+    assert one.with_values({index: "x" * 20_000}) is new
+    gone = ref(new)
+    del new
+    collect()
+    assert gone() is None
+
+
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
@@ -331,7 +346,6 @@ def test_a_profile_with_values_of_another_is_the_one_with_all_these_values(pack,
         every = range(len(profile.values))
         for changed in (random.sample(every, random.randint(0, 5)) for _ in range(20)):
             values = tuple((other if at in changed else profile).values[at] for at in every)
-            READ.clear()
             _PROFILES.clear()
             made = profile.with_values({at: values[at] for at in changed})
             assert intern(pack, values, profile.beside, profile.refused) is made

@@ -66,7 +66,7 @@ def test_a_report_on_a_pair_depends_on_no_pair_before() -> None:
     assert of_pairs(PAIRS) == in_new_process("of_pairs", PAIRS)
 
 
-@pytest.mark.xfail(strict=True, reason="values that are long texts are kept with the profiles that have them")
+@pytest.mark.xfail(strict=True, reason="what rules say of profiles is kept with these, also of those with long texts")
 def test_what_is_longer_than_people_write_is_not_remembered() -> None:
     def check_long(number: int) -> None:
         long = f"{number}{'x' * 20_000}"

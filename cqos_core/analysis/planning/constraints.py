@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Values
     from cqos_core.matching.pairing import MatchedTopic
     from cqos_core.packs.bound_rule import BoundRule
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 
 @dataclass(slots=True, eq=False)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.planning.plan import CheckedSystem, PlannedChange, RepairPlan
     from cqos_core.language.values import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic, TopicKey
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
 _MOST_PAIRS: Final = 20
 """Bounds are listed for so many pairs, and compared for so many pairs of groups of one change."""

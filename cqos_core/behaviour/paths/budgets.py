@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.timing import StatedLink
     from cqos_core.packs.costs import Framing, MessageFraming
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 _SECOND: Final = 1_000_000_000
 _IP: Final = 20

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.paths.budgets import Stream
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.qos_profile import QosProfile
 
     Profiles = Mapping[int, QosProfile]
 

@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.packs import Policy, RulePack, Value
-    from cqos_core.resolving.resolved import QosProfile, Resolved
+    from cqos_core.resolving.qos_profile import QosProfile
+    from cqos_core.resolving.resolved import Resolved
 
 Client = tuple[tuple[str, "QosProfile"], ...]
 """The subscriptions of one client: filter and values of each."""

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
-    from cqos_core.resolving.resolved import Layer, Resolved
+    from cqos_core.resolving.layers import Layer
+    from cqos_core.resolving.resolved import Resolved
 
 PROTOCOL: Final = "ros2"
 QOS: Final = (
