@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explain_ends, explained
 from cqos_core.language.domains import SettingValue, as_text
-from cqos_core.matching.pair_verdicts import PairEnd, verdict
+from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
@@ -117,7 +117,7 @@ class StatedPairs:
         """Return the verdict of two sides."""
         if offer.end is None or request.end is None:
             return self.report(offer, request).verdict
-        return verdict(offer.end, request.end)
+        return outcome(offer.end, request.end).verdict
 
     def report(self, offer: _Side, request: _Side) -> PairReport:
         """Return the report on two sides; of known ones all but the verdict is found out when it is read."""
@@ -128,7 +128,7 @@ class StatedPairs:
         if found is None:
             if len(_REPORTS) >= _MOST_REPORTS:
                 _REPORTS.clear()
-            found = _REPORTS[key] = self._lazy(verdict(offer.end, request.end), offer, request)
+            found = _REPORTS[key] = self._lazy(outcome(offer.end, request.end).verdict, offer, request)
         return found
 
     def _lazy(self, found: Verdict, offer: _Side, request: _Side) -> PairReport:
@@ -174,7 +174,7 @@ class StatedPairs:
             self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
-        return self._lazy(verdict(offer.end, request.end), offer, request)
+        return self._lazy(outcome(offer.end, request.end).verdict, offer, request)
 
     def _resolved(self, side: _Side, role: Role) -> bool:
         """Resolve a new side by what resolved another one; return whether it is known, as nothing had to be said of it."""
@@ -186,7 +186,8 @@ class StatedPairs:
         if role in self._drafts:
             draft = resolver.bases.redrafted(*self._drafts[role], side.stated)
             if draft is not None:
-                side.end = PairEnd(draft.base.profile, role, draft)
+                like = draft.base.profile
+                side.end = PairEnd(kind_of(like, role, False), like, draft)
                 return True
         self._left -= 1
         before = resolver.reader.remarks
@@ -201,7 +202,7 @@ class StatedPairs:
         """Keep what was resolved of a side; others may be put together from its draft."""
         if isinstance(end.draft, Draft):
             self._drafts[role] = end.draft, end
-        side.end = PairEnd(end.like, role, end.draft)
+        side.end = PairEnd(kind_of(end.like, role, False), end.like, end.draft)
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -358,7 +359,7 @@ class PairJudge:
                 and (offer.end is not None and request.end is not None)
                 and (offer.spelt_alike(offered) and request.spelt_alike(requested))
             ):
-                return verdict(offer.end, request.end)
+                return outcome(offer.end, request.end).verdict
         side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
         return self._pairs.verdict(side, self._requested(requested))
 

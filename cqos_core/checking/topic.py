@@ -13,7 +13,7 @@ from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
-from cqos_core.matching.pair_outcomes import NOTHING, reporting_rules
+from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import bridges_of, group
 from cqos_core.matching.topic_shape import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
@@ -90,17 +90,12 @@ def check_topic(
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     team = checks.get(id(endpoints[0].pack)) if checks else None
-    short = reporting_rules(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
-    if short is None or (acceptances and short[1] != NOTHING):
+    outcomes = outcome_of(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
+    if outcomes is None or (acceptances and outcomes is not QUIET):
         topic = settled(endpoints, acceptances)
         found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
         found.topic = topic
         return found
-    known, reports = short
-    outcomes = known.results.get(reports)
-    if outcomes is None:
-        outcomes = judge_shape(settled(endpoints, acceptances).shape)
-        known.keep(reports, outcomes)
     one, other = endpoints
     ends = (one, other) if one.kin.role == PUBLISHER else (other, one)
     found = TopicResult(ends, outcomes, acceptances, team, is_pair=True)

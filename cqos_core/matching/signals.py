@@ -6,12 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.evaluate import Signal
 from cqos_core.language.relation import positions
-from cqos_core.matching.judge import (
-    Violation,
-    ask,
-    signal_rules,
-    speaking_of,
-)
+from cqos_core.matching.judge import Violation, about_one, ask, speaking_of
 from cqos_core.matching.outline import Outline
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -25,7 +20,7 @@ if TYPE_CHECKING:
 
 def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outline[int]]:
     """Yield what the rules over topics say; ``met_by`` has per publisher group the subscriber groups it meets, as bits."""
-    rules = signal_may_report(shape)
+    rules = _may_report(shape)
     for publishers, subscribers in _parts(shape, met_by) if rules else ():
         for bound in rules:
             within = {use.second for use in bound.bound.aggregate_uses}
@@ -41,15 +36,18 @@ def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outlin
                 yield outline
 
 
-def signal_may_report(shape: TopicShape) -> Sequence[BoundRule]:
+def _may_report(shape: TopicShape) -> Sequence[BoundRule]:
     """Return the rules over topics that may report; of several groups on one side, which may differ, all."""
-    rules = signal_rules(shape.pack)
+    signals = shape.pack.by_scope.get("signal", ())
     if max(len(shape.publishers), len(shape.subscribers)) > 1:
-        return rules.rules
+        return signals
     found = 0
-    for alike in (*shape.publishers, *shape.subscribers):
-        found |= rules.that_report(alike.profile, alike.profile)
-    return [rules.rules[position] for position in positions(found)]
+    for role in (PUBLISHER, SUBSCRIBER):
+        for alike in shape.side(role):
+            rules = about_one(shape.pack, role, alike.observed)
+            reporting = rules.that_report(alike.profile, alike.profile, rules.bits["signal"])
+            found |= reporting >> len(rules.rules) - len(signals)
+    return [signals[position] for position in positions(found)]
 
 
 def _parts(shape: TopicShape, met_by: Sequence[int]) -> list[tuple[list[int], list[int]]]:

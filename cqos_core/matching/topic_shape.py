@@ -19,32 +19,29 @@ from cqos_core.language.relation import positions, related
 from cqos_core.matching.classes import Class, Classes, classes
 from cqos_core.matching.judge import (
     Violation,
+    about_one,
     already_reported,
     ask,
-    is_silent,
     judge_endpoint,
-    meeting_rules,
     needs_misread,
     of_end,
-    pair_rules,
+    over_both,
     passed_over,
     read_in_worlds,
     undecided_meeting,
-    undecided_meetings,
     undecided_of,
     verdict_by,
 )
 from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_may_report, signal_outlines
+from cqos_core.matching.signals import signal_outlines
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
@@ -92,6 +89,11 @@ class ShapeResult(NamedTuple):
     kept_apart: tuple[Apart, ...]
     rows: tuple[Row, ...]
     outlines: tuple[Outline[int], ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of one group and another one; of two that never meet it is unknown."""
+        return self.rows[0].verdict if self.rows else Verdict.UNKNOWN
 
 
 def judge_shape(shape: TopicShape) -> ShapeResult:
@@ -143,13 +145,16 @@ def _judge(shape: TopicShape) -> ShapeResult:
         return QUIET
     outlines: _Outlines = {}
     both = shape.publishers and shape.subscribers
-    pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    reporting = _may_report(shape) if both else 0
+    pairs = (
+        _met(shape, reporting) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    )
     if both:
         _end_segments(shape, pairs)
-        _undecided_meetings(shape, pairs, outlines)
+        _undecided_meetings(shape, reporting, pairs, outlines)
     _signal_rules(shape, pairs, outlines)
     if both:
-        _pair_rules(shape, pairs, outlines)
+        _pair_rules(shape, reporting, pairs, outlines)
     said = (*outlines.values(), *_endpoint_rules(shape))
     return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
 
@@ -159,10 +164,8 @@ def _is_quiet(shape: TopicShape) -> bool:
     (offering,), (requesting,) = shape.publishers, shape.subscribers
     publisher, subscriber = offering.profile, requesting.profile
     return (
-        not meeting_rules(shape.pack).that_report(publisher, subscriber)
-        and not pair_rules(shape.pack).that_report(publisher, subscriber)
-        and not (subscriber.needs or _assuming(shape))
-        and not signal_may_report(shape)
+        not over_both(shape.pack).that_report(publisher, subscriber)
+        and not subscriber.needs
         and _end_is_quiet(offering, PUBLISHER)
         and _end_is_quiet(requesting, SUBSCRIBER)
     )
@@ -170,13 +173,8 @@ def _is_quiet(shape: TopicShape) -> bool:
 
 def _end_is_quiet(alike: Alike, role: str) -> bool:
     profile = alike.profile
-    return not (
-        alike.carried
-        or alike.wired
-        or profile.unread
-        or profile.refused
-        or not is_silent(profile, role, alike.observed)
-    )
+    unusual = alike.carried or alike.wired or profile.unread or profile.refused
+    return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
 
 
 QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
@@ -186,7 +184,8 @@ QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ()
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
     """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
     sides = (tuple(Alike(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
-    return _met(TopicShape(pack, *sides)).met
+    shape = TopicShape(pack, *sides)
+    return _met(shape, _may_report(shape)).met
 
 
 _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
@@ -195,14 +194,32 @@ _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
 # Pairs
 
 
-def _met(shape: TopicShape) -> _Pairs:
+def _may_report(shape: TopicShape) -> int:
+    """Return as bits the rules over both ends that may report: of many combinations all, as each rule sorts them by what it reads."""
+    rules = over_both(shape.pack)
+    if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
+        return (1 << len(rules.rules)) - 1
+    found = 0
+    for first in shape.publishers:
+        for second in shape.subscribers:
+            found |= rules.that_report(first.profile, second.profile)
+    return found
+
+
+def _of_part(shape: TopicShape, reporting: int, part: str) -> Iterator[BoundRule]:
+    """Yield those of the rules that may report that are of a part: meeting conditions, or rules of pairs."""
+    rules = over_both(shape.pack)
+    return (rules.rules[position] for position in positions(reporting & rules.bits[part]))
+
+
+def _met(shape: TopicShape, reporting: int) -> _Pairs:
     """Find which groups form pairs, and what keeps the others apart."""
     everybody = (1 << len(shape.subscribers)) - 1
     native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
     pairs = _Pairs(
         [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
     )
-    for bound in _may_report(shape, meeting_rules(shape.pack)):
+    for bound in _of_part(shape, reporting, "meets"):
         subscribers = classes(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
             apart = Apart(bound, publishers.first.tags, subscribers)
@@ -217,10 +234,13 @@ def _met(shape: TopicShape) -> _Pairs:
     return pairs
 
 
-def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, outlines: _Outlines) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
-    for position in positions(_assuming(shape)):
-        bound = shape.pack.by_scope["meets"][position]
+    assuming = 0
+    for side, groups in enumerate((shape.publishers, shape.subscribers)):
+        for alike in groups:
+            assuming |= read_in_worlds(shape.pack, alike.profile.frame, side)
+    for bound in _of_part(shape, reporting & assuming, "meets"):
         first, second = bound.bound.sides
         offering, requesting = classes(shape.publishers, first), classes(shape.subscribers, second)
         for publishers in offering.each:
@@ -233,31 +253,6 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
-def _assuming(shape: TopicShape) -> int:
-    """Return as bits the meeting conditions that may rest on assumptions."""
-    found = 0
-    for side, groups in enumerate((shape.publishers, shape.subscribers)):
-        for alike in groups:
-            found |= read_in_worlds(shape.pack, alike.profile.frame, side)
-    return found and found & _may_say(shape, undecided_meetings(shape.pack).may_report)
-
-
-def _may_say(shape: TopicShape, of_pair: Callable[[QosProfile, QosProfile], int]) -> int:
-    """Return as bits the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
-    if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
-        return -1
-    found = 0
-    for first in shape.publishers:
-        for second in shape.subscribers:
-            found |= of_pair(first.profile, second.profile)
-    return found
-
-
-def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
-    found = _may_say(shape, rules.that_report) & (1 << len(rules.rules)) - 1
-    return [rules.rules[position] for position in positions(found)]
-
-
 def _sizes(groups: Sequence[Alike]) -> list[int]:
     """The groups whose size has 1, 2, 4, … in it, as bits."""
     found = [0] * max((alike.size.bit_length() for alike in groups), default=0)
@@ -267,11 +262,11 @@ def _sizes(groups: Sequence[Alike]) -> list[int]:
     return found
 
 
-def _pair_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, outlines: _Outlines) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
-    for bound in (*_may_report(shape, pair_rules(shape.pack)), *guarantees):
+    for bound in (*_of_part(shape, reporting, "pair"), *guarantees):
         asked = pairs.met
         if bound.rule.guarantee:
             asked = fitting = fitting or _fitting(pairs)

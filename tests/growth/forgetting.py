@@ -6,7 +6,7 @@ from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
 from cqos_core.language import answers
-from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_verdicts
+from cqos_core.matching import derived_guarantees, judge, pair_outcomes
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.remote import asked
@@ -23,7 +23,7 @@ def forget() -> None:
         bases._OVERRIDES,
         memory_module._NUMBERED,
         pair_outcomes._OUTCOMES,
-        pair_verdicts._READY,
+        pair_outcomes._KINDS,
         derived_guarantees._GIVEN,
         compared.COMPARED,
         asked._PARTS,
@@ -45,16 +45,11 @@ def forget() -> None:
             facts._remembered,
         ),
         *(
-            judge.pair_rules,
-            judge.meeting_rules,
-            judge.undecided_meetings,
-            judge.signal_rules,
-            judge.of_one,
-            judge.refusing_rules,
+            judge.over_both,
+            judge.about_one,
             judge.refusing_values,
             judge.errors_that_read,
             assumed._without_assumption,
-            pair_verdicts._over_both,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),

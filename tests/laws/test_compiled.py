@@ -17,17 +17,14 @@ from cqos_core.matching import derived_guarantees, rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
+    about_one,
     apart,
     ask,
     ask_end,
     judge_endpoint,
     judge_pair,
-    meeting_rules,
-    of_one,
-    pair_rules,
+    over_both,
     passed_over,
-    signal_rules,
-    undecided_meetings,
     verdict_of,
     worst,
 )
@@ -140,7 +137,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 )
 def always(request, monkeypatch):
     """Compile rules for what two profiles have in common, when they are first asked; for all; and never."""
-    forget = (pair_rules, meeting_rules, undecided_meetings, signal_rules, of_one, judge_pair, apart, judge_endpoint)
+    forget = (over_both, about_one, judge_pair, apart, judge_endpoint)
     monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param[0])
     monkeypatch.setattr(rule_set, "_WORTH_COMPILING", request.param[1])
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
@@ -308,14 +305,18 @@ def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 @pytest.mark.usefixtures("always")
 def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
-    rules = signal_rules(pack)
+    signals = pack.by_scope.get("signal", ())
     found = profiles(pack, seed, 12)
     for a in found:
         for b in found:
             sides = [(((each.values, 2),) if each else ()) for each in (a, b if a is not b else None)]
-            kept = [rules.of(each) for each in {a, b}]
-            for position, bound in enumerate(rules.rules):
-                if not any((certain | asked) >> position & 1 for certain, asked in kept):
+            kept = set()
+            for each, role in ((a, "publisher"), (b, "subscriber")):
+                rules = about_one(pack, role, False)
+                reporting = rules.that_report(each, each, rules.bits["signal"])
+                kept |= {id(bound) for at, bound in enumerate(rules.rules) if reporting >> at & 1}
+            for bound in signals:
+                if id(bound) not in kept:
                     for each in (a, b):
                         said = ask(bound, each.values, each.values, Signal(sides[0], sides[1]))
                         assert said is None or (said.unknown and said.failed is None)
