@@ -210,11 +210,11 @@ def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     plain = (*settings, *settings.values())
     try:
         found = known.get(plain)
-        if found is not None and not found.spelt_alike(settings):
-            found = known.get((*plain, *map(type, settings.values())))
     except TypeError:  # a list
-        found = None
-    return found or _new_side(known, settings)
+        return _new_side(known, settings)
+    if found is None or (found.types and not found.spelt_alike(settings)):
+        return known.get((*plain, *map(type, settings.values()))) or _new_side(known, settings)
+    return found
 
 
 def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -334,7 +334,6 @@ class PairJudge:
         """
         _are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
-        self._offers, self._requests = self._pairs.offers, self._pairs.requests
 
     def profile(self, settings: Settings) -> PairProfile:
         """Read what one side states once, for many verdicts of this judge."""
@@ -348,23 +347,10 @@ class PairJudge:
             TypeError: a value is no setting.
             CqosError: a profile is of another judge.
         """
-        if type(offered) is dict and type(requested) is dict:
-            try:
-                offer = self._offers.get((*offered, *offered.values()))
-                request = self._requests.get((*requested, *requested.values()))
-            except TypeError:  # a list
-                offer = request = None
-            if (
-                (offer is not None and request is not None)
-                and (offer.end is not None and request.end is not None)
-                and (offer.spelt_alike(offered) and request.spelt_alike(requested))
-            ):
-                return outcome(offer.end, request.end).verdict
-        side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
-        return self._pairs.verdict(side, self._requested(requested))
-
-    def _requested(self, requested: Settings | PairProfile) -> _Side:
-        return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)
+        pairs = self._pairs
+        offer = self._own(offered).offer if isinstance(offered, PairProfile) else _side(pairs.offers, offered)
+        request = self._own(requested).request if isinstance(requested, PairProfile) else _side(pairs.requests, requested)
+        return pairs.verdict(offer, request)
 
     def _own(self, profile: PairProfile) -> PairProfile:
         if profile.pairs is not self._pairs:
