@@ -5,10 +5,10 @@ from __future__ import annotations
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
-from cqos_core.language import answers
 from cqos_core.matching import derived_guarantees, judge, pair_outcomes
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
+from cqos_core.plugins import load_plugins
 from cqos_core.remote import asked
 from cqos_core.resolving import bases, compared, facts, participants, plainly, profiles, resolved
 from cqos_core.resolving.reader import _plain_remembered
@@ -27,7 +27,6 @@ def forget() -> None:
         derived_guarantees._GIVEN,
         compared.COMPARED,
         asked._PARTS,
-        answers.ANSWERED,
         assumed._PLAIN,
         assumed._RESTING,
     )
@@ -56,3 +55,6 @@ def forget() -> None:
         *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
     ):
         remembered.cache_clear()
+    plugins = load_plugins()
+    for bound in (each for name in plugins.packs if (pack := plugins.pack(name)) for each in pack.judging_rules):
+        bound.bound.memory.clear()

@@ -232,7 +232,7 @@ def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, mon
             for each in itertools.chain(*pack.guaranteed.values()):
                 said = ask(each, a.values, b.values)
                 result = True if said is None else None if each.rule.doubt else said.outcome.result
-                answers.ANSWERED.clear()
+                each.bound.memory.clear()
                 answered = asked.of(each.bound, a.values, b.values)
                 assert (None if answered is False and each.rule.doubt else answered) is result, each.rule.code
                 found[result] += 1

@@ -52,7 +52,9 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
 
 
 ONE_RULE = replace(
-    POST, id="one", rules=(forbids(any_of(offered(CARE) >= "signed"), code="ONE101", name="signed", because="it is so"),)
+    POST,
+    id="one",
+    rules=(forbids(any_of(offered(CARE) >= "signed"), code="ONE101", name="signed", because="it is so"),),
 )
 """A pack with a rule that only the condition itself decides, and that reads all publishers of a topic and nothing else."""
 
