@@ -30,6 +30,7 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
+from cqos_core.packs.guarantee import FAULTS, RESTARTS_IN, Faults
 from cqos_core.resolving.resolved import _PROFILES, READ, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
@@ -60,6 +61,13 @@ def plain(random: Random, policy: Policy) -> Any:
     words = [each for each in TEXTS.get(policy.domain.kind, ()) if can_be(policy, each)]
     known = [policy.domain.parse(each) for each in words] or [*policy.domain.candidates()]
     return random.choice(known)
+
+
+def another(random: Random, policy: Policy) -> Any:
+    """Return a value of a policy, also of a list of faults."""
+    if isinstance(policy.domain, Faults):
+        return tuple(random.sample(FAULTS, random.randrange(len(FAULTS))))
+    return plain(random, policy)
 
 
 def can_be(policy: Policy, text: str) -> bool:
@@ -250,12 +258,14 @@ def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monk
     found = []
     random = Random(seed)  # noqa: S311 - no secrets
     may_change = [at for at, each in enumerate(pack.policies) if each.level != "option"]
+    beside_rules = [pack.vocabulary.indices["need", RESTARTS_IN.name], pack.find("broker", pack.implementation_option)]
+    beside_rules = [at for at in beside_rules if at is not None]
     for opened in (0.0, 0.1):
         _, others = with_much_in_common(random, pack, opened)
         for one, b in itertools.islice(others, 30 if EXPLORE else 2):
-            at = random.choice(may_change)
-            # Most guarantees do not read the one value in which these two differ.
-            for a in (one, one.with_values({at: plain(random, pack.policies[at])})):
+            # Most guarantees do not read the one value in which two of these differ; some rest on it without a rule that reads it.
+            others_at = (random.choice(may_change), *beside_rules)
+            for a in (one, *(one.with_values({at: another(random, pack.policies[at])}) for at in others_at)):
                 for each in derived_guarantees.give(a, b):
                     afresh = derived_guarantees._give(each.word, a, b)
                     given = (each.value, each.lost, each.cells)
