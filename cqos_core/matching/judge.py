@@ -241,6 +241,13 @@ def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FB
     return RuleSet({"endpoint": own, "surroundings": around, "signal": topics}, one=True)
 
 
+def signals_on(profile: QosProfile, role: str, observed: bool) -> int:  # noqa: FBT001 - as the above
+    """Return as bits, in the order of the pack, the rules over topics that may report where an end is on one."""
+    rules = about_one(profile.pack, role, observed)
+    reporting = rules.that_report(profile, profile, rules.bits["signal"])
+    return reporting >> len(rules.rules) - len(profile.pack.by_scope.get("signal", ()))
+
+
 def _of_endpoint(pack: RulePack, role: str, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
     """Yield the rules about an endpoint by itself."""
     for bound in pack.by_scope.get("endpoint", ()):
