@@ -15,6 +15,7 @@ from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
+from cqos_core.matching.hits import Hit
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
@@ -24,11 +25,10 @@ from cqos_core.matching.judge import (
     of_end,
     undecided_meeting,
 )
-from cqos_core.matching.outline import Outline
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.matching.topic_shape import QUIET
+from cqos_core.matching.topic_outcomes import QUIET
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -299,14 +299,14 @@ class _Pair:
         )
         undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
         drafts = [
-            Outline(spoken, {ends[0]: None}, {ends[1]: None}, 1)
+            Hit(spoken, {ends[0]: None}, {ends[1]: None}, 1)
             for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
             if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
         ]
         for members in ends:
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
                 if not spoken.unknown or spoken.failed is not None:
-                    drafts.append(Outline(spoken))
+                    drafts.append(Hit(spoken))
                     drafts[-1].side(members.first.role)[members] = None
         found += (one.finding for one in one_per_cause([make(topic, draft) for draft in drafts]))
         if reasons:

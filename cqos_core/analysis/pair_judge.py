@@ -349,7 +349,9 @@ class PairJudge:
         """
         pairs = self._pairs
         offer = self._own(offered).offer if isinstance(offered, PairProfile) else _side(pairs.offers, offered)
-        request = self._own(requested).request if isinstance(requested, PairProfile) else _side(pairs.requests, requested)
+        request = (
+            self._own(requested).request if isinstance(requested, PairProfile) else _side(pairs.requests, requested)
+        )
         return pairs.verdict(offer, request)
 
     def _own(self, profile: PairProfile) -> PairProfile:

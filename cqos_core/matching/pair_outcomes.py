@@ -1,7 +1,7 @@
 """What rules say of one publisher and one subscriber that are alone on their topic, as most are, and so the verdict of the two.
 
 Functions over values tell which rules may report: one for those over both ends, and one for those about an end, which is asked once.
-Where the same rules report, and those that are not certain read equal values, a topic comes to the same: `cqos_core.matching.topic_shape`
+Where the same rules report, and those that are not certain read equal values, a topic comes to the same: `cqos_core.matching.topic_outcomes`
 works that out once.
 """
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import about_one, over_both
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.topic_shape import QUIET, judge_shape
+from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.compiled import Compiled, Reporting
     from cqos_core.matching.rule_set import RuleSet
-    from cqos_core.matching.topic_shape import ShapeResult
+    from cqos_core.matching.topic_outcomes import TopicOutcome
     from cqos_core.resolving.resolved import QosProfile, Resolved, Unmade
 
 _MOST_OUTCOMES: Final = 1_000
@@ -103,7 +103,7 @@ class _Outcomes(NamedTuple):
     """
 
     reporting: Reporting
-    results: dict[object, ShapeResult]
+    results: dict[object, TopicOutcome]
     inexact: int
     read: dict[int, _Read]
 
@@ -121,11 +121,11 @@ def _outcomes(publisher: EndKind, subscriber: EndKind, *, at_once: bool) -> _Out
     for each in (publisher, subscriber):
         inexact |= ((1 << len(each.rules.rules)) - 1 & ~each.function.exact) << each.shift
     of_profiles = (code for each in (publisher, subscriber) for code in (*each.like.unread, *each.like.refused))
-    results: dict[object, ShapeResult] = {} if any(of_profiles) else {0: QUIET}
+    results: dict[object, TopicOutcome] = {} if any(of_profiles) else {0: QUIET}
     return keep(_OUTCOMES, (publisher, subscriber), _Outcomes(function.reporting, results, inexact, {}))
 
 
-def outcome(publisher: PairEnd, subscriber: PairEnd) -> ShapeResult:
+def outcome(publisher: PairEnd, subscriber: PairEnd) -> TopicOutcome:
     """Return what a topic with these two ends comes to; they need nothing, and take no values from each other."""
     kinds = publisher.kind, subscriber.kind
     known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=True)
@@ -134,7 +134,7 @@ def outcome(publisher: PairEnd, subscriber: PairEnd) -> ShapeResult:
     return known.results.get(bits) or _result(known, bits, publisher, subscriber)
 
 
-def _result(known: _Outcomes, bits: int, publisher: PairEnd, subscriber: PairEnd) -> ShapeResult:
+def _result(known: _Outcomes, bits: int, publisher: PairEnd, subscriber: PairEnd) -> TopicOutcome:
     key: object = bits
     left = bits & known.inexact
     if left:
@@ -169,7 +169,7 @@ def _read(left: int, publisher: EndKind, subscriber: EndKind) -> _Read:
     return tuple(found[0]), tuple(found[1])
 
 
-def outcome_of(one: Resolved, other: Resolved) -> ShapeResult | None:
+def outcome_of(one: Resolved, other: Resolved) -> TopicOutcome | None:
     """Return what a topic with these two endpoints alone comes to.
 
     None where they are no such pair, and before there are enough like them for functions.

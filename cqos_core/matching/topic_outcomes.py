@@ -1,4 +1,4 @@
-"""A topic as rules see it: groups of endpoints on both sides, without names. Results of a shape are cached.
+"""What rules say of a topic: of groups of endpoints on both sides, without names. Outcomes of a shape are cached.
 
 A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
 endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
@@ -17,6 +17,7 @@ from cqos_core.language import relation
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
 from cqos_core.matching.classes import Class, Classes, classes
+from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, OfEnds, called, reach
 from cqos_core.matching.judge import (
     Violation,
     about_one,
@@ -32,9 +33,8 @@ from cqos_core.matching.judge import (
     undecided_of,
     verdict_by,
 )
-from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_outlines
+from cqos_core.matching.signals import signal_hits
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -63,7 +63,7 @@ class Apart:
     bound: BoundRule
     tags: frozenset[int]
     subscribers: Classes
-    hits: dict[int, int] = field(default_factory=dict)
+    missed: dict[int, int] = field(default_factory=dict)
 
 
 class Row(NamedTuple):
@@ -75,20 +75,20 @@ class Row(NamedTuple):
     codes: tuple[str, ...]
 
 
-class ShapeResult(NamedTuple):
+class TopicOutcome(NamedTuple):
     """What rules say of a shape.
 
     Attributes:
         met: per publisher group, the subscriber groups it meets, as bits.
         kept_apart: what keeps which groups from each other.
         rows: all pairs.
-        outlines: of its findings.
+        hits: what rules report.
     """
 
     met: tuple[int, ...]
     kept_apart: tuple[Apart, ...]
     rows: tuple[Row, ...]
-    outlines: tuple[Outline[int], ...]
+    hits: tuple[Hit[int], ...]
 
     @property
     def verdict(self) -> Verdict:
@@ -96,7 +96,7 @@ class ShapeResult(NamedTuple):
         return self.rows[0].verdict if self.rows else Verdict.UNKNOWN
 
 
-def judge_shape(shape: TopicShape) -> ShapeResult:
+def judge_shape(shape: TopicShape) -> TopicOutcome:
     """Judge a shape; the result is shared, so do not change it."""
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
@@ -137,13 +137,13 @@ class _Pairs:
         return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 
-_Outlines = dict[tuple[Any, ...], Outline[int]]
+_Hits = dict[tuple[Any, ...], Hit[int]]
 
 
-def _judge(shape: TopicShape) -> ShapeResult:
+def _judge(shape: TopicShape) -> TopicOutcome:
     if len(shape.publishers) == len(shape.subscribers) == 1 and _is_quiet(shape):
         return QUIET
-    outlines: _Outlines = {}
+    hits: _Hits = {}
     both = shape.publishers and shape.subscribers
     reporting = _may_report(shape) if both else 0
     pairs = (
@@ -151,12 +151,12 @@ def _judge(shape: TopicShape) -> ShapeResult:
     )
     if both:
         _end_segments(shape, pairs)
-        _undecided_meetings(shape, reporting, pairs, outlines)
-    _signal_rules(shape, pairs, outlines)
+        _undecided_meetings(shape, reporting, pairs, hits)
+    _signal_rules(shape, pairs, hits)
     if both:
-        _pair_rules(shape, reporting, pairs, outlines)
-    said = (*outlines.values(), *_endpoint_rules(shape))
-    return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
+        _pair_rules(shape, reporting, pairs, hits)
+    said = (*hits.values(), *_endpoint_rules(shape))
+    return TopicOutcome(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
 
 
 def _is_quiet(shape: TopicShape) -> bool:
@@ -177,7 +177,7 @@ def _end_is_quiet(alike: Alike, role: str) -> bool:
     return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
 
 
-QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+QUIET: Final = TopicOutcome((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
 """One group on each side, compatible, without a finding."""
 
 
@@ -224,17 +224,17 @@ def _met(shape: TopicShape, reporting: int) -> _Pairs:
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
             apart = Apart(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
-                hit = pairs.met[publisher] & missed
-                if hit:
-                    pairs.met[publisher] &= ~hit
-                    apart.hits[publisher] = hit
-            if apart.hits:
+                kept = pairs.met[publisher] & missed
+                if kept:
+                    pairs.met[publisher] &= ~kept
+                    apart.missed[publisher] = kept
+            if apart.missed:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
     return pairs
 
 
-def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, outlines: _Outlines) -> None:
+def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
     assuming = 0
     for side, groups in enumerate((shape.publishers, shape.subscribers)):
@@ -247,7 +247,7 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, outlin
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
                 if spoken is not None:
-                    _outline(shape, pairs, outlines, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                    _note(shape, pairs, hits, _Said(publishers, subscribers, spoken, 0), pairs.met)
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
@@ -262,7 +262,7 @@ def _sizes(groups: Sequence[Alike]) -> list[int]:
     return found
 
 
-def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, outlines: _Outlines) -> None:
+def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
@@ -273,7 +273,7 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, outlines: _Out
         said: dict[tuple[int, bool], int] = {}
         columns = classes(shape.subscribers, bound.bound.sides[1])
         for each in _few(bound, _spoken(shape, bound, columns), columns):
-            _outline(shape, pairs, outlines, each, asked)
+            _note(shape, pairs, hits, each, asked)
             for publisher in each.publishers.members:
                 key = (publisher, each.spoken.unknown)
                 said[key] = said.get(key, 0) | each.subscribers.mask
@@ -374,22 +374,22 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_
     yield from later
 
 
-def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
+def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _Said, asked: Sequence[int]) -> None:
     """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
     if spoken.unknown and (
         already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
     ):
         return
-    hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
-    if not hits:
+    reached = {publisher: mask for publisher in publishers.members if (mask := asked[publisher] & subscribers.mask)}
+    if not reached:
         return
     code, tags = called(spoken), publishers.first.tags | subscribers.first.tags
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
-    outline = outlines.setdefault(key, Outline(spoken, tags=tags))
-    outline.more += combinations
-    outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
-    reach(outline, hits, subscribers.members)
+    hit = hits.setdefault(key, Hit(spoken, tags=tags))
+    hit.more += combinations
+    hit.pairs += sum(shape.publishers[publisher].size * pairs.weight(mask) for publisher, mask in reached.items())
+    reach(hit, reached, subscribers.members)
 
 
 def _split_segments(
@@ -397,17 +397,17 @@ def _split_segments(
 ) -> None:
     """Apply what is known of some subscribers to the segments of one publisher group."""
     for (before, known), present in list(segments.items()):
-        hit = present & mask
-        if not hit:
+        touched = present & mask
+        if not touched:
             continue
-        left = present & ~hit
+        left = present & ~touched
         if left:
             segments[before, known] = left
         else:
             del segments[before, known]
         worse = max(before, verdict, key=lambda each: each.rank)
         key = (worse, (*known, *(code for code in codes if code not in known)))
-        segments[key] = segments.get(key, 0) | hit
+        segments[key] = segments.get(key, 0) | touched
 
 
 def _rows(pairs: _Pairs) -> tuple[Row, ...]:
@@ -422,7 +422,7 @@ def _rows(pairs: _Pairs) -> tuple[Row, ...]:
 # Endpoints
 
 
-def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
+def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
     found = OfEnds[int]()
     for role in (PUBLISHER, SUBSCRIBER):
         for position, alike in enumerate(shape.side(role)):
@@ -438,17 +438,17 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
 # Signals
 
 
-def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
-    for outline in signal_outlines(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
-        outlines["signal", len(outlines)] = outline
-        if outline.spoken.refuses:
-            _refuse(pairs, outline)
+def _signal_rules(shape: TopicShape, pairs: _Pairs, hits: _Hits) -> None:
+    for hit in signal_hits(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
+        hits["signal", len(hits)] = hit
+        if hit.spoken.refuses:
+            _refuse(pairs, hit)
 
 
-def _refuse(pairs: _Pairs, outline: Outline[int]) -> None:
+def _refuse(pairs: _Pairs, hit: Hit[int]) -> None:
     """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
-    code = (outline.spoken.bound.rule.code,)
-    subscribers = sum(1 << position for position in outline.subscribers)
+    code = (hit.spoken.bound.rule.code,)
+    subscribers = sum(1 << position for position in hit.subscribers)
     for position, segments in enumerate(pairs.segments):
-        mask = pairs.met[position] if position in outline.publishers else subscribers
+        mask = pairs.met[position] if position in hit.publishers else subscribers
         _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)

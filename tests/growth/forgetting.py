@@ -6,7 +6,7 @@ from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
 from cqos_core.matching import derived_guarantees, judge, pair_outcomes
-from cqos_core.matching import topic_shape as shape
+from cqos_core.matching import topic_outcomes as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.plugins import load_plugins
 from cqos_core.remote import asked

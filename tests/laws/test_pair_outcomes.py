@@ -16,7 +16,7 @@ from cqos_core.language.expression import any_of, offered
 from cqos_core.matching import pair_outcomes, rule_set
 from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.packs.rule import forbids
 from tests.any_rules import any_rules
 from tests.benchmarks import inputs
@@ -74,7 +74,7 @@ def ends(random, pack, opened):
 
 def said(result):
     """Return what a result says; what keeps groups apart is compared by identity."""
-    return result.met, [(each.bound, each.hits) for each in result.kept_apart], result.rows, result.outlines
+    return result.met, [(each.bound, each.missed) for each in result.kept_apart], result.rows, result.hits
 
 
 @pytest.mark.explored
