@@ -131,9 +131,8 @@ def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -
 def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
     """Ask a meeting condition, which has nothing to say where it rests on facts that are not stated."""
     spoken = _ask_pair(bound, publisher, subscriber)
-    return (
-        None if spoken is None or (spoken.unknown and spoken.failed is None and not spoken.outcome.worlds) else spoken
-    )
+    silent = spoken is not None and spoken.unknown and spoken.failed is None and not spoken.outcome.worlds
+    return None if silent else spoken
 
 
 @lru_cache(maxsize=_CACHE)
@@ -188,7 +187,7 @@ def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -
         bound = rules.rules[position]
         if certain >> position & 1:
             yield Violation(bound, _CERTAIN[bound.rule.kind == "forbids"])
-        elif (each := rules.ask(position, first, second)) is not None:
+        elif isinstance(each := rules.ask(position, first, second), Violation):
             yield each
 
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Values
-    from cqos_core.matching.judge import Violation
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
@@ -32,7 +31,7 @@ _WORTH_COMPILING: Final = 12
 EVERY: Final = -1
 """The bits of all rules."""
 
-_Asking: TypeAlias = "Callable[[BoundRule, QosProfile, QosProfile], Violation | None]"
+_Asking: TypeAlias = "Callable[[BoundRule, QosProfile, QosProfile], object | None]"
 
 
 class Asked(NamedTuple):
@@ -189,7 +188,7 @@ class RuleSet:
                 found |= 1 << position
         return found
 
-    def ask(self, position: int, first: QosProfile, second: QosProfile) -> Violation | None:
+    def ask(self, position: int, first: QosProfile, second: QosProfile) -> object | None:
         """Ask one rule by itself; None where it has nothing to say."""
         each = self._each[position]
         return each.by_itself(each.bound, first, second)
