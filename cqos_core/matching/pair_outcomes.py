@@ -125,11 +125,15 @@ def _outcomes(publisher: EndKind, subscriber: EndKind, *, at_once: bool) -> _Out
     return keep(_OUTCOMES, (publisher, subscriber), _Outcomes(function.reporting, results, inexact, {}))
 
 
-def outcome(publisher: PairEnd, subscriber: PairEnd) -> TopicOutcome:
-    """Return what a topic with these two ends comes to; they need nothing, and take no values from each other."""
-    kinds = publisher.kind, subscriber.kind
-    known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=True)
-    assert known is not None  # noqa: S101 - at once
+def outcome(publisher: PairEnd, subscriber: PairEnd, known: _Outcomes | None = None) -> TopicOutcome:
+    """Return what a topic with these two ends comes to; they need nothing, and take no values from each other.
+
+    ``known``: what is known of pairs of their kinds, for one who looked it up.
+    """
+    if known is None:
+        kinds = publisher.kind, subscriber.kind
+        known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=True)
+        assert known is not None  # noqa: S101 - at once
     bits = known.reporting(publisher.values, subscriber.values) | publisher.bits | subscriber.bits
     return known.results.get(bits) or _result(known, bits, publisher, subscriber)
 
@@ -183,6 +187,7 @@ def outcome_of(one: Resolved, other: Resolved) -> TopicOutcome | None:
     if second.needs or first.from_peers or second.from_peers:
         return None
     kinds = kind_of(first, PUBLISHER, offering.observed), kind_of(second, SUBSCRIBER, requesting.observed)
-    if kinds not in _OUTCOMES and _outcomes(*kinds, at_once=False) is None:
+    known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=False)
+    if known is None:
         return None
-    return outcome(PairEnd(kinds[0], first, one.draft), PairEnd(kinds[1], second, other.draft))
+    return outcome(PairEnd(kinds[0], first, one.draft), PairEnd(kinds[1], second, other.draft), known)
