@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.files.applying import Edited
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
+    from cqos_core.model.coverage import Coverage
     from cqos_core.model.difference import Diff, Different, Missing, Named
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
         Endpoint,
         ImportNote,
         Overlay,
+        Part,
         Participant,
         Place,
         Profile,
@@ -66,6 +68,7 @@ if TYPE_CHECKING:
 _HOMES: Final = (
     "model.problems",
     "model.report",
+    "model.coverage",
     "model.system",
     "model.difference",
     "model.changes",
@@ -89,6 +92,7 @@ __all__ = [
     "Changes",
     "ConditionError",
     "Counts",
+    "Coverage",
     "CqosError",
     "Diff",
     "Different",
@@ -111,6 +115,7 @@ __all__ = [
     "PairJudge",
     "PairProfile",
     "PairReport",
+    "Part",
     "Participant",
     "Place",
     "PlannedChange",

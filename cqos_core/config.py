@@ -48,7 +48,7 @@ _UNUSUAL: Final = regular_expression(
 PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.", hints=("packs",))
 SHOW: Final = Key(
     "show",
-    OneOrMore(one_of("notes", "not-checked", "subscribers")),
+    OneOrMore(one_of("notes", "not-checked", "subscribers", "coverage")),
     "What to show beside errors and warnings, like --show.",
 )
 FAIL_ON: Final = Key("fail_on", one_of("error", "warning"), "From which severity on the check fails, like --fail-on.")

@@ -79,9 +79,10 @@ class RulePackInfo:
         return named(self.pack)  # type: ignore[no-any-return]
 
 
-@dataclass(frozen=True, slots=True)
 class PackFileInfo(RulePackInfo):
     """A rule pack in a YAML file, whose path is ``pack``."""
+
+    __slots__ = ()
 
     def load(self) -> RulePack:
         """Read the file."""

@@ -8,12 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core import Session, explain
-from cqos_core.language.expression import as_condition, offered, requested
-from cqos_core.language.values import FromPeers
-from cqos_core.model.problems import InputError
-from cqos_core.model.system import Bridge, Endpoint, Participant, Route
-from cqos_core.packs.guarantee import NEEDS, RELAYED, WORDS, gives
+from cqos_core import Bridge, Endpoint, InputError, Participant, Route, Session, explain
+from cqos_core.packs import NEEDS, RELAYED, WORDS, FromPeers, as_condition, gives, offered, requested
 from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
 
 LATE_JOIN = requested(WORDS["late_join"].need)

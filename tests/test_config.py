@@ -6,9 +6,8 @@ from textwrap import dedent
 
 import pytest
 
+from cqos_core import Acceptance, InputError, Place, Setting, System, TeamRule
 from cqos_core.config import CONFIG, Config, config_for, find_config, load_config
-from cqos_core.model.problems import InputError
-from cqos_core.model.system import Acceptance, Place, Setting, System, TeamRule
 
 
 @pytest.fixture(autouse=True)

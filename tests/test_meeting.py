@@ -7,14 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import Session
-from cqos_core.language.domains import Count, Flag, Text
-from cqos_core.language.expression import as_condition, broker, offered, requested
-from cqos_core.language.policy import Policy
-from cqos_core.model.problems import PackError
-from cqos_core.model.system import Broker, ProfileRef, Setting
-from cqos_core.packs.parts import Completion, Known, Preset
-from cqos_core.packs.rule import forbids, requires
+from cqos_core import Broker, PackError, ProfileRef, Session, Setting
+from cqos_core.packs import (
+    Completion,
+    Count,
+    Flag,
+    Known,
+    Policy,
+    Preset,
+    Text,
+    as_condition,
+    broker,
+    forbids,
+    offered,
+    requested,
+    requires,
+)
 from tests.worlds import POST, checked, codes, only, participant, profile, reader, settings, world, writer
 
 if TYPE_CHECKING:

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos.v1 import report_pb2, system_pb2
+from cqos_core.checking.checker import check_system
+from cqos_core.matching.pipeline import context
 from cqos_core.model import report as r
 from cqos_core.model import system as s
 from cqos_core.remote import asked, messages
@@ -120,6 +122,43 @@ def test_any_system_comes_back_as_it_was(words, data):
     system = data.draw(systems(words))
     back = system_value(system_pb2.System.FromString(system_message(system).SerializeToString()))
     assert replace(back, sources=system.sources) == system
+
+
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@given(data=st.data())
+def test_a_system_of_messages_has_the_report_of_one_of_objects(words, data):
+    system = data.draw(systems(words))
+    message = system_message(system)
+    for each in message.endpoints:  # a modeler has no files
+        for name in ("place", "room", "settings_stated"):
+            each.ClearField(name)
+    objects = replace(system_value(message), endpoints=[from_message(each) for each in message.endpoints])
+    assert check_system(system_value(message), context()) == check_system(objects, context())
+
+
+_PARTS: dict[str, Any] = {
+    "role": report_pb2.ROLE_SUBSCRIBER,
+    "settings": {"depth": "3", "reliability": "reliable", "": "x"},
+    "settings_stated": [system_pb2.StatedSetting(name="depth", reported="CQ041")],
+    "overlay": {"depth": "4"},
+    "overlay_stated": [],
+    "needs": {"late_join": "true"},
+    "needs_stated": [],
+    "profiles": [system_pb2.ProfileRef(name="p")],
+    "starts_after": ["f"],
+    "place": report_pb2.Place(source="a"),
+    "room": system_pb2.Room(place=report_pb2.Place(source="a")),
+}
+
+
+@pytest.mark.parametrize("field", [*system_pb2.Endpoint.DESCRIPTOR.fields], ids=lambda field: field.name)
+def test_an_endpoint_of_a_system_is_that_of_its_message_alone(field):
+    value = _PARTS.get(field.name, True if field.type == field.TYPE_BOOL else f"x{field.name}")
+    stated: dict[str, Any] = {"id": "e", "role": report_pb2.ROLE_PUBLISHER, "participant": "a", field.name: value}
+    one = system_pb2.Endpoint(**stated)
+    other = system_pb2.Endpoint(id="f", role=report_pb2.ROLE_PUBLISHER, participant="a", settings={"depth": "7"})
+    read = system_value(system_pb2.System(endpoints=[one, other, one])).endpoints
+    assert [*read] == [from_message(one), from_message(other), from_message(one)]
 
 
 def test_every_kind_of_value_in_a_system_comes_back():

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.model.report import Verdict
-from cqos_core.model.system import Overlay, Place, Setting
-from cqos_core.packs.meeting import Meeting
+from cqos_core import Overlay, Place, Setting, Verdict
+from cqos_core.packs import Meeting
 from tests.worlds import POST, checked, codes, facts, only, reader, world, writer
 
 
@@ -179,3 +178,4 @@ class TestUnderAnAssumption:
         over = overlay({**TRAIN, "role": "publisher"}, care="insured")
         report = checked(*parts, overlays=[over], options={"carrier": "snail"})
         assert report.verdict is Verdict.UNKNOWN
+        assert care(*parts, overlays=[over], options={"carrier": "snail"}) == ["unknown", "signed"]

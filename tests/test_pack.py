@@ -15,7 +15,7 @@ from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.problems import PackError
-from cqos_core.packs.catalogue import column_form, rule_table
+from cqos_core.packs.catalogue import column_form, describe_pack, rule_table
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, meets, requires
@@ -40,7 +40,7 @@ def test_a_pack_finds_its_policies_and_rules_by_any_name():
 
 
 def test_a_pack_describes_itself_for_machines():
-    described = json.loads(json.dumps(POST.describe()))
+    described = json.loads(json.dumps(describe_pack(POST)))
     care, delay = described["policies"][:2]
     assert (care["name"], care["kind"], care["values"], care["ordered"]) == (
         *("care", "choice", ["plain", "signed", "insured"], True),
@@ -431,12 +431,12 @@ def test_a_severity_may_depend_on_an_option(strictness, said, verdict, readers):
 
 
 def test_a_rule_with_several_severities_is_described_once():
-    first, second = STRICT_POST.describe()["rules"]
+    first, second = describe_pack(STRICT_POST)["rules"]
     assert (first["severity"], first["sentence"]) == ("note", "offered(care) >= requested(care)")
     assert first["severity_by"] == {"option": "strictness", "severities": {"lax": "note", "strict": "error"}}
     assert second["severity_by"] == first["severity_by"]
     assert STRICT_POST.rule("POST391") is STRICT_POST.rules[1]
-    assert POST.describe()["rules"][0]["severity_by"] is None
+    assert describe_pack(POST)["rules"][0]["severity_by"] is None
 
 
 @pytest.mark.parametrize(

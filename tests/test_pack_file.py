@@ -18,6 +18,7 @@ from cqos_core.language.values import Anything, FromPeers
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack
 from cqos_core.packs.panel import Panel
@@ -229,16 +230,16 @@ def source(text: str) -> Source:
 
 
 def test_a_pack_in_a_file_describes_itself_like_its_twin_in_python():
-    assert read_pack(source(FILE)).describe() == TWIN.describe()
+    assert describe_pack(read_pack(source(FILE))) == describe_pack(TWIN)
 
 
 def test_the_former_name_of_a_matching_condition_is_read_alike():
-    assert read_pack(source(FILE.replace("  - matched_if:", "  - meets:"))).describe() == TWIN.describe()
+    assert describe_pack(read_pack(source(FILE.replace("  - matched_if:", "  - meets:")))) == describe_pack(TWIN)
 
 
 def test_what_is_null_in_a_file_is_not_stated():
     text = FILE.replace("    doubt: true", "    doubt: true\n    severity: null\n    forbids: null", 1)
-    assert read_pack(source(text)).describe() == TWIN.describe()
+    assert describe_pack(read_pack(source(text))) == describe_pack(TWIN)
 
 
 def test_a_severity_by_option_in_a_file_is_that_of_python():
@@ -246,7 +247,7 @@ def test_a_severity_by_option_in_a_file_is_that_of_python():
         "severity: error", "severity: {by_option: tone, cases: {soft: note}, otherwise: error}"
     ).replace("presets:\n", "  tone: {kind: choice, values: [soft, loud], level: option, default: soft}\npresets:\n", 1)
     assert read_pack(source(text)).rules[3].severity == by_option("tone", "error", soft="note")
-    described = {rule["code"]: rule for rule in read_pack(source(text)).describe()["rules"]}
+    described = {rule["code"]: rule for rule in describe_pack(read_pack(source(text)))["rules"]}
     assert described["MAIL301"]["severity_by"] == {
         "option": "tone",
         "severities": {"soft": "note", "loud": "error"},
@@ -630,7 +631,7 @@ def test_any_file_is_a_pack_or_a_list_of_problems(rng):
     else:
         found = ()
         # What is accepted can be used.
-        pack.describe()
+        describe_pack(pack)
         if any(policy.name == "care" for policy in pack.policies):
             check_pair(pack.id, {"care": "usual", "delay": "0s"}, {"care": "best"}, packs=[pack])
     assert all(problem.message and problem.place is not None for problem in found)

@@ -8,7 +8,7 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.packs.drawing import drawn, moddle
 from cqos_core.packs.pack_file import read_pack
-from cqos_core.packs.panel import shown, values_of
+from cqos_core.packs.panel import headings, shown, values_of
 from cqos_core.plugins import load_plugins, named
 
 OURS = ("dds", "mqtt", "ros2")
@@ -55,7 +55,7 @@ def test_a_pack_that_says_nothing_of_it_has_a_panel():
     }
     assert seen["alarm_after.first"]["label"] == "Alarm after first"
     assert [each["label"] for each in seen["loud"]["value_docs"]] == ["No", "Yes"]
-    assert beacon.describe()["groups"] == ["Quality of service", "Participant"]
+    assert headings(beacon.panel, beacon.policies) == ["Quality of service", "Participant"]
     written = {each.policy.name: each for each in drawn(beacon, FORM)}
     assert list(written) == ["channel", "delivery", "alarm_after.first", "loud"]
     assert (written["alarm_after.first"].words, written["alarm_after.first"].roles) == ((), ("subscriber",))

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core import Session
+from cqos_core import Place, Profile, ProfileRef, Scope, Session
 from cqos_core.files.design import design_of
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.merging import merge
-from cqos_core.model.system import Place, Profile, ProfileRef, Scope
 from tests.worlds import CONTEXT, POST, checked, facts, reader, settings, world, writer
 
 SENDER, BOX = "sender", "box"

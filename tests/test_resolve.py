@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import Fact, check, check_pair
+from cqos_core import Broker, Cases, Endpoint, Fact, Participant, Place, Profile, ProfileRef, Setting, check, check_pair
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.system import (
-    EVERY_OTHER,
-    Broker,
-    Cases,
-    Endpoint,
-    Participant,
-    Place,
-    Profile,
-    ProfileRef,
-    Setting,
-)
+from cqos_core.model.system import EVERY_OTHER
 from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, parse, requires
 from tests.worlds import (
     CARRIER,
@@ -491,6 +481,21 @@ def test_a_nearer_value_wins_over_one_that_was_not_read():
     base = Profile("p", {"care": Setting("?", None, "the file is missing")})
     report = checked(base, writer("box", "w", "p", care="signed"), reader("box", care="signed"))
     assert (report.verdict, codes(report)) == ("compatible", [])
+
+
+@pytest.mark.parametrize(
+    ("stated", "shown"),
+    [
+        (Setting("plain", unknown="two files state it"), "unknown"),
+        (Setting("registered", unknown="two files state it"), "unknown"),
+        (Setting("best", unknown="two files state it"), "unknown"),
+        (Setting("$(CARE)", unknown="variable `CARE` is not set"), "$(CARE)"),
+        (Setting("plian"), "plian"),
+        (Setting("unknown"), "unknown"),
+    ],
+)
+def test_a_value_that_is_not_known_is_never_shown_as_one(stated, shown):
+    assert facts(writer("box", more={"settings": {"care": stated}}))["care"].value == shown
 
 
 def test_an_unread_base_makes_unknown_what_no_nearer_layer_states():

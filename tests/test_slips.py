@@ -4,16 +4,9 @@ import re
 
 import pytest
 
-from cqos_core.language.policy import ENDPOINT
+from cqos_core import Endpoint, Finding, Participant, ProfileRef, Setting, System, check
+from cqos_core.packs import ENDPOINT
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.slips import (
-    meant_instead,
-    preset_within,
-    settings_of_assignments,
-    settings_of_call,
-    settings_of_values,
-    value_within,
-)
 
 PACKS = {each.id: each for name in ("ros2", "dds", "mqtt") if (each := load_plugins().pack(name)) is not None}
 SLIPS = [pytest.param(PACKS[name], slip, id=f"{name} {slip.written}") for name in PACKS for slip in PACKS[name].slips]
@@ -34,91 +27,124 @@ def test_what_is_to_be_written_is_read_by_the_pack(pack, slip):
         assert policy.domain.read(text) is not None, entry
 
 
-def test_of_several_slips_the_first_that_fits_is_named():
-    assert meant_instead(PACKS["ros2"], "Durability: TRANSIENT") == "durability: transient_local"
-    assert meant_instead(PACKS["ros2"], "history: keep_last 7") == "history: keep_last, depth: 7"
-    assert meant_instead(PACKS["ros2"], "history: keep_last") == ""
-    assert meant_instead(PACKS["mqtt"], "lifespan: 5s") == "message_expiry: 5s"
-
-
-CALLS = {
-    "QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)": "{depth: 10, reliability: best_effort}",
-    "rclcpp::QoS(rclcpp::KeepLast(5)).transient_local()": "{history: keep_last, depth: 5, durability: transient_local}",
-    "QoS(10).deadline(Duration(seconds=2))": "{depth: 10, deadline: 2s}",
-    "QoSProfile(history=KeepLast(depth=3))": "{history: keep_last, depth: 3}",
-    "KEEP_ALL()": "{history: keep_all}",
-    "rclcpp::SensorDataQoS()": "",  # a slip: the pack names the preset
-    "qos = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)": "{depth: 1, durability: transient_local}",
-    "auto qos = rclcpp::QoS(10);": "{depth: 10}",
-    "create_publisher(String, '/u', 10)": "{depth: 10}",
-    "create_publisher(String, '/u', make_qos)": "",
-    "rclcpp::QoS(rclcpp::QoSInitialization::from_rmw(rmw_qos_profile_default))": "{profile: default}",
-    "QoSProfile(depth=many)": "",
-    "QoSProfile(colour=red)": "",
-    "QoS(10).colour(red)": "",
-    "best_effort": "",
-    "": "",
+PROFILES = {
+    # Several slips fit, and the first is named.
+    ("ros2", "Durability: TRANSIENT"): "durability: transient_local",
+    ("ros2", "history: keep_last 7"): "history: keep_last, depth: 7",
+    ("ros2", "history: keep_last"): "",
+    # A call becomes settings where all of it is understood.
+    (
+        "ros2",
+        "QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)",
+    ): "{depth: 10, reliability: best_effort}",
+    (
+        "ros2",
+        "rclcpp::QoS(rclcpp::KeepLast(5)).transient_local()",
+    ): "{history: keep_last, depth: 5, durability: transient_local}",
+    ("ros2", "QoS(10).deadline(Duration(seconds=2))"): "{depth: 10, deadline: 2s}",
+    ("ros2", "QoSProfile(history=KeepLast(depth=3))"): "{history: keep_last, depth: 3}",
+    ("ros2", "KEEP_ALL()"): "{history: keep_all}",
+    ("ros2", "rclcpp::SensorDataQoS()"): "{profile: sensor_data}",
+    (
+        "ros2",
+        "qos = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)",
+    ): "{depth: 1, durability: transient_local}",
+    ("ros2", "auto qos = rclcpp::QoS(10);"): "{depth: 10}",
+    ("ros2", "create_publisher(String, '/u', 10)"): "{depth: 10}",
+    ("ros2", "create_publisher(String, '/u', make_qos)"): "",
+    ("ros2", "rclcpp::QoS(rclcpp::QoSInitialization::from_rmw(rmw_qos_profile_default))"): "{profile: default}",
+    ("ros2", "QoSProfile(depth=many)"): "",
+    ("ros2", "QoSProfile(colour=red)"): "",
+    ("ros2", "QoS(10).colour(red)"): "",
+    ("ros2", ""): "",
+    # The time that belongs to a value is set with it, where it is one time.
+    (
+        "dds",
+        "Policy.Reliability.Reliable(duration(seconds=1))",
+    ): "{reliability: reliable, reliability.max_blocking_time: 1s}",
+    ("dds", "Policy.Liveliness.Automatic(duration(seconds=1))"): "",
+    # Assignments become settings where each is understood.
+    ("ros2", "depth = 5 reliability = best_effort"): "{depth: 5, reliability: best_effort}",
+    ("ros2", "depth = 5, colour = red"): "",
+    ("ros2", "depth = many"): "",
+    ("ros2", "depth"): "",
+    ("ros2", "a=" * 100 + "a b"): "",  # at once
+    # A preset may be named with its module.
+    ("ros2", "rclpy.qos.qos_profile_sensor_data"): "{profile: sensor_data}",
+    ("ros2", "rclpy.qos.sensor"): "",
+    # A value alone is a setting where it is of one policy.
+    ("ros2", "reliable"): "{reliability: reliable}",
+    ("mqtt", "retain"): "{retain: true}",
 }
 
 
-@pytest.mark.parametrize("text", CALLS)
-def test_a_call_becomes_settings_where_all_of_it_is_understood(text):
-    assert settings_of_call(PACKS["ros2"], text) == CALLS[text]
+def refused(pack: str, *ends: Endpoint) -> list[Finding]:
+    """What is said of settings and profiles that a pack does not read."""
+    system = System(protocol=pack, participants={"p": Participant("p")}, endpoints=list(ends))
+    return [each for each in check(system).findings if each.code in {"CQ202", "CQ203", "CQ204"}]
 
 
-def test_a_call_for_one_policy_sets_that_policy():
-    assert settings_of_call(PACKS["ros2"], "keep_last(10)", of="history") == "{history: keep_last, depth: 10}"
-    assert settings_of_call(PACKS["ros2"], "milliseconds(100)", of="deadline") == ""
-
-
-def test_a_call_of_dds_sets_the_time_that_belongs_to_its_value():
-    call = "Policy.Reliability.Reliable(duration(seconds=1))"
-    assert settings_of_call(PACKS["dds"], call) == "{reliability: reliable, reliability.max_blocking_time: 1s}"
-    assert (
-        settings_of_call(PACKS["dds"], "Policy.Liveliness.Automatic(duration(seconds=1))") == ""
-    )  # two times belong to it
-
-
-def test_assignments_become_settings_where_each_is_understood():
-    assert settings_of_assignments(PACKS["ros2"], "depth = 5 reliability = best_effort") == (
-        "{depth: 5, reliability: best_effort}"
+def end(name: str, settings: dict[str, str], *profiles: str) -> Endpoint:
+    return Endpoint(
+        id=name,
+        role="publisher",
+        topic="/t",
+        participant="p",
+        settings={policy: Setting(text) for policy, text in settings.items()},
+        profiles=tuple(map(ProfileRef, profiles)),
     )
-    assert settings_of_assignments(PACKS["ros2"], "depth = 5, colour = red") == ""
-    assert settings_of_assignments(PACKS["ros2"], "depth = many") == ""
-    assert settings_of_assignments(PACKS["ros2"], "depth") == ""
-    assert settings_of_assignments(PACKS["ros2"], "a=" * 100 + "a b") == ""  # at once
 
 
-def test_a_preset_may_be_named_with_its_module():
-    assert preset_within(PACKS["ros2"], "rclpy.qos.qos_profile_sensor_data") == "{profile: sensor_data}"
-    assert preset_within(PACKS["ros2"], "rclpy.qos.sensor") == ""
+@pytest.mark.parametrize("pack", PACKS)
+def test_what_is_no_profile_becomes_settings_where_all_of_it_is_understood(pack):
+    texts = {text: meant for (of, text), meant in PROFILES.items() if of == pack}
+    named = r"(?:profile )?`(.*)` is (?:no profile|neither defined nor .*)"
+    told = {}
+    for finding in refused(pack, *(end(text, {}, text) for text in texts)):
+        said = re.fullmatch(named, finding.message)
+        assert said is not None, finding.message
+        told[said[1]] = str(finding.help).partition("write its settings: `")[2].removesuffix("`")
+    assert told == texts
 
 
-WITHIN = {
+VALUES = {
+    # Of a call, what the policy itself is set to.
+    ("ros2", "history", "keep_last(10)"): "history: keep_last, depth: 10",
+    ("ros2", "history", "keep_last 7"): "history: keep_last, depth: 7",
+    ("ros2", "durability", "TRANSIENT"): "durability: transient_local",
+    ("ros2", "deadline", "milliseconds(100)"): "100ms",
+    ("mqtt", "lifespan", "5s"): "message_expiry: 5s",
+    # A value may be a part of a longer text, where that does not deny it.
     ("dds", "reliability", "RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT"): "best_effort",
     ("dds", "reliability", "not_reliable"): "",
-    ("dds", "reliability", "best_effort_or_reliable"): "",
     ("dds", "reliability", "unreliable"): "",
+    ("dds", "reliability", "Policy.NOT_RELIABLE"): "",
+    ("dds", "reliability", "reliabel"): "reliable",
     ("ros2", "depth", "10 messages"): "10",
     ("ros2", "depth", "ten"): "",
     ("mqtt", "qos", "QOS_LEVEL_1"): "",  # a digit in a name may be anything
 }
 
 
-@pytest.mark.parametrize(("pack", "name", "text"), WITHIN)
-def test_a_value_may_be_a_part_of_a_longer_text(pack, name, text):
-    policy = PACKS[pack].policies[PACKS[pack].find(ENDPOINT, name)]
-    assert value_within(policy, text) == WITHIN[pack, name, text]
+@pytest.mark.parametrize("pack", PACKS)
+def test_what_is_no_value_may_be_meant_for_one(pack):
+    texts = {(policy, text): meant for (of, policy, text), meant in VALUES.items() if of == pack}
+    found = refused(pack, *(end(f"{policy} {text}", {policy: text}) for policy, text in texts))
+    told = {each.endpoints[0]: str(each.help).partition("did you mean `")[2].partition("`")[0] for each in found}
+    assert told == {f"{policy} {text}": meant for (policy, text), meant in texts.items()}
 
 
-def test_values_alone_become_settings_where_each_is_of_one_policy():
-    assert settings_of_values(PACKS["ros2"], ["reliable", "volatile", "1"]) == (
-        "{reliability: reliable, durability: volatile, depth: 1}"
-    )
-    assert settings_of_values(PACKS["mqtt"], ["1", "retain"]) == "{qos: 1, retain: true}"
-    assert settings_of_values(PACKS["ros2"], ["reliable", "system_default"]) == ""
-    assert settings_of_values(PACKS["ros2"], ["sensor_data"]) == ""
-    assert (
-        settings_of_values(PACKS["ros2"], ["sensor_data", "reliable"])
-        == "{profile: sensor_data, reliability: reliable}"
-    )
+LISTS = {
+    ("ros2", "[reliable, volatile, 1]"): "{reliability: reliable, durability: volatile, depth: 1}",
+    ("mqtt", "[1, retain]"): "{qos: 1, retain: true}",
+    ("ros2", "[reliable, system_default]"): "",
+    ("ros2", "[sensor_data, reliable]"): "{profile: sensor_data, reliability: reliable}",
+}
+
+
+@pytest.mark.parametrize(("pack", "values"), LISTS)
+def test_values_alone_become_settings_where_each_is_of_one_policy(pack, values):
+    text = f"cqos: 1\nprotocol: {pack}\nparticipants: {{p: {{publishes: {{t: {values}}}}}}}\n"
+    found = {str(each.help) for each in check(text.encode()).findings if each.code == "CQ204"} or {""}
+    (told,) = {each.partition("write the names of the settings: `")[2].removesuffix("`") for each in found}
+    assert told == LISTS[pack, values]

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
-from cqos_core import read
-from cqos_core.language.domains import Flag
-from cqos_core.language.expression import define
-from cqos_core.language.policy import Policy
-from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
-from cqos_core.packs.pack import RulePack
-from cqos_core.packs.parts import Preset
-from cqos_core.packs.rule import forbids
+from cqos_core import Acceptance, Bound, Participant, TeamRule, read
+from cqos_core.packs import Flag, Policy, Preset, RulePack, define, forbids
 from tests.worlds import (
     CARE,
     DELAY,
@@ -34,7 +28,7 @@ from tests.worlds import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Report
+    from cqos_core import Report
 
 Relation = Literal["exactly", "at_least", "at_most", "one_of", "not"]
 

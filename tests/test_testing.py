@@ -4,11 +4,7 @@ import re
 
 import pytest
 
-from cqos_core.language.domains import Count
-from cqos_core.language.expression import offered
-from cqos_core.language.policy import Policy
-from cqos_core.packs.pack import RulePack
-from cqos_core.packs.rule import forbids
+from cqos_core.packs import Count, Policy, RulePack, forbids, offered
 from cqos_core.testing import Case, run_case
 
 SIZE = Policy("size", Count(), None, "The size of a message.")

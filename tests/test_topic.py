@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from collections import Counter
 from dataclasses import replace
@@ -9,16 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.checking import fixes
-from cqos_core.formatters.json_report import render_json
-from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.style import Style
-from cqos_core.model.system import Endpoint, Participant
-from tests.worlds import box, checked, codes, only, participant, place, reader, settings, world, writer
+from cqos_core import Endpoint, Participant, Severity, Verdict
+from cqos_core.packs import Function, call, offered, requested, requires
+from tests.worlds import (
+    CARE,
+    COPIES,
+    POST,
+    box,
+    checked,
+    codes,
+    only,
+    participant,
+    place,
+    reader,
+    settings,
+    world,
+    writer,
+)
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Report
+    from cqos_core import Report
 
 
 def groups(report: Report) -> set[tuple[tuple[str, ...], tuple[str, ...], str, tuple[str, ...]]]:
@@ -223,7 +234,7 @@ def test_if_several_conditions_keep_a_pair_apart_the_first_is_reported():
 
 
 def size(report: Report) -> int:
-    return len(render_json(report, Style()))
+    return len(json.dumps(report.to_dict()))
 
 
 def test_two_thousand_by_two_thousand_that_all_fail_are_one_finding():
@@ -391,20 +402,29 @@ def test_a_system_without_endpoints_says_so():
     assert (report.verdict, codes(report), report.endpoints, report.topics) == ("unknown", ["CQ404"], 0, 0)
 
 
-def test_fixes_are_computed_when_they_are_read(monkeypatch):
-    asked: list[object] = []
-    remedies: Any = fixes.remedies
+def test_fixes_are_computed_when_they_are_read():
+    """What judges a change is a function of the pack, which sees the values of the change."""
+    judged: list[tuple[int, int]] = []
 
-    def counted(*given: Any) -> Any:
-        asked.append(given)
-        return remedies(*given)
+    def few(filled: int, taken: int) -> bool:
+        judged.append((filled, taken))
+        return filled + taken < 10
 
-    monkeypatch.setattr(fixes, "remedies", counted)
-    text = b"{cqos: 1, protocol: ros2, participants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}}"
-    report = check(text)
-    assert report.findings
-    assert not asked
+    rule = requires(
+        call("few", offered(COPIES), requested(COPIES)) & (offered(CARE) >= requested(CARE)),
+        code="POST199",
+        name="too-many",
+        because="the box is small",
+    )
+    functions = (*POST.functions, Function("few", few, "Whether both are few."))
+    pack = replace(POST, rules=(*POST.rules, rule), functions=functions)
+    parts = (writer("box", copies=7, care="plain"), reader("box", copies=1, care="signed"))
+    report = checked(*parts, packs=[pack])
+    assert codes(report) == ["POST101", "POST199"]
+    assert set(judged) == {(7, 1)}
     copy = pickle.loads(pickle.dumps(report))  # noqa: S301 - our own bytes
     assert (copy, hash(copy.findings)) == (report, hash(report.findings))
-    assert len(asked) == len(report.findings)
-    assert any(each.remedies for each in report.findings)
+    tried = len(judged)
+    assert len(set(judged)) > 1
+    assert all(each.remedies for each in report.findings)
+    assert len(judged) == tried, "once"

@@ -2,10 +2,8 @@
 
 import pytest
 
-from cqos_core import Session, check
-from cqos_core.checking.trial import tried_out, unused_profiles
+from cqos_core import ProfileRef, Scope, Session, check
 from cqos_core.files.merging import merge
-from cqos_core.model.system import ProfileRef, Scope
 from tests.test_profile_scopes import profile, ref
 from tests.worlds import POST, reader, world, writer
 
@@ -21,8 +19,9 @@ def report(*profiles):
     return check(world(*profiles), packs=[POST])
 
 
-def ends(system):
-    return sorted((end.id, end.topic) for end in system.endpoints)
+def ends(report):
+    """The endpoints that are told of a delay that none can have, with their topics."""
+    return sorted((name, each.topic) for each in report.findings if each.code == "POST302" for name in each.endpoints)
 
 
 def test_both_ends_of_a_profile_match_on_a_topic_of_their_own_and_set_no_verdict():
@@ -52,12 +51,12 @@ def test_profiles_of_nearly_one_name_for_two_roles_are_no_near_miss():
 
 
 def test_topics_that_a_profile_tells_apart_are_tried_each():
-    system = world(
+    found = report(
         profile("p", ref("p/1", "publisher", "a*", part="x"), ref("p/2", "publisher", "b?", part="x")),
-        profile("p/1", care="signed"),
-        profile("p/2", care="plain"),
+        profile("p/1", care="signed", delay="1ms"),
+        profile("p/2", care="plain", delay="2ms"),
     )
-    assert ends(tried_out(system)) == [("p/publisher on a*", "ap"), ("p/publisher on b?", "bx")]
+    assert ends(found) == [("p/publisher on a*", "ap"), ("p/publisher on b?", "bx")]
 
 
 def test_a_circle_of_profiles_without_settings_is_reported():
@@ -67,8 +66,9 @@ def test_a_circle_of_profiles_without_settings_is_reported():
 
 
 def test_what_is_reached_twice_is_no_circle():
-    empty = world(profile("a", ref("b"), ref("c")), profile("b", ref("d")), profile("c", ref("d")), profile("d"))
-    assert tried_out(empty) is empty
+    empty = report(profile("a", ref("b"), ref("c")), profile("b", ref("d")), profile("c", ref("d")), profile("d"))
+    assert (empty.hypothetical, empty.endpoints) == (0, 0)
+    assert "CQ212" not in [each.code for each in empty.findings]
 
 
 def test_a_missing_base_is_reported():
@@ -77,27 +77,24 @@ def test_a_missing_base_is_reported():
 
 
 @pytest.mark.parametrize(
-    "system",
+    ("parts", "pairs"),
     [
-        world(writer("t", "w"), ALIKE),
-        world(reader("t", "r"), *APART),
-        world(),
-        world(profile("empty")),
-        world(profile("p", ProfileRef("q", None, Scope(part="x")))),
+        ((writer("t", "w"), ALIKE), 1),
+        ((reader("t", "r"), *APART), 1),
+        ((), 0),
+        ((profile("empty"),), 0),
+        ((profile("p", ProfileRef("q", None, Scope(part="x"))),), 1),
     ],
 )
-def test_only_unused_profiles_with_settings_or_bases_are_tried(system):
-    if system.profiles.get("p"):
-        assert ends(tried_out(system)) == [("p/publisher", "p"), ("p/subscriber", "p")]
-    else:
-        assert tried_out(system) is system
+def test_only_profiles_with_settings_or_bases_are_tried(parts, pairs):
+    assert report(*parts).hypothetical == pairs
 
 
 def test_without_a_protocol_no_profile_is_tried():
     system = world(ALIKE)
     system.protocol = None
-    assert tried_out(system) is system
-    assert len(tried_out(system, "post").endpoints) == 2
+    assert check(system, packs=[POST]).hypothetical == 0
+    assert check(system, protocol="post", packs=[POST]).hypothetical == 1
     assert system.endpoints == []
 
 
@@ -151,12 +148,13 @@ def test_a_profile_that_endpoints_use_is_not_tried_by_itself():
 
 
 def test_what_a_used_profile_states_for_the_other_role_alone_is_tried():
-    found = unused_profiles(world(writer("t", "w", "apart"), *APART))
-    assert ends(found) == [("apart/subscriber", "apart")]
+    parts = (*APART[:2], profile("apart/r", care="insured", sealed=True, delay="1ms"))
+    assert ends(report(writer("t", "w", "apart"), *parts)) == [("apart/subscriber", "apart")]
 
 
 def test_what_a_used_profile_states_for_both_roles_need_not_make_both():
-    assert unused_profiles(world(writer("t", "w", "alike"), ALIKE)) is None
+    alike = profile("alike", care="signed", delay="1ms")
+    assert ends(report(writer("t", "w", "alike"), alike)) == [("w", "t")]
 
 
 def test_what_is_not_known_of_an_unused_profile_is_no_finding_beside_a_system():

@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.model.report import Report
+from cqos_core import Report, check
 
 STRING = {"type": "std_msgs::msg::dds_::String_"}
 NODE_STRING = {"type": "std_msgs/msg/String"}

@@ -7,12 +7,11 @@ and a rule of every scope, so that the core is tested without any real protocol.
 
 from __future__ import annotations
 
-from copy import deepcopy
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core import check, explain
+from cqos_core import check
 from cqos_core.api import context
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, as_text
 from cqos_core.language.expression import (
@@ -35,6 +34,7 @@ from cqos_core.model.system import Endpoint, Participant, Place, Profile, Profil
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
+from tests import explained
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -324,17 +324,8 @@ def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,
 
     It is explained beside the first partner on its topic; where it has none, beside one that states nothing, in another town.
     """
-    system = deepcopy(world_of(*parts, **fields))
-    end = next(each for each in system.endpoints if of in {None, each.id})
-    partner = next((each for each in system.endpoints if each.role != end.role and each.topic == end.topic), None)
-    if partner is None:
-        partner = endpoint("subscriber" if end.role == "publisher" else "publisher", end.topic, "another")
-        system.endpoints.append(partner)
-        system.participants["another"] = participant("another", town=99)
-    first, second = sorted((end, partner), key=lambda each: each.role)
-    report = explain(system, publisher=first.id, subscriber=second.id, packs=packs)
-    sides = ((each.policy, each.offered if end is first else each.requested) for each in report.policies)
-    return {policy: fact for policy, fact in sides if fact is not None}
+    elsewhere = participant("another", town=99)
+    return explained.facts(world_of(*parts, **fields), of, packs=packs, beside=elsewhere)
 
 
 def codes(report: Report) -> list[str]:

@@ -12,7 +12,7 @@ from cqos_core.bpmn.lost import laid_under
 from cqos_core.bpmn.names import fold, shown
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
-from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, word
+from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, required, word
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.rows import add_rows, as_object
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from typing import Protocol
 
+    from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.taking import Shape
-    from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.rows import Row
     from cqos_core.model.system import Participant, Place, Role, Settings
@@ -231,8 +231,8 @@ def _needs(reading: DiagramReading, extensions: list[Child]) -> Settings:
     needs = {}
     for child in extensions:
         if child.is_word("need"):
-            values = child.required(reading, "name", "value")
+            values = required(reading, child, "name", "value")
             name, value = values or ((child.element.get("name") or "").strip() or EVERY_OTHER, "")
-            place = child.place(reading, "value")
+            place = child.place(reading.document, "value")
             needs[name] = Setting(value, place, unknown="" if value else "a `qos:need` is incomplete", reported="CQ042")
     return needs

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.bpmn.document import Document
-    from cqos_core.bpmn.words import Child
+    from cqos_core.bpmn.extensions import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place, Settings
 

@@ -16,8 +16,8 @@ from cqos_core.model.system import Cases, Setting
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
@@ -102,13 +102,13 @@ def _policy_settings(reading: DiagramReading, extensions: list[Child]) -> Iterat
             if name.startswith("{") or name in {"type", "value", "id"}:
                 continue
             path = f"qos:{name}" if written.startswith(QOS) else name
-            yield name, Setting(value, child.place(reading, path))
+            yield name, Setting(value, child.place(reading.document, path))
 
 
 def _property_settings(reading: DiagramReading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
     for name, value, child in _properties(extensions):
         if key(name) in POLICIES:
-            yield name, Setting(value, child.place(reading, "value"))
+            yield name, Setting(value, child.place(reading.document, "value"))
 
 
 def _properties(extensions: list[Child]) -> Iterator[tuple[str, str, Child]]:

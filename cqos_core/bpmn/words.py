@@ -10,10 +10,10 @@ from datetime import date
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
+from cqos_core.bpmn.extensions import Child
 from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
 from cqos_core.bpmn.names import shown
 from cqos_core.importers.reading import listed
-from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.system import Acceptance, Bound, Place, Setting, TeamRule
 
@@ -27,41 +27,6 @@ if TYPE_CHECKING:
 QOS = f"{{{NAMESPACES['qos']}}}"
 _PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}
 FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
-
-
-@dataclass(frozen=True, slots=True)
-class Child:
-    """An element in the ``extensionElements`` of its owner.
-
-    Attributes:
-        prefix: the one that `NAMESPACES` has for its namespace.
-        word: its name, for comparing.
-        path: how places name it, seen from the owner.
-    """
-
-    element: Element
-    owner: Element
-    prefix: str
-    word: str
-    path: str
-
-    def is_word(self, word: str) -> bool:
-        """Say whether it is ``word`` in the namespace ``http://qos``."""
-        return self.prefix == "qos" and self.word == word
-
-    def place(self, reading: DiagramReading, attribute: str | None = None) -> Place:
-        """Return where the element or one of its attributes stands."""
-        path = f"{self.path}/@{attribute}" if attribute else self.path
-        return reading.document.place(self.element, path, self.owner)
-
-    def required(self, reading: DiagramReading, *names: str) -> list[str] | None:
-        """Return the values of attributes; None, and a note for each that is missing, unless all are there."""
-        values = [(self.element.get(name) or "").strip() for name in names]
-        for name, value in zip(names, values, strict=True):
-            if not value:
-                message = f"`qos:{self.word}` has no `{name}`, which it needs"
-                reading.note("CQ042", message, self.place(reading, name), endpoint=identity(self.owner))
-        return values if all(values) else None
 
 
 def extension_children(owner: Element) -> list[Child]:
@@ -85,6 +50,16 @@ def extension_children(owner: Element) -> list[Child]:
                 word = name[:1].lower() + name[1:]
                 found.append(Child(child, owner, prefix, word, f"{tag}[{counts[tag]}]"))
     return found
+
+
+def required(reading: DiagramReading, child: Child, *names: str) -> list[str] | None:
+    """Return the values of attributes; None, and a note for each that is missing, unless all are there."""
+    values = [(child.element.get(name) or "").strip() for name in names]
+    for name, value in zip(names, values, strict=True):
+        if not value:
+            message = f"`qos:{child.word}` has no `{name}`, which it needs"
+            reading.note("CQ042", message, child.place(reading.document, name), endpoint=identity(child.owner))
+    return values if all(values) else None
 
 
 def _home(word: str) -> str | None:
@@ -111,7 +86,9 @@ def qos_children(
         message = f"`qos:{shown(child.word)}` is not known" if home is None else f"`qos:{child.word}` is read {home}"
         local = split(str(owner.tag))[1]
         advice = f"expected {', '.join(f'`qos:{word}`' for word in sorted(words))} here"
-        reading.note("CQ041", f"{message}, so it is skipped on this `{local}`", child.place(reading), advice=advice)
+        reading.note(
+            "CQ041", f"{message}, so it is skipped on this `{local}`", child.place(reading.document), advice=advice
+        )
     return known
 
 
@@ -149,10 +126,10 @@ def flag(reading: DiagramReading, element: Element, name: str) -> bool | None:
 def acceptances(reading: DiagramReading, children: Iterable[Child]) -> Iterator[Acceptance]:
     """Yield the ``qos:accept`` among ``children``; whom they concern is the caller's to say."""
     for child in children:
-        values = child.required(reading, "rule", "because") if child.word == "accept" else None
+        values = required(reading, child, "rule", "because") if child.word == "accept" else None
         until = (child.element.get("until") or "").strip() or None
         if values is not None and _is_date(reading, child, until):
-            yield Acceptance(values[0], values[1], until=until, place=child.place(reading, "rule"))
+            yield Acceptance(values[0], values[1], until=until, place=child.place(reading.document, "rule"))
 
 
 def _is_date(reading: DiagramReading, child: Child, until: str | None) -> bool:
@@ -161,7 +138,7 @@ def _is_date(reading: DiagramReading, child: Child, until: str | None) -> bool:
             date.fromisoformat(until)
     except ValueError:
         message = f"`until` is `{shown(until or '')}`, expected a date such as `2027-01-31`"
-        reading.note("CQ043", message, child.place(reading, "until"))
+        reading.note("CQ043", message, child.place(reading.document, "until"))
         return False
     return True
 
@@ -169,19 +146,19 @@ def _is_date(reading: DiagramReading, child: Child, until: str | None) -> bool:
 def team_rules(reading: DiagramReading, children: Iterable[Child]) -> Iterator[TeamRule]:
     """Yield the ``qos:check`` among ``children``; one that says less than it must, or the impossible, is reported instead."""
     for child in children:
-        values = child.required(reading, "name", "because") if child.word == "check" else None
+        values = required(reading, child, "name", "because") if child.word == "check" else None
         if values is None:
             continue
         stated = {str(name): value.strip() for name, value in child.element.items() if value.strip()}
         bounds = tuple(
-            Bound(stated["policy"], relation, (stated[relation],), child.place(reading, relation))
+            Bound(stated["policy"], relation, (stated[relation],), child.place(reading.document, relation))
             for relation in BOUNDS
             if "policy" in stated and relation in stated
         )
         sentence = stated.get("sentence")
         if not bounds and sentence is None:
             missing = "policy" if "policy" not in stated else "exactly"
-            child.required(reading, missing)
+            required(reading, child, missing)
         elif all(
             [
                 _is_one_of(reading, child, stated, "severity", SEVERITIES),
@@ -190,7 +167,9 @@ def team_rules(reading: DiagramReading, children: Iterable[Child]) -> Iterator[T
         ):
             where = tuple((name, stated[name]) for name in WHERE if name in stated)
             severity: Any = stated.get("severity", "error")
-            yield TeamRule(values[0], where, bounds, values[1], sentence, severity, child.place(reading, "name"))
+            yield TeamRule(
+                values[0], where, bounds, values[1], sentence, severity, child.place(reading.document, "name")
+            )
 
 
 def _is_one_of(
@@ -199,7 +178,7 @@ def _is_one_of(
     if stated.get(name, allowed[0]) in allowed:
         return True
     message = f"`{name}` is `{shown(stated[name])}`, it can be {listed([f'`{each}`' for each in allowed])}"
-    reading.note("CQ043", message, child.place(reading, name))
+    reading.note("CQ043", message, child.place(reading.document, name))
     return False
 
 
@@ -212,9 +191,9 @@ def options(
             continue
         whose = (child.element.get("protocol") or "").strip() or protocol
         if whose is None:
-            child.required(reading, "protocol", "name", "value")
-        elif values := child.required(reading, "name", "value"):
-            yield whose, values[0], Setting(values[1], child.place(reading, "value"))
+            required(reading, child, "protocol", "name", "value")
+        elif values := required(reading, child, "name", "value"):
+            yield whose, values[0], Setting(values[1], child.place(reading.document, "value"))
 
 
 def read_system_words(reading: DiagramReading) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from functools import partial
 from itertools import chain, groupby
@@ -14,10 +15,13 @@ from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.code_info import CodeInfo
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural
 from cqos_core.model.report import Finding, Group, Report, Severity, Side, Verdict
+from cqos_core.model.system import Part
 from cqos_core.resolving.starts import unknown_starts
 
 if TYPE_CHECKING:
@@ -28,7 +32,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.system import System
+    from cqos_core.model.system import ImportNote, System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
@@ -137,7 +141,25 @@ def assemble(
         unmatched=unmatched,
         hypothetical=hypothetical,
         assumed=later(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
+        coverage=covered(system, endpoints, context),
     )
+
+
+def covered(system: System, endpoints: Sequence[Resolved], context: Context) -> Coverage:
+    """Return how much of its inputs a system of these endpoints was made from."""
+    unclear = later(lambda: [each.id for each in endpoints if each.key is None or each.like.unread])
+    unread = tuple(part for note in system.notes for part in note.parts or _left_out(note, context))
+    totals: Counter[str] = Counter()
+    for note in system.notes:
+        totals.update({part.kind: note.total for part in note.parts[:1] if note.total})
+    return Coverage(len(endpoints), unclear, unread, totals)
+
+
+def _left_out(note: ImportNote, context: Context) -> Iterator[Part]:
+    """Yield the part of an input that a note stands for, if its code is about one."""
+    info = context.find_rule(note.code)
+    if isinstance(info, CodeInfo) and info.leaves_out:
+        yield Part(info.leaves_out, cause=note.message, place=note.place, endpoints=info.missing)
 
 
 def made(report: Report) -> Report:

@@ -44,6 +44,7 @@ from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
+from cqos_core.model.coverage import joined
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
@@ -71,9 +72,9 @@ if TYPE_CHECKING:
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack"
 _PACKS_THERE = "write one of them; `cqos serve --pack FILE` gives a service the pack"
 _NAMED = 3  # more paths than this are not repeated
-_NOT_CHECKED, _LOSSES = "not-checked", "subscribers"
+_NOT_CHECKED, _LOSSES, _COVERAGE = "not-checked", "subscribers", "coverage"
 _SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE, "all": Severity.NOTE}
-_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES)
+_SHOWN = (*_SHOW, _NOT_CHECKED, _LOSSES, _COVERAGE)
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 
@@ -90,6 +91,7 @@ class CheckOptions:
     ignore: tuple[str, ...]
     fail_on: str | None
     require_pairs: bool
+    require_coverage: int | None
     fix: bool
     weaken: bool
     show_diff: bool
@@ -136,6 +138,12 @@ class CheckOptions:
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
 @fail_on_option(*_FAIL)
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
+@click.option(
+    "--require-coverage",
+    type=click.IntRange(0, 100),
+    metavar="PERCENT",
+    help="Exit with 1 where fewer of a hundred endpoints were read and are known. 100 fails if anything was not read that may decide.",
+)
 @fix_option
 @weaken_option
 @diff_option
@@ -382,7 +390,8 @@ class _Check:
             return CLEAN
         fail_on = self.options.fail_on
         failed = (each.report.fails(_FAIL[fail_on or each.config.fail_on or "error"]) for each in self.reports)
-        return FINDINGS if self._nothing_compared() or any(failed) else CLEAN
+        missed = [self._nothing_compared(), self._too_little_read()]
+        return FINDINGS if any(missed) or any(failed) else CLEAN
 
     def _nothing_compared(self) -> bool:
         """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
@@ -390,6 +399,16 @@ class _Check:
         missed = required and not any(each.report.pair_count for each in self.reports)
         if missed:
             self._fault(NO_PAIR)
+        return missed
+
+    def _too_little_read(self) -> bool:
+        """Whether less was read of the inputs than the caller requires."""
+        required, covered = self.options.require_coverage, joined(each.report.coverage for each in self.reports)
+        missed = required is not None and covered.percent < required
+        if missed:
+            self._fault(
+                f"coverage is {covered.percent} %, less than the {required} % required; list the rest with --show coverage"
+            )
         return missed
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
@@ -420,6 +439,7 @@ class _Check:
             not_checked=_NOT_CHECKED in shown or "all" in shown,
             apart="all" in shown,
             losses=_LOSSES in shown,
+            coverage=_COVERAGE in shown or "all" in shown,
             codes=self.shown,
             listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text

@@ -19,6 +19,7 @@ from cqos_core.cli.sinks import written_by
 from cqos_core.cli.streams import emit, width
 from cqos_core.formatters.inventory import inventory, inventory_as_text, pack_as_text
 from cqos_core.formatters.json_report import versioned
+from cqos_core.packs.catalogue import describe_pack
 from cqos_core.plugins import load_plugins
 
 
@@ -71,4 +72,4 @@ def packs(
         with written_by("translators", language):
             emit(plugins.translators[language].load()(pack))
         return
-    emit(versioned(pack.describe()) if form == "json" else pack_as_text(pack, width()))
+    emit(versioned(describe_pack(pack)) if form == "json" else pack_as_text(pack, width()))

@@ -293,6 +293,10 @@ def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: st
     if system.protocol is None:
         system.protocol = protocol or default_protocol(info.name, plugins)
     system.partial = system.partial or not info.whole
+    if any(each.addresses for each in system.brokers.values()):
+        from cqos_core.files.merging import join_addresses  # which few files need
+
+        join_addresses(system)  # of files that it includes
     return system
 
 

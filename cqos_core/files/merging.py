@@ -64,7 +64,7 @@ def merge(systems: Sequence[System]) -> System:
         message = f"profile `{profile.name}` is {profile.settings[EVERY_OTHER].unknown}; {_OPEN}"
         whole.notes.append(ImportNote("CQ060", "warning", message, profile.place))
     whole.partial = all(system.partial for system in systems)
-    _join_addresses(whole)
+    join_addresses(whole)
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
     if whole.protocol is None:
@@ -128,7 +128,7 @@ def _rename_broker(system: System, names: Mapping[str, str]) -> None:
             participant.settings[_BROKER] = replace(stated, text=names[stated.text])
 
 
-def _join_addresses(whole: System) -> None:
+def join_addresses(whole: System) -> None:
     """Take an address that a client names for the broker that says it is there, where only one does."""
     there = grouped((address, broker.id) for broker in whole.brokers.values() for address in {*broker.addresses})
     if not there:

@@ -24,7 +24,8 @@ def render_concise(report: Report, style: Style) -> str:
     lines = [line for one in report.parts or (report,) for line in _lines(one, style, paint)]
     if report.parts:
         lines.append(wording.total(report, style, paint))
-    return "\n".join([*lines[:-1], *wording.assumed(report), lines[-1]]) + "\n"
+    covered = wording.coverage(report) if style.coverage else ()
+    return "\n".join([*lines[:-1], *covered, *wording.assumed(report), lines[-1]]) + "\n"
 
 
 def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]:

@@ -9,8 +9,8 @@ from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.difference import ComparedSide
 from cqos_core.model.excerpt import exact
+from cqos_core.model.finding_form import place_form
 from cqos_core.model.remarks import plural
-from cqos_core.model.report_form import place_form
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

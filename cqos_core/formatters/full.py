@@ -89,7 +89,7 @@ def _end(report: Report, style: Style) -> Iterator[str]:
     listed = "; ".join(report.not_checked)
     count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
     not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
-    for text in (*not_checked, *wording.assumed(report)):
+    for text in (*not_checked, *(wording.coverage(report) if style.coverage else ()), *wording.assumed(report)):
         yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
     yield from wording.conclusion(report, style, paint)
 

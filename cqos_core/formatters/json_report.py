@@ -11,11 +11,23 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.formatters.places import Places
-from cqos_core.model import report_form
+from cqos_core.model.coverage import Coverage
+from cqos_core.model.finding_form import finding_form
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
-from cqos_core.model.report_form import VERSION
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
+from cqos_core.model.report import (
+    REPORT_VERSION,
+    Assumption,
+    Edit,
+    Fact,
+    Finding,
+    Group,
+    Remedy,
+    Report,
+    Severity,
+    Side,
+    Verdict,
+)
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Part, Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -30,7 +42,7 @@ Json = dict[str, Any]
 def render_json(report: Report, style: Style) -> str:
     """Return the report as one JSON document, indented."""
     places = Places(report.findings, style.sources)
-    return dump(report_form.document(report, style.tool_version, places.exact), indent=2) + "\n"
+    return dump(report.to_dict(style.tool_version, places.exact), indent=2) + "\n"
 
 
 def render_jsonl(report: Report, style: Style) -> str:
@@ -41,14 +53,14 @@ def render_jsonl(report: Report, style: Style) -> str:
 def _lines(report: Report, style: Style) -> Iterator[Json]:
     yield {
         "kind": "summary",
-        **report_form.summary(report, style.tool_version),
+        **report.summary(style.tool_version),
         "not_checked": list(report.not_checked),
     }
     for group in report.groups:
-        yield {"kind": "group", **report_form.group(group)}
+        yield {"kind": "group", **group.to_dict()}
     places = Places(report.findings, style.sources)
     for finding in report.findings:
-        yield {"kind": "finding", **report_form.finding(finding, places.exact)}
+        yield {"kind": "finding", **finding_form(finding, places.exact)}
 
 
 def dump(document: Json | list[Json], indent: int | None = None) -> str:
@@ -79,8 +91,8 @@ def report_from_json(text: str | bytes) -> Report:
         raise CqosError(f"this is no JSON report: {error}") from None
     if not isinstance(document, dict) or "version" not in document:
         raise CqosError("this is no JSON report: it is no object with a `version`")
-    if (version := _number(document["version"], "report.version")) != VERSION:
-        raise CqosError(f"the JSON report has version {version}, this C-QoS reads version {VERSION}")
+    if (version := _number(document["version"], "report.version")) != REPORT_VERSION:
+        raise CqosError(f"the JSON report has version {version}, this C-QoS reads version {REPORT_VERSION}")
     counts = _values(_COUNTS, document.get("counts"), "report.counts")
     return Report(**_values(_KEYS[Report], document, "report"), **counts)
 
@@ -158,13 +170,17 @@ def _verdicts(found: Any, path: str) -> dict[str, Verdict]:
     return {name: _verdict(verdict, f"{path}.{name}") for name, verdict in worlds.items()}
 
 
+def _numbers(found: Any, path: str) -> dict[str, int]:
+    return {name: _number(each, f"{path}.{name}") for name, each in _is_a(dict, "an object")(found, path).items()}
+
+
 def _flag(found: Any, path: str) -> bool:  # noqa: ARG001 - older reports lack it
     return found is True
 
 
 _verdict = _one_of(Verdict)
 _COUNTS: Final = {"endpoints": _number, "topics": _number, "unmatched": _number, "hypothetical": _number}
-_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "more_codes", "edits", "costs"})
+_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "coverage", "more_codes", "edits", "costs"})
 """Keys that older reports lack."""
 _KEYS: Final[dict[type, dict[str, _Take]]] = {
     Report: {
@@ -176,7 +192,10 @@ _KEYS: Final[dict[type, dict[str, _Take]]] = {
         "sources": _texts,
         "partial": _flag,
         "assumed": _many(Assumption),
+        "coverage": _one(Coverage),
     },
+    Coverage: {"endpoints": _number, "unclear": _texts, "unread": _many(Part), "totals": _numbers},
+    Part: {"kind": _text, "name": _text, "cause": _text, "place": _optional(_one(Place)), "endpoints": _number},
     Assumption: {"option": _text, "values": _texts},
     Group: {
         "topic": _text,

@@ -35,7 +35,7 @@ def render_markdown(report: Report, style: Style) -> str:
 def _section(report: Report, style: Style) -> Iterator[str]:
     counts = as_markdown(wording.counts(report, style))
     yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
-    yield from ("", f"**{report.verdict}**{wording.beside(report)}: {counts}", "")
+    yield from ("", f"**{report.verdict_words}**{wording.beside(report)}: {counts}", "")
     found = causes([each for each in wording.shown(report, style) if each.accepted is None], style)
     if found:
         yield from ("| | where | what | what to do |", "| - | ----- | ---- | ---------- |")

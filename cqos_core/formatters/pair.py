@@ -14,7 +14,6 @@ from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean, hanging, paint
 from cqos_core.formatters.text import Page
-from cqos_core.model import report_form
 from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
@@ -249,7 +248,7 @@ def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolve
             "protocol": publisher.pack.id,
             "publisher": publisher.id,
             "subscriber": subscriber.id,
-            **report_form.pair(pair),
+            **pair.to_dict(),
             # As they are in the JSON report.
             "findings": json.loads(render_json(report, style))["findings"],
         }

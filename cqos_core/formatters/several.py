@@ -6,9 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pipeline import context
+from cqos_core.model.coverage import Coverage, joined
 from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
+from cqos_core.model.system import Part
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -62,11 +64,7 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
     if problems or not verdicts:
         verdicts.append(Verdict.UNKNOWN)
     unread = tuple(map(_finding, problems))
-    parts = (
-        (Report(Verdict.UNKNOWN, findings=unread, sources=tuple(dict.fromkeys(_sources((), problems)))),)
-        if problems
-        else ()
-    )
+    parts = (_unreadable(unread, problems),) if problems else ()
     return Report(
         verdict=max(verdicts, key=lambda verdict: verdict.rank),
         groups=tuple(group for report in reports for group in report.groups),
@@ -81,7 +79,15 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
         hypothetical=sum(report.hypothetical for report in reports),
         parts=(*parts, *reports),
         assumed=_assumed(reports),
+        coverage=joined(each.coverage for each in (*parts, *reports)),
     )
+
+
+def _unreadable(findings: tuple[Finding, ...], problems: Sequence[Problem]) -> Report:
+    """Return the report of inputs that could not be read."""
+    files = tuple(dict.fromkeys(_sources((), problems)))
+    left_out = tuple(Part("file", cause=each.message, place=each.place) for each in problems)
+    return Report(Verdict.UNKNOWN, findings=findings, sources=files, coverage=Coverage(unread=left_out))
 
 
 def _assumed(reports: Sequence[Report]) -> tuple[Assumption, ...]:

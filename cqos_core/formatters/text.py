@@ -79,6 +79,7 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
 
         yield from losses(report)
     texts = [f"not checked: {'; '.join(report.not_checked)}"] if style.not_checked and report.not_checked else []
+    texts += wording.coverage(report) if style.coverage else ()
     texts += wording.assumed(report) if found or report.parts else ()
     if style.codes and not found:
         texts.append("there is no finding of the rules that --show names")

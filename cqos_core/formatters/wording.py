@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -156,7 +157,37 @@ def counts(report: Report, style: Style) -> str:
             parts.append(plural(number, severity) + hidden)
     if accepted := sum(finding.accepted is not None for finding in report.findings):
         parts.append(f"{accepted} accepted")
-    return ", ".join(parts if report.findings else [*parts, "no findings"])
+    counted = ", ".join(parts if report.findings else [*parts, "no findings"])
+    unread = ", ".join(not_read(report))
+    return f"{counted}; not read: {unread} (listed with --show coverage)" if unread else counted
+
+
+def not_read(report: Report) -> list[str]:
+    """Return how many parts of each kind were not read: ``3 of 14 nodes``, ``1 include``."""
+    totals = report.coverage.totals
+    # Several causes may hide parts of one.
+    distinct = dict.fromkeys((each.kind, each.name or each.cause, each.place) for each in report.coverage.unread)
+    kinds = Counter(kind for kind, *_ in distinct)
+    return [
+        clean(f"{number} of {plural(totals[kind], kind)}" if totals.get(kind, 0) > number else plural(number, kind))
+        for kind, number in kinds.items()
+    ]
+
+
+def coverage(report: Report) -> Iterator[str]:
+    """Yield how much of the inputs was read, and each part of them that was not, although it may decide."""
+    covered = report.coverage
+    known = covered.endpoints - len(covered.unclear)
+    missing = sum(each.endpoints for each in covered.unread)
+    more = f", and at least {plural(missing, 'endpoint')} not read" if missing else ""
+    yield f"coverage: {covered.percent} %: {known} of {plural(covered.endpoints, 'endpoint')} known whole{more}"
+    for each in covered.unread:
+        name, cause = (f" `{each.name}`" if each.name else ""), (f": {each.cause}" if each.cause else "")
+        yield clean(
+            f"not read: {each.kind}{name}{cause}{f' ({position(each.place)})' if each.place is not None else ''}"
+        )
+    for name in covered.unclear:
+        yield clean(f"not known whole: `{name}`")
 
 
 def beside(report: Report) -> str:
@@ -171,7 +202,7 @@ def verdict(report: Report, style: Style, paint: Paint) -> Iterator[str]:
     if loose := _loose_ends(report):
         yield f"{name}{loose}"
     errors = paint(beside(report), Severity.ERROR) if beside(report) else ""
-    yield f"{name}{paint(report.verdict, report.verdict)}{errors}: {counts(report, style)}"
+    yield f"{name}{paint(report.verdict_words, report.verdict)}{errors}: {counts(report, style)}"
 
 
 def _loose_ends(report: Report) -> str:
@@ -189,6 +220,7 @@ def conclusion(report: Report, style: Style, paint: Paint) -> list[str]:
 
 def total(report: Report, style: Style, paint: Paint) -> str:
     """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
-    verdicts = [part.verdict for part in report.parts]
-    counted = ", ".join(paint(f"{verdicts.count(each)} {each}", each) for each in reversed(Verdict) if each in verdicts)
+    parts = sorted(report.parts, key=lambda part: (-part.verdict.rank, part.verdict_words))
+    verdicts = Counter((part.verdict, part.verdict_words) for part in parts)
+    counted = ", ".join(paint(f"{number} {words}", each) for (each, words), number in verdicts.items())
     return f"total: {plural(len(report.parts), 'system')}: {counted}{beside(report)}: {counts(report, style)}"

@@ -271,6 +271,8 @@ class _Builder:
         for kind in ("profile", "topic", "broker", "bridge", "chain", "link", "participant"):
             among = getattr(system, f"{kind}s")
             for name, stated in getattr(foreign, f"{kind}s").items():
+                if kind == "broker" and name in among and is_only_named(stated):
+                    continue  # an address of a bridge or a client, which another file describes
                 if self.claim(kind, name, stated.place or Place("")):
                     among[name] = stated
         system.endpoints += foreign.endpoints
@@ -404,6 +406,11 @@ class _Builder:
         """Return where the endpoint with an id stands, and whether a person chose the id."""
         alike, *more = found = self.ids[name]
         return (alike, more[0]) if isinstance(alike, Place) else (alike.make("place", found), False)
+
+
+def is_only_named(broker: Broker) -> bool:
+    """Whether nothing is stated of a broker but that it is there."""
+    return not (broker.settings or broker.profiles or broker.addresses)
 
 
 def _route(route: Entry) -> Route:

@@ -101,6 +101,10 @@ class Domain:
         return InvalidValueError(message, self.expected(), near or "")
 
 
+_DENIAL: Final = regular_expression(r"(?:\b|_)(?:not?|non|un|never)_?$")
+"""The end of what stands before a name and says the opposite: `not_reliable`, `unreliable`."""
+
+
 class Choice(Domain):
     """One of a few names, weakest first where they are ordered.
 
@@ -144,7 +148,8 @@ class Choice(Domain):
             # A program writes `Policy.VALUE` or `Policy::VALUE`.
             last = self.word(re.split(r"\.|::", text)[-1])
             near = last if last in self._ranks else nearest(word, self.names) or same_start(word, self.names)
-            raise self.refused(f"`{text}` is not one of its values", near)
+            denied = near is not None and _DENIAL.search(word.removesuffix(near)) is not None
+            raise self.refused(f"`{text}` is not one of its values", None if denied else near)
         return rank
 
     def format(self, value: Plain) -> str:

@@ -145,7 +145,7 @@ class BoundCondition:
         return all(type(values[use.index]) in _PLAIN for use in self.uses)
 
     def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> RuleAnswer:
-        """Judge two value tuples, each assumption in play taken apart (at most 64 worlds, set reasoning beyond)."""
+        """Judge two value tuples, by sets of values; where that leaves it open, each assumption in play is taken apart, in at most 64 worlds."""
         if self.aggregate_uses:
             return self._over_worlds(a, b, signal)
         # What is open is open alike for many endpoints (an option that is not set).
@@ -174,7 +174,10 @@ class BoundCondition:
         read = [(b if use.second else a)[use.index] for use in self.uses]
         if self.aggregate_uses:
             read += signal.remembered(id(self), lambda: self._assuming(signal))
-        worlds = worlds_of(read) or [{}]
+        together = self._under({}, a, b, signal)
+        worlds = worlds_of(read) if together is None else None
+        if worlds is None or worlds == [{}]:
+            return RuleAnswer(together)  # the answer in every world; or there are too many, or no assumption
         answers = [self._under(world, a, b, signal) for world in worlds]
         if len({*answers}) == 1:
             return RuleAnswer(answers[0])

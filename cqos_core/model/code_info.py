@@ -18,6 +18,8 @@ class CodeInfo:
         reason: why it matters.
         help: what to do about it, as a finding says it that has no better advice.
         aliases: former codes and names.
+        leaves_out: where it reports that a part of an input was not read and may decide: what kind of part, as ``file``.
+        missing: how many endpoints such a part has at least; 0: it decides about those that were read.
     """
 
     code: str
@@ -27,6 +29,8 @@ class CodeInfo:
     reason: str = ""
     aliases: tuple[str, ...] = ()
     help: str = ""
+    leaves_out: str = ""
+    missing: int = 0
 
     @property
     def spellings(self) -> frozenset[str]:

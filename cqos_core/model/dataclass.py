@@ -1,8 +1,9 @@
 """Dataclasses whose methods are written on first use.
 
-`dataclasses.dataclass` compiles five or six functions for each class: 0.5 ms a class, which was a quarter of the time of
-``cqos check`` of a small file. This `dataclass` leaves fields and slots to the standard library, shares all other methods, and
-compiles ``__init__`` when the class has made some instances: 0.05 ms a class, 0.08 ms more for a class that is used much.
+`dataclasses.dataclass` compiles up to six functions for each class, which takes 0.55 ms. A check of a small file loads 137 classes:
+the whole process takes 3.9 times the bare imports of click, yaml and pluggy with the library's, 2.9 times with this one, and 2.5
+times without any. This `dataclass` leaves fields and slots to the standard library, shares all other methods, and compiles
+``__init__`` for the first instance of a class.
 """
 
 from __future__ import annotations
@@ -13,14 +14,12 @@ from functools import partial
 from operator import attrgetter
 from reprlib import recursive_repr
 from types import MemberDescriptorType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 __all__ = ["dataclass"]
-_BEFORE_COMPILED: Final = 16
-"""How many instances of a class are made without a compiled ``__init__``, which costs as much as about 20 of them."""
 
 
 def _dataclass(
@@ -77,39 +76,11 @@ def _with_fields(cls: Any, *, slots: bool, kw_only: bool) -> Any:
 
 
 def _add_init(cls: Any, *, frozen: bool) -> None:
-    left = _BEFORE_COMPILED
-
     def first(self: Any, *args: Any, **kwargs: Any) -> None:
-        nonlocal left
-        left -= 1
-        values = _by_field(cls, args, kwargs) if left > 0 else None
-        if values is None:  # often used, or wrongly: then Python says so
-            cls.__init__ = _init(cls, frozen=frozen)
-            cls.__init__(self, *args, **kwargs)
-            return
-        for name, value in values:
-            object.__setattr__(self, name, value)
-        if hasattr(cls, "__post_init__"):
-            self.__post_init__()
+        cls.__init__ = _init(cls, frozen=frozen)
+        cls.__init__(self, *args, **kwargs)
 
     cls.__init__ = first
-
-
-def _by_field(cls: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[tuple[str, Any]] | None:
-    """Return the value of each field of a new instance; None where the arguments are not those of the class."""
-    every, values = fields(cls), []
-    positional = [each.name for each in every if each.init and not each.kw_only]
-    given = {**dict(zip(positional, args, strict=False)), **kwargs}
-    if len(args) > len(positional) or len(given) < len(args) + len(kwargs):
-        return None
-    for each in every:
-        if each.init and each.name in given:
-            values.append((each.name, given.pop(each.name)))
-        elif each.default is not MISSING or each.default_factory is not MISSING:
-            values.append((each.name, each.default if each.default_factory is MISSING else each.default_factory()))
-        elif each.init:
-            return None
-    return None if given else values
 
 
 def _init(cls: Any, *, frozen: bool) -> Callable[..., None]:

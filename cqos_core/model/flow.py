@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.system import Constant, Place
+from cqos_core.model.settings import Constant, Place
 
 EventKind: TypeAlias = Literal["start", "end", "throw", "catch", "boundary"]
 """``end`` and ``throw`` throw; ``start``, ``catch`` and ``boundary`` catch."""

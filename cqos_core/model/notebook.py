@@ -8,13 +8,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Protocol
 
-    from cqos_core.model.report import Finding
-
     class _Printer(Protocol):
         """What IPython hands over."""
 
         def text(self, obj: str) -> object:
             """Write something."""
+
+    class _Finding(Protocol):
+        """What a table has of a finding."""
+
+        @property
+        def severity(self) -> object: ...
+        @property
+        def code(self) -> str: ...
+        @property
+        def message(self) -> str: ...
+        @property
+        def place(self) -> object: ...
 
 
 _SHOWN: Final = 100  # findings in a notebook
@@ -24,7 +34,7 @@ class InNotebooks:
     """How a notebook shows a result where a cell ends with it."""
 
     __slots__ = ()
-    findings: tuple[Finding, ...]
+    findings: tuple[_Finding, ...]
 
     def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
         printer.text(str(self))

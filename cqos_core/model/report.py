@@ -1,232 +1,49 @@
 """What a check returns: verdicts of groups of pairs, findings with their remedies, and what was not looked at.
 
-Leaf types only: formatters, the service and callers read them, `checker` makes them. All values are text in the
-spelling of the YAML form, so nothing here needs a rule pack to be understood.
+Leaf types only: formatters, the service and callers read them, `checker` makes them. As plain data they are the JSON report,
+version 1, documented in ``docs/json-report.md``.
 """
 
 from __future__ import annotations
 
-from dataclasses import field, fields
-from enum import Enum
+from collections import Counter
+from dataclasses import asdict, field, fields
 from typing import TYPE_CHECKING, Any
 
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, TextEnum, Verdict, plural
 from cqos_core.model.notebook import InNotebooks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator
 
-    from cqos_core.model.system import Place, Role
+    from cqos_core.model.finding_form import Exact, Json
 
+__all__ = [
+    "REPORT_VERSION",
+    "Assumption",
+    "Edit",
+    "Fact",
+    "Finding",
+    "Group",
+    "Guarantee",
+    "GuaranteeCell",
+    "HopReport",
+    "Pair",
+    "PairReport",
+    "PolicyComparison",
+    "Remedy",
+    "Report",
+    "Severity",
+    "Side",
+    "TextEnum",
+    "Verdict",
+    "plural",
+]
 
-def plural(count: int, noun: str) -> str:
-    """Return ``1 pair``, ``2 pairs``."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-class TextEnum(str, Enum):
-    """A closed set of texts: `enum.StrEnum`, which Python 3.10 does not have."""
-
-    def __str__(self) -> str:
-        return str(self.value)
-
-    def __format__(self, spec: str) -> str:
-        return format(self.value, spec)
-
-
-class Verdict(TextEnum):
-    """The answer for one pair, and for a report the worst of its pairs."""
-
-    COMPATIBLE = "compatible"
-    UNKNOWN = "unknown"
-    INCOMPATIBLE = "incompatible"
-
-    @property
-    def rank(self) -> int:
-        """0 compatible, 1 unknown, 2 incompatible: larger is worse."""
-        return _VERDICTS.index(self)
-
-
-_VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
-
-
-class Severity(TextEnum):
-    """How loud a finding speaks (DESIGN 7)."""
-
-    ERROR = "error"
-    WARNING = "warning"
-    NOTE = "note"
-
-    @property
-    def rank(self) -> int:
-        """0 error, 1 warning, 2 note: smaller is louder."""
-        return _SEVERITIES.index(self)
-
-
-_SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
-
-
-@dataclass(frozen=True, slots=True)
-class Fact:
-    """One value a finding speaks of.
-
-    Attributes:
-        policy: canonical name.
-        value: text in YAML spelling; for an undetermined value what it depends on, for instance
-            ``system_default (best_effort with fastdds, reliable with cyclonedds)``.
-        origin: ``explicit``, ``profile NAME``, ``preset NAME``, ``default``, ``option NAME``, ``overlay``, ``settled``.
-        place: its place, or that of the endpoint if it is not stated.
-    """
-
-    policy: str
-    value: str
-    origin: str
-    place: Place | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Side:
-    """One side of a finding: the endpoints (or participants) concerned, which all have these values.
-
-    Attributes:
-        role: ``publisher``, ``subscriber``, ``participant``, ``broker``, ``topic`` or ``system``.
-        members: endpoint ids in a stable order; `count` of them (ids listed once, never truncated).
-        label: what an excerpt writes under the value: ``offered here``, ``requested here``, ``set here``.
-        facts: the values the rule looked at; their places are those of the first member.
-        place: of the first member.
-        templates: what the members are instances of, where any is one: each template once, and the members that are of none.
-    """
-
-    role: str
-    members: tuple[str, ...]
-    label: str = ""
-    facts: tuple[Fact, ...] = ()
-    place: Place | None = None
-    templates: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """The first member, and how many more there are: ``robot/scan`` or ``robot/scan and 3 more``."""
-        if not self.members:
-            return ""
-        more = len(self.members) - 1
-        return self.members[0] if not more else f"{self.members[0]} and {more} more"
-
-
-@dataclass(frozen=True, slots=True)
-class Edit:
-    """One change of a file or of an element of a model; `cqos_core.apply` makes new texts of edits.
-
-    Attributes:
-        place: of the value that is replaced; of what the setting is added to, where it is not stated yet.
-        attribute: the name that the value is stated under; for a setting that is added, the name of its policy.
-        old: the text that is replaced, as written; None where the setting is added.
-        new: the text that takes its place, in the spelling of its file.
-    """
-
-    place: Place
-    attribute: str
-    old: str | None
-    new: str
-
-
-@dataclass(frozen=True, slots=True)
-class Remedy:
-    """A change of one policy on one side that makes the rule pass; verified by judging it.
-
-    Attributes:
-        role: whose change it is; `members` are the endpoints that change.
-        policy, value: what to set, as text.
-        kind: ``configuration``, or ``needs_code`` where a stronger promise has to be kept by the program.
-        mends: how many pairs it turns from worse to better, and `breaks` from better to worse, on the whole
-            topic; None where there are too many to count.
-        text: the change in words: ``offer `reliable` on drone/req_weather``.
-        weakens: it promises or demands less than the design does now; applied only where the caller allows that.
-        edits: the change as new texts; none where no file states the endpoints, or its format has no place for it.
-        costs: memory and traffic that it multiplies, one sentence each.
-    """
-
-    role: Role
-    members: tuple[str, ...]
-    policy: str
-    value: str
-    kind: str
-    text: str
-    mends: int | None = 0
-    breaks: int | None = 0
-    weakens: bool = False
-    edits: tuple[Edit, ...] = ()
-    costs: tuple[str, ...] = ()
-
-    @property
-    def is_automatic(self) -> bool:
-        """Whether ``cqos check --fix`` may apply it: it edits files, makes nothing weaker or worse, and needs no other program."""
-        return bool(self.edits) and not (self.weakens or self.breaks or self.kind == "needs_code")
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One rule that spoke.
-
-    Attributes:
-        code, name: of the rule, permanent; `source` names the pack or plugin it comes from.
-        severity: after overrides.
-        message: one sentence that makes sense alone, with both endpoints and both values.
-        topic: the signal's topic, or None.
-        verdict: what it does to its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
-        sides: primary first (the requesting side); the other sides are context.
-        remedies: alternatives, may be empty; those that make other pairs worse come last, else the fewest endpoints first. They
-            are computed when they are first read.
-        notes: short further sentences: the order of the values, what the verdict depends on, worlds.
-        because: the rule's reason. `clause`: where the standard says so.
-        pairs: how many pairs this finding speaks of (0 for endpoint findings).
-        worlds: for an undetermined verdict: assumption such as ``ros2.rmw=fastdds`` to verdict.
-        more_topics: further topics on which the same was found: one unknown cause, or instances of one template.
-        more_codes: further rules that the same missing fact leaves undecided.
-        accepted: the reason given in ``accept:``; an accepted finding no longer counts for the exit code.
-    """
-
-    code: str
-    name: str
-    severity: Severity
-    message: str
-    source: str = "cqos"
-    topic: str | None = None
-    verdict: Verdict | None = None
-    sides: tuple[Side, ...] = ()
-    remedies: tuple[Remedy, ...] = ()
-    notes: tuple[str, ...] = ()
-    because: str = ""
-    clause: str = ""
-    help: str | None = None
-    pairs: int = 0
-    worlds: Mapping[str, Verdict] = field(default_factory=dict, hash=False)
-    more_topics: tuple[str, ...] = ()
-    accepted: str | None = None
-    more_codes: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        """``file:line:column: error[ROS101] message``, one line."""
-        where = f"{self.place}: " if self.place is not None else ""
-        return f"{where}{self.severity}[{self.code}] {self.message}"
-
-    @property
-    def place(self) -> Place | None:
-        """The best place to send a person to: where the primary side states a value itself, else the side."""
-        for side in self.sides:
-            for fact in side.facts:
-                if fact.place is not None and fact.origin in {"explicit", "overlay"}:
-                    return fact.place
-            if side.place is not None:
-                return side.place
-        return None
-
-    @property
-    def endpoints(self) -> tuple[str, ...]:
-        """Ids of all endpoints concerned, primary side first."""
-        return tuple(
-            member for side in self.sides if side.role in {"publisher", "subscriber"} for member in side.members
-        )
+REPORT_VERSION = 1
+"""Of the JSON report; a number that a reader does not know means that it must not go on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +76,19 @@ class Group:
         """Number of pairs in the group."""
         return len(self.publishers) * len(self.subscribers)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the group as plain data with the keys of the JSON report."""
+        return {
+            "topic": self.topic,
+            "protocol": self.protocol,
+            "verdict": self.verdict.value,
+            "pairs": self.pairs,
+            "internal": self.internal,
+            "codes": list(self.codes),
+            "publishers": list(self.publishers),
+            "subscribers": list(self.subscribers),
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
@@ -272,6 +102,10 @@ class Assumption:
     option: str
     values: tuple[str, ...]
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the assumption as plain data with the keys of the JSON report."""
+        return {"option": self.option, "values": list(self.values)}
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Report(InNotebooks):
@@ -283,6 +117,7 @@ class Report(InNotebooks):
         hypothetical: how many pairs of profiles that no endpoint uses were tried; they are in no group and set no verdict.
         parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
         assumed: options that are not stated, where a verdict, an error or a warning rests on them.
+        coverage: how much of its inputs it was made from.
     """
 
     verdict: Verdict
@@ -298,10 +133,11 @@ class Report(InNotebooks):
     hypothetical: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
     assumed: tuple[Assumption, ...] = ()
+    coverage: Coverage = Coverage()
 
     def __str__(self) -> str:
         """Give the verdict, how many pairs were judged, and each finding on a line of its own."""
-        head = f"{self.system}: {self.verdict}" if self.system else str(self.verdict)
+        head = f"{self.system}: {self.verdict_words}" if self.system else self.verdict_words
         errors = self.count(Severity.ERROR)
         if errors and self.verdict is Verdict.COMPATIBLE:
             head += f", {plural(errors, 'error')}"
@@ -310,19 +146,59 @@ class Report(InNotebooks):
     def __repr__(self) -> str:
         counts = [plural(self.pair_count, "pair"), *(plural(self.count(each), each.value) for each in Severity)]
         name = f" {self.system!r}" if self.system else ""
-        return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
+        return f"<Report{name}: {self.verdict_words}, {', '.join(counts)}>"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain data with the keys of the JSON report."""
-        from cqos_core.model.report_form import document
+    @property
+    def verdict_words(self) -> str:
+        """The verdict; of one that is ``compatible`` although something was not read that may decide: ``compatible as far as read``."""
+        is_open = self.verdict is Verdict.COMPATIBLE and self.coverage.unread
+        return f"{self.verdict} as far as read" if is_open else str(self.verdict)
 
-        return document(self)
+    def to_dict(self, tool_version: str = "", exact: Exact | None = None) -> dict[str, Any]:
+        """Return the report as plain data with the keys of the JSON report; ``exact`` fills in what places leave open."""
+        from cqos_core.model.finding_form import as_it_is, finding_form
+
+        return {
+            **self.summary(tool_version),
+            "groups": [each.to_dict() for each in self.groups],
+            "findings": [finding_form(each, exact or as_it_is) for each in self.findings],
+            "not_checked": list(self.not_checked),
+        }
+
+    def summary(self, tool_version: str = "") -> dict[str, Any]:
+        """Return what the JSON report states once: verdict, counts and sources."""
+        return {
+            "version": REPORT_VERSION,
+            "tool": {"name": "cqos", "version": tool_version},
+            "system": self.system,
+            "verdict": self.verdict.value,
+            "partial": self.partial,
+            "counts": self._counts(),
+            "sources": list(self.sources),
+            "assumed": [each.to_dict() for each in self.assumed],
+            "coverage": self.coverage.to_dict(),
+        }
+
+    def _counts(self) -> Json:
+        pairs: Counter[Verdict] = Counter()
+        for group in self.groups:
+            pairs[group.verdict] += group.pairs
+        return {
+            "topics": self.topics,
+            "endpoints": self.endpoints,
+            "pairs": self.pair_count,
+            **{verdict.value: pairs[verdict] for verdict in Verdict},
+            **{f"{severity.value}s": self.count(severity) for severity in Severity},
+            "accepted": sum(finding.accepted is not None for finding in self.findings),
+            "unmatched": self.unmatched,
+            "hypothetical": self.hypothetical,
+        }
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a flat dictionary for each finding, as data frames take them: ``pandas.DataFrame(report.rows())``."""
-        from cqos_core.model.report_form import row
+        from cqos_core.model.finding_form import row_form
 
-        return [row(each) for each in self.findings]
+        return [row_form(each) for each in self.findings]
 
     @property
     def pairs(self) -> Iterator[Pair]:
@@ -412,9 +288,31 @@ class PairReport(InNotebooks, _Unmade):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the pair as plain data with the keys of ``cqos explain --format json``."""
-        from cqos_core.model.report_form import pair
+        from cqos_core.model.finding_form import finding_form
 
-        return pair(self)
+        policies, guarantees, hops = (
+            [asdict(each, dict_factory=_fields) for each in parts]
+            for parts in (self.policies, self.guarantees, self.hops)
+        )
+        return {
+            "verdict": self.verdict.value,
+            "policies": policies,
+            "derived": dict(self.derived),
+            "assumed": [each.to_dict() for each in self.assumed],
+            "guarantees": guarantees,
+            "hops": hops,
+            "findings": [finding_form(each) for each in self.findings],
+        }
+
+
+def _fields(stated: list[tuple[str, Any]]) -> Json:
+    """Return the fields of a value as JSON has them: reasons as objects, and no policy in a fact, which stands beside it."""
+    found = {name: list(value) if isinstance(value, tuple) else value for name, value in stated}
+    if "lost" in found:
+        found["lost"] = [{"code": code, "because": because} for code, because in found["lost"]]
+    if "origin" in found:
+        del found["policy"]
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,13 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.model.system import Endpoint, Place, Room
+from cqos_core.model.system import Endpoint, Room
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from cqos_core.model.system import Said, Settings, System
+    from cqos_core.model.settings import Place, Said, Settings
+    from cqos_core.model.system import System
 
 Row: TypeAlias = "tuple[Any, ...]"
 FIRST_TEXT: Final = 4
@@ -61,14 +62,15 @@ class RowKind(ABC):
         self.pattern = pattern
 
     @abstractmethod
-    def place(self, row: Row) -> Place:
-        """Return where the endpoint that a row is stands."""
+    def place(self, row: Row) -> Place | None:
+        """Return where the endpoint that a row is stands; None where no file states it."""
 
     def make(self, name: str, row: Row) -> Any:
         """Return the label, the place, the room, the profiles or the settings of the endpoint that a row is."""
-        if name == "place":
-            return self.place(row)
-        return Room(self.place(row)) if name == "room" else getattr(self.endpoint, name)
+        if name not in {"place", "room"}:
+            return getattr(self.endpoint, name)
+        place = self.place(row)
+        return place if name == "place" or place is None else Room(place)
 
 
 class EndpointList(list[Endpoint]):
@@ -209,7 +211,7 @@ class RowEndpoint(Endpoint):
         self._made = stated
 
     def pattern(self) -> tuple[Pattern, tuple[str, ...]] | None:
-        """See `Endpoint.pattern`; none once the settings are made and may be changed."""
+        """Return what it and others state with other texts, and its own texts there; None once its settings are made and may be changed."""
         return None if self._made is not None or self.overlay else (self.row[0].pattern, self.row[FIRST_TEXT:])
 
     def said(self) -> Said:

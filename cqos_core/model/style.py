@@ -25,6 +25,7 @@ class Style:
     Attributes:
         show: findings up to this severity are printed in full by the text formats (``warning``: notes are counted only).
         not_checked: list in the text formats what no check of the protocols can see, rather than count it.
+        coverage: list in the text formats what was not read although it may decide.
         codes: beginnings of the codes of rules, in lower case: if any, the text formats print the findings of these rules only.
         listed: the caller asked for all that is shown, so the text format gives no summary in place of it.
         apart: the text formats print each finding, also where several have one cause.
@@ -46,6 +47,7 @@ class Style:
     sources: Mapping[str, bytes] = field(default_factory=dict)
     tool_version: str = ""
     not_checked: bool = False
+    coverage: bool = False
     losses: bool = False
     codes: tuple[str, ...] = ()
     listed: bool = False

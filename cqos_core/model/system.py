@@ -10,100 +10,52 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.settings import EVERY_OTHER, Cases, Constant, Place, Said, Setting, Settings
 from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
-
     from cqos_core.model.flow import ControlFlow
-    from cqos_core.model.rows import Pattern
     from cqos_core.model.timing import Chain, StatedLink
+
+__all__ = [
+    "EVERYBODY",
+    "EVERY_OTHER",
+    "MESSAGE",
+    "NAMED",
+    "PUBLISHER",
+    "SUBSCRIBER",
+    "Acceptance",
+    "Bound",
+    "Bridge",
+    "Broker",
+    "Cases",
+    "Constant",
+    "Endpoint",
+    "ImportNote",
+    "Overlay",
+    "Participant",
+    "Place",
+    "Profile",
+    "ProfileRef",
+    "Role",
+    "Room",
+    "Route",
+    "Said",
+    "Scope",
+    "Setting",
+    "Settings",
+    "System",
+    "TeamRule",
+    "Topic",
+    "endpoint_id",
+    "numbered",
+]
 
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
 SUBSCRIBER: Role = "subscriber"
 MESSAGE: Final = "message"
 """The kind of an endpoint that is one of a topic, and no end of a service or an action."""
-
-
-class Constant:
-    """What never changes is its own copy."""
-
-    __slots__ = ()
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self
-
-
-@dataclass(frozen=True, slots=True)
-class Place(Constant):
-    """Where something was stated.
-
-    Attributes:
-        source: file path as given by the caller, or a name such as ``<bytes>``.
-        line, column: one-based; None where the format has none. `cqos_core.model.excerpt` finds a column that is None.
-        element: id of the model element (BPMN element id, modeler id), or None.
-        path: dotted path of the property inside the document or element (``participants.drone.publishes``,
-            ``qos:reliability``), or None.
-    """
-
-    source: str
-    line: int | None = None
-    column: int | None = None
-    element: str | None = None
-    path: str | None = None
-
-    def __str__(self) -> str:
-        """``file:line:column (element)``; the path only where there is nothing better."""
-        text = self.source
-        if self.line is not None:
-            text += f":{self.line}"
-            if self.column is not None:
-                text += f":{self.column}"
-        if self.element is not None:
-            text += f" ({self.element})"
-        elif self.line is None and self.path is not None:
-            text += f" ({self.path})"
-        return text
-
-
-@dataclass(frozen=True, slots=True)
-class Cases:
-    """A value that is one of a few, depending on an assumption that one reading shares among all settings that name it.
-
-    ``Cases("what the zeros mean", (("they were chosen", "0"), ("they were never edited", "")))``: an empty text is the default.
-    """
-
-    assumption: str
-    values: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Setting(Constant):
-    """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
-
-    Attributes:
-        unknown: why the importer could not read the value (``variable `X` is not set``), or the `Cases` that it may be.
-            The policy is then unknown, and the cause is reported once; `text` is what the file says.
-        derived: a rule pack worked it out; only so does a policy that cannot be stated get a value.
-        reported: code of the note by which the importer reports the cause itself.
-    """
-
-    text: str
-    place: Place | None = None
-    unknown: str | Cases = ""
-    derived: bool = False
-    reported: str = ""
-
-
-Settings = dict[str, Setting]
-"""Settings by the name they were written with; aliases are resolved later, by the pack."""
-Said = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
-"""Names, texts and causes of settings, without their places."""
-
-
-EVERY_OTHER: Final = "*"
-"""The name of an unknown setting that stands for every policy which neither the settings beside it nor nearer ones state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,10 +214,6 @@ class Endpoint:
     label: str | None = None
     place: Place | None = None
     room: Room | None = None
-
-    def pattern(self) -> tuple[Pattern, tuple[str, ...]] | None:
-        """Return what it and others state with other texts, and its own texts there; None where that is not known."""
-        return None
 
     def said(self) -> Said:
         """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""
@@ -432,8 +380,33 @@ class Acceptance:
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """A part of an input that was recognised and not read, although it may decide a verdict.
+
+    Attributes:
+        kind: what it is, as a noun: ``node``, ``include``, ``section``.
+        name: which one, or what is said of it.
+        cause: why it was not read.
+        place: where it stands.
+        endpoints: how many endpoints it has at least that are not in the system; 0 where it decides about those that are.
+    """
+
+    kind: str
+    name: str = ""
+    cause: str = ""
+    place: Place | None = None
+    endpoints: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class ImportNote:
-    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap."""
+    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap.
+
+    Attributes:
+        parts: those of the input that it says are not read although they may decide. A note needs none whose code is about such a
+            part (`CodeInfo.leaves_out`): it stands for one.
+        total: how many such parts the input has, read or not, where that is known.
+    """
 
     code: str
     severity: Literal["error", "warning", "note"]
@@ -441,6 +414,8 @@ class ImportNote:
     place: Place | None = None
     help: str | None = None
     endpoint: str | None = None
+    parts: tuple[Part, ...] = ()
+    total: int = 0
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.settings import Place, Settings
 
 STEP_TIMES: Final = ("latency", "waits", "takes")
 """What a step states: ranges of durations."""

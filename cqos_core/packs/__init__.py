@@ -39,6 +39,7 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
+from cqos_core.packs.contents import PackContents
 from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
 from cqos_core.packs.guarantee import (
     LINK,
@@ -101,6 +102,7 @@ __all__ = [
     "Naming",
     "OneOf",
     "Operand",
+    "PackContents",
     "Panel",
     "PerRole",
     "Plain",

@@ -29,7 +29,7 @@ def describe_pack(pack: RulePack) -> dict[str, Any]:
         "source": pack.source,
         "meeting": pack.meeting.described,
         "policies": [describe_policy(policy, pack.panel) for policy in pack.policies],
-        "groups": headings(pack),
+        "groups": headings(pack.panel, pack.policies),
         "presets": {name: dict(preset.settings) for name, preset in pack.presets.items()},
         "base_preset": pack.base_preset,
         "rules": [describe_rule(bound) for bound in pack.bound_rules],

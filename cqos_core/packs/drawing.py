@@ -24,7 +24,7 @@ def drawn(pack: RulePack, form: DrawnForm) -> Iterator[StatedAs]:
 def _settings(pack: RulePack, form: DrawnForm, owner: DrawnOwner) -> Iterator[StatedAs]:
     dialect = pack.dialects.get(form.dialect, Dialect())
     for level in owner.levels:
-        yield from written(pack, dialect, level, owner.attributes)
+        yield from written(pack.panel, pack.policies, dialect, level, owner.attributes)
 
 
 def moddle(form: DrawnForm, packs: Iterable[RulePack]) -> dict[str, Any]:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
 
     from cqos_core.language.policy import Meaning, Policy
-    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
 
 HEADINGS: Final = {
@@ -67,10 +66,10 @@ def shown(panel: Panel, policy: Policy) -> dict[str, Any]:
     }
 
 
-def headings(pack: RulePack) -> list[str]:
+def headings(panel: Panel, policies: Iterable[Policy]) -> list[str]:
     """Return the headings of all settings, in the order of display."""
-    used = {shown(pack.panel, policy)["group"] for policy in pack.policies}
-    return [each for each in dict.fromkeys((*pack.panel.groups, *HEADINGS.values())) if each in used]
+    used = {shown(panel, policy)["group"] for policy in policies}
+    return [each for each in dict.fromkeys((*panel.groups, *HEADINGS.values())) if each in used]
 
 
 def values_of(policy: Policy) -> tuple[str, ...]:
@@ -104,16 +103,18 @@ class StatedAs(NamedTuple):
     roles: tuple[str, ...]
 
 
-def written(pack: RulePack, dialect: Dialect, level: str, taken: Collection[str] = ()) -> Iterator[StatedAs]:
+def written(
+    panel: Panel, policies: Iterable[Policy], dialect: Dialect, level: str, taken: Collection[str] = ()
+) -> Iterator[StatedAs]:
     """Yield the settings of a level that a person can state, but those whose names are ``taken`` by something else."""
-    for policy in pack.policies:
+    for policy in policies:
         name = dialect.writes.get(policy.name, _plain_name(policy))
         if policy.level != level or policy.derived or not name or name in taken:
             continue
         others = (spelt for spelt, meant in dialect.names.items() if normalise(meant) in policy.spellings)
         words = dialect.words if dialect.words is not None else _of_people(policy.words)
         spellings = tuple(sorted({*policy.spellings, *others}))
-        roles = pack.panel.roles.get(policy.name, policy.roles)
+        roles = panel.roles.get(policy.name, policy.roles)
         yield StatedAs(policy, name, tuple(each for each in policy.words if each in words), spellings, roles)
 
 

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
-from cqos_core.packs.catalogue import describe_policy, describe_rule
+from cqos_core.packs.catalogue import describe_pack, describe_policy, describe_rule
 from cqos_core.packs.drawing import drawn, moddle
 from cqos_core.packs.parts import Dialect
 from cqos_core.plugins import load_plugins
@@ -100,7 +100,7 @@ def _drawn_owner(owner: DrawnOwner) -> catalogue_pb2.DrawnOwner:
 
 def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
     """Describe one pack in full."""
-    described = pack.describe()
+    described = describe_pack(pack)
     forms = [form for info in load_plugins().importers.values() if (form := info.load_drawn()) is not None]
     dialects = dict(pack.dialects) | {each.dialect: pack.dialects.get(each.dialect, Dialect()) for each in forms}
     writes = {each.dialect: list(drawn(pack, each)) for each in forms}

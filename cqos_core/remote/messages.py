@@ -19,12 +19,13 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.language.domains import Names
-from cqos_core.model import difference, flow, problems, report, system, timing
+from cqos_core.model import coverage, difference, flow, problems, report, system, timing
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 from cqos_core.remote import description
+from cqos_core.remote.endpoint_rows import endpoints_of
 
 T = TypeVar("T")
 _Convert: TypeAlias = "Callable[[Any], Any]"
@@ -35,7 +36,8 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (report, "Report Group Finding Side Fact Remedy Edit PairReport PolicyComparison Assumption"),
         (report, "Guarantee GuaranteeCell HopReport"),
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
-        (system, "TeamRule Acceptance ImportNote Place"),
+        (system, "TeamRule Acceptance ImportNote Part Place"),
+        (coverage, "Coverage"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
         (timing, "Chain ChainStep"),
         (problems, "Problem"),
@@ -56,6 +58,7 @@ _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
 }
 _TUPLES: Final[Mapping[str, Callable[..., Any]]] = {"FlowRunner": flow.FlowRunner, "FlowEnds": flow.FlowEnds}
 _STATED: Final = "_stated"
+_ENDPOINTS: Final = system_pb2.System.DESCRIPTOR.fields_by_name["endpoints"]
 _class_of: Final[Callable[[Descriptor], Any]] = GetMessageClass
 EVERYTHING: Final[frozenset[str]] = frozenset()
 """The paths of all fields of a message."""
@@ -299,6 +302,7 @@ _DERIVED: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Any, _Convert], di
     "Fact": (("origin_kind", "origin_name", "items"), _origin),
     "Remedy": (("items",), _items),
     "Group": (("pairs",), lambda value, _text: {"pairs": value.pairs}),
+    "Coverage": (("percent",), lambda value, _text: {"percent": value.percent}),
 }
 """Fields that a message has beyond those of its value, and what makes them."""
 
@@ -433,6 +437,8 @@ def _field_reader(field: FieldDescriptor, annotation: str) -> _Convert:
     item = _item_reader(field, annotation)
     if not field.is_repeated:
         return item
+    if field is _ENDPOINTS:
+        return lambda found: endpoints_of(found, item)
     if field.name == "sources" and container is dict:
         return lambda names: dict.fromkeys(names, b"")
     if message is None:

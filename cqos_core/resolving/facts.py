@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 def value_text(policy: Policy, value: Value, written: str | None) -> str:
-    """Print a value; what is undetermined is printed as it was written, with what it depends on."""
+    """Print a value; what is undetermined is printed as it was written, with what it depends on, unless that is some value."""
     if isinstance(value, (Anything, Depends)):
         text = "" if written is None else written
         if isinstance(value, Anything):
-            return text or "unknown"
+            return "unknown" if not text or _is_value(policy, text) else text
         cases: dict[str, list[str]] = {}
         for name, case in value.cases:
             cases.setdefault(value_text(policy, case, None), []).append(name)
@@ -32,6 +32,12 @@ def value_text(policy: Policy, value: Value, written: str | None) -> str:
         listed = "; ".join(shown if itself else f"{shown} with {', '.join(names)}" for shown, names in cases.items())
         return f"{text} ({listed})" if text else f"undetermined ({listed})"
     return policy.format(value)
+
+
+def _is_value(policy: Policy, text: str) -> bool:
+    """Whether a text stands for one value, whatever the options are."""
+    meaning = policy.words.get(policy.domain.word(text))
+    return policy.domain.read(text) is not None if meaning is None else isinstance(meaning, (str, PerRole))
 
 
 def bare_fact(resolved: Resolved, value: Value, index: int) -> Fact:

@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep
-from cqos_core.model.rows import FIRST_TEXT
+from cqos_core.model.rows import FIRST_TEXT, RowEndpoint
 from cqos_core.packs.meeting import Naming
 from cqos_core.resolving.bases import Draft
 from cqos_core.resolving.profiles import conventional
@@ -218,7 +218,7 @@ class Kin:
         if type(endpoint) is tuple:
             pattern, texts = endpoint[0].pattern, endpoint[FIRST_TEXT:]
         else:
-            found = endpoint.pattern()  # type: ignore[union-attr]
+            found = endpoint.pattern() if isinstance(endpoint, RowEndpoint) else None
             if found is None:
                 return self._plainly(endpoint.said()[0])  # type: ignore[union-attr]
             pattern, texts = found

@@ -61,7 +61,7 @@ def value_within(policy: Policy, text: str) -> str:
         return counted[1] if counted is not None else ""
     if not isinstance(policy.domain, Choice) or not _NAME.fullmatch(text):
         return ""
-    written = f"_{normalise(_words(text))}_"
+    written = "_".join(("", *re.split(r"[.:]+", normalise(_words(text))), ""))
     found = [word for word in policy.domain.names if f"_{word}_" in written and not word.isdigit()]
     found = [word for word in found if not any(word != other and word in other for other in found)]
     return found[0] if len(found) == 1 and not any(f"_{word}_" in written for word in _NEGATIONS) else ""

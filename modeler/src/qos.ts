@@ -156,7 +156,9 @@ function verdictWords(report: Report): readonly [words: string, kind: StatusKind
     return ['No pairs yet', 'info'];
   }
   if (report.verdict === Verdict.COMPATIBLE) {
-    return [`Compatible: ${pairs} of ${all}`, 'ok'];
+    return report.coverage?.unread.length
+      ? [`Compatible as far as read: ${pairs} of ${all}`, 'info']
+      : [`Compatible: ${pairs} of ${all}`, 'ok'];
   }
   return report.verdict === Verdict.INCOMPATIBLE
     ? [`Incompatible: ${incompatible} of ${all}`, 'error']

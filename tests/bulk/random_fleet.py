@@ -10,9 +10,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from cqos_bulk.profiles import NO_SETTINGS, settings_of
-from cqos_core import check
+from cqos_core import Endpoint, Participant, ProfileRef, Setting, System, check
 from cqos_core.api import context
-from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.plugins import load_plugins
 from tests.bulk.random_ends import known_values
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs import RulePack
 
 STATED = {
     "ros2": {

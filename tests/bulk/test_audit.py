@@ -183,7 +183,7 @@ def test_an_endpoint_with_two_wrong_values_is_one_endpoint(tmp_path):
 def test_plain_names_are_what_endpoints_match_on(protocol):
     import re
 
-    from cqos_core.packs.meeting import NameContext
+    from cqos_core.packs import NameContext
 
     pack = load_plugins().pack(protocol)
     for name in ("/a", "/robot_1/scan", "/a/b_c/d", "Square", "a", "/a__b", "/_a", "/1a", "/a/", "~/x", "a b"):

@@ -88,7 +88,7 @@ def test_a_filter_whose_name_nearly_agrees_is_found_among_many_topics(tmp_path):
 
 
 def test_a_client_with_two_values_of_one_setting_is_refused(tmp_path):
-    from cqos_core.model.problems import CqosError
+    from cqos_core import CqosError
 
     for one, other in (("c1,,", "c2,,"), (",a,", ",b,")):
         with pytest.raises(CqosError, match="in one row and"):

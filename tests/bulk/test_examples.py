@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.analysis.pair_judge import check_pair
+from cqos_core import check, check_pair
 from cqos_core.api import context
 from tests.bulk.random_clients import write_clients
 from tests.bulk.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from cqos_core.model.system import Setting
+    from cqos_core import Setting
 
 pytestmark = pytest.mark.usefixtures("engines")
 

@@ -21,7 +21,7 @@ from tests.effort import EXPLORE
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs import RulePack
     from tests.bulk.random_ends import End
 
 WITHOUT_FORM = {

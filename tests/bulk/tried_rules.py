@@ -12,7 +12,7 @@ from tests.bulk.random_fleet import any_rows
 
 if TYPE_CHECKING:
     from cqos_bulk.forms import Column, RuleForm
-    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs import RulePack
     from tests.bulk.random_ends import End
 
 PAIRS = 150

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from cqos_core import check, read
-from cqos_core.api import context
-from cqos_core.language.binding import bind
-from cqos_core.resolving.resolve import resolve
+from cqos_core import check
+from cqos_core.packs import forbids
 from cqos_mqtt.filters import matches, wrong_with_filter, wrong_with_name
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.rules import EFFECTIVE, GRANTED
 from tests.conformance.mosquitto import PATIENCE, V3, V5, Broker, Client, takes
 
 if TYPE_CHECKING:
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.packs import Operand, RulePack
 
 VERSIONS = (V3, V5)
 LEVELS = (0, 1, 2)
@@ -92,20 +91,21 @@ def codes(text: bytes) -> set[str]:
     return {finding.code for finding in check(text, importer="yaml").findings if finding.severity == "error"}
 
 
-def ends(text: bytes) -> tuple[Resolved, Resolved]:
-    """Return publisher and subscriber, resolved."""
-    found = resolve(read(text, importer="yaml"), context(()).find_pack).endpoints
-    return next(each for each in found if each.role == "publisher"), next(e for e in found if e.role == "subscriber")
-
-
-def level(operand: Any, text: bytes) -> int:
+def level(operand: Operand, text: bytes) -> int:
     """Return the QoS that an operand of the pack's rules amounts to."""
-    publisher, subscriber = ends(text)
-    return next(
-        qos
+    found = {finding.code for finding in check(text, importer="yaml", packs=[asking(operand)]).findings}
+    (qos,) = (qos for qos in LEVELS if f"MQTT99{qos}" in found)
+    return qos
+
+
+@cache
+def asking(operand: Operand) -> RulePack:
+    """The pack with a rule for each QoS, which speaks where the operand amounts to it."""
+    rules = (
+        forbids(operand == str(qos), code=f"MQTT99{qos}", name=f"level-{qos}", because="so it is", severity="note")
         for qos in LEVELS
-        if bind(operand == str(qos), PACK.vocabulary).judge(publisher.profile.values, subscriber.profile.values).result
     )
+    return replace(PACK, rules=(*PACK.rules, *rules))
 
 
 # Sections

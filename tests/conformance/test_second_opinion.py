@@ -2,7 +2,7 @@
 
 import json
 
-from cqos_core.packs.guarantee import LINK
+from cqos_core.packs import LINK
 from tests.conformance.second_opinion import DOCUMENT, RECORDED, cases, document
 
 

@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import pytest
 
-from cqos_core import check
-from cqos_core.model.report import Severity, Verdict
+from cqos_core import Severity, Verdict, check
 from tests.laws.test_fixes import CASES
 from tests.laws.test_fixes import reports as reports_of_cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.model.report import Finding, Report
+    from cqos_core import Finding, Report
 
 ROOT: Final = Path(__file__).parents[2]
 PAGE: Final = ROOT / "docs/benchmarks.md"

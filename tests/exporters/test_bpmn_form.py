@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from lxml import etree
 
 import cqos_core as cqos
-from cqos_core.analysis.system_fixes import fix_system
 from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
+from tests.command import run_here
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -37,8 +37,8 @@ def system_of(text):
     return read_source(Source("model.bpmn", data), importer="bpmn")
 
 
-def convert(system, to="bpmn", changed=None):
-    return load_plugins().exporters[to].load()(system, ExportContext(WHERE.find_pack, "ros2", changed=changed))
+def convert(system, to="bpmn"):
+    return load_plugins().exporters[to].load()(system, ExportContext(WHERE.find_pack, "ros2"))
 
 
 def judgement(system):
@@ -79,10 +79,12 @@ def test_a_model_in_words_stays_as_it_is():
     assert convert(system_of(text)).text == text
 
 
-def test_only_fixed_attributes_differ():
+def test_only_fixed_attributes_differ(tmp_path):
     text = (EXAMPLES / "smart_agriculture_incompatible.bpmn").read_text(encoding="utf-8")
-    fixed = fix_system(system_of(text), WHERE, "first")
-    found = convert(fixed.system, changed=fixed.changed).text
+    (tmp_path / "model.bpmn").write_text(text, encoding="utf-8")
+    done = run_here(["convert", "model.bpmn", "--to", "bpmn", "--fix", "--change-program"], tmp_path)
+    assert done.code == 0
+    found = done.out
     added = [line for line in ndiff(text.splitlines(), found.splitlines()) if line.startswith("+ ")]
     assert [line.split()[1:] for line in added] == [
         ['qos:reliability="reliable"', 'qos:durability="volatile"'],

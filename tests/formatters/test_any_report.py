@@ -29,10 +29,11 @@ from cqos_core.formatters.several import together
 from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.terminal import clean
 from cqos_core.formatters.text import render_text
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.encoding import decode
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.model.style import Style
-from cqos_core.model.system import Place
+from cqos_core.model.system import Part, Place
 from cqos_pictures.page import render_html
 
 HERE = Path(__file__).parent
@@ -124,6 +125,14 @@ groups = st.builds(
     internal=numbers,
     codes=few_texts,
 )
+parts = st.builds(Part, kind=texts, name=texts, cause=texts, place=st.none() | places, endpoints=numbers)
+coverages = st.builds(
+    Coverage,
+    endpoints=st.integers(2, 100),
+    unclear=few_texts,
+    unread=st.lists(parts, max_size=2).map(tuple),
+    totals=st.dictionaries(texts, numbers, max_size=2),
+)
 CONTENT = {
     "verdict": verdicts,
     "groups": st.lists(groups, max_size=2).map(tuple),
@@ -137,6 +146,7 @@ CONTENT = {
     "unmatched": numbers,
     "hypothetical": numbers,
     "assumed": st.lists(st.builds(Assumption, option=texts, values=few_texts), max_size=2).map(tuple),
+    "coverage": coverages,
 }
 reports = st.builds(Report, **CONTENT, parts=st.just(()))
 several = st.lists(reports, min_size=2, max_size=3).map(together)
@@ -208,6 +218,8 @@ def sarif_validator():
         (remedies, Remedy),
         (findings, Finding),
         (groups, Group),
+        (parts, Part),
+        (coverages, Coverage),
         (reports, Report),
     ],
 )

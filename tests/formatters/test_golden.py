@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from cqos_core import Severity
 from cqos_core.files.builtin import register_formatters
-from cqos_core.model.report import Severity
 from cqos_core.plugins import FormatterInfo
 
 INFOS: list[FormatterInfo] = []

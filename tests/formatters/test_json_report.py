@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from cqos_core.formatters.json_report import render_json, report_from_json
+from cqos_core.model.coverage import Coverage
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Report, Verdict
 from cqos_core.model.style import Style
+from cqos_core.model.system import Part, Place
 
 DOCUMENTATION = Path(__file__).parent.parent.parent / "docs" / "json-report.md"
 EXAMPLE = re.compile(r"(?<=```json\n).*?(?=```\n)", re.DOTALL)
@@ -26,6 +28,9 @@ def test_example_in_the_documentation_is_real(request, reports, style):
         not_checked=whole.not_checked[:1],
         endpoints=2,
         topics=1,
+        coverage=Coverage(
+            2, unread=(Part("node", "/slam", "no node file", Place("robot.launch.py", 8)),), totals={"node": 14}
+        ),
     )
     text = DOCUMENTATION.read_text(encoding="utf-8")
     if request.config.getoption("--update-golden", default=False):

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hypothesis import strategies as st
 
-from cqos_core.api import context
-from cqos_core.model.system import (
+from cqos_core import (
     Acceptance,
     Bound,
     Endpoint,
@@ -22,6 +21,7 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
+from cqos_core.api import context
 from cqos_ros2.pack import PACK as ROS2
 from tests.worlds import POST
 

@@ -9,20 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import check, check_pair, read
+from cqos_core import Assumption, Report, Setting, Verdict, check, check_pair, read
 from cqos_core.api import context
 from cqos_core.formatters.several import together
-from cqos_core.model.report import Assumption, Report, Verdict
-from cqos_core.model.system import Setting
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.laws.test_fixes import random_systems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.language.policy import Policy
-    from cqos_core.model.system import System
-    from cqos_core.packs.pack import RulePack
+    from cqos_core import System
+    from cqos_core.packs import Policy, RulePack
 
 INSTALLED = context()
 

@@ -10,21 +10,18 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core import check
+from cqos_core import InputError, Severity, check
 from cqos_core.api import context
 from cqos_core.files.applying import apply_edits
-from cqos_core.language.domains import Choice, Count, Duration, Flag
-from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity
+from cqos_core.packs import Choice, Count, Duration, Flag
 from cqos_core.testing import load_cases
 from tests.effort import EXAMPLES, EXPLORE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.language.policy import Policy
-    from cqos_core.model.report import Finding, Remedy, Report
-    from cqos_core.packs.pack import RulePack
+    from cqos_core import Finding, Remedy, Report
+    from cqos_core.packs import Policy, RulePack
     from cqos_core.testing import Case
 
 ROOT: Final = Path(__file__).parents[2]

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from cqos_core import apply, check
-from cqos_core.model.report import Severity, Verdict
+from cqos_core import Severity, Verdict, apply, check
 from tests.laws.test_fixes import errors, still_there
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Report
+    from cqos_core import Finding, Report
 
 DESIGNS: Final = Path(__file__).parents[1] / "decisive/designs"
 LOCAL: Final = """cqos: 1

@@ -17,8 +17,7 @@ from tests.effort import EXPLORE
 from tests.worlds import POST, pair_system
 
 if TYPE_CHECKING:
-    from cqos_core.language.policy import Policy
-    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs import Policy, RulePack
 
 PACKS: Final = (POST, DDS, MQTT, ROS2)
 SEEDS: Final = 60 if EXPLORE else 1

@@ -9,15 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import check
+from cqos_core import Profile, ProfileRef, Severity, check
 from cqos_core.api import context, read
-from cqos_core.model.report import Severity
-from cqos_core.model.system import Profile, ProfileRef
 from tests.laws.test_fixes import random_systems
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Report
-    from cqos_core.model.system import System
+    from cqos_core import Report, System
 
 WHERE = context()
 

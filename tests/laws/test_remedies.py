@@ -9,14 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import check
-from cqos_core.language.values import normalise
-from cqos_core.model.system import Setting, System
+from cqos_core import Setting, System, check
+from cqos_core.packs import normalise
 from tests.laws.systems import BOTH, PACKS, WHERE, Vocabulary, systems
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Remedy, Report
-    from cqos_core.packs.pack import RulePack
+    from cqos_core import Finding, Remedy, Report
+    from cqos_core.packs import RulePack
 
 RANKS = ("compatible", "unknown", "incompatible")
 

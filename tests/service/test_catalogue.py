@@ -6,7 +6,7 @@ import grpc
 import pytest
 
 from cqos.v1 import catalogue_pb2, check_pb2, check_pb2_grpc, report_pb2
-from cqos_core.packs.catalogue import describe_policy
+from cqos_core.packs.catalogue import describe_pack, describe_policy
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.client import ServiceError
 
@@ -30,7 +30,7 @@ def test_packs_and_formats_are_listed(client):
 
 
 def test_what_is_described_for_machines_is_in_the_message(pack, client):
-    described, message = pack.describe(), client.pack(pack.id)
+    described, message = describe_pack(pack), client.pack(pack.id)
     assert set(described) <= {field.name for field in catalogue_pb2.Pack.DESCRIPTOR.fields}
     for key, kind in (("rules", "Rule"), ("functions", "Function"), ("conventions", "Convention"), ("codes", "Code")):
         known = {field.name for field in getattr(catalogue_pb2, kind).DESCRIPTOR.fields}

@@ -9,7 +9,7 @@ from google.protobuf import field_mask_pb2
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
-from cqos_core.model.report import Finding, Severity
+from cqos_core import Finding, Severity
 from cqos_core.remote.asked import write_pair
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.messages import report_message

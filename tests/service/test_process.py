@@ -27,9 +27,9 @@ from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
+from cqos_core import CqosError
 from cqos_core.cli import main
 from cqos_core.cli.serve import serve, settings_from
-from cqos_core.model.problems import CqosError
 from cqos_core.remote.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.service.settings import Limits, Settings
 from tests.service.running import Service, serving

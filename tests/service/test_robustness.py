@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2, system_pb2
-from cqos_core.model.problems import InputError
+from cqos_core import InputError
 from cqos_core.remote.client import ServiceError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.model.problems import InputError
+from cqos_core import InputError
 from cqos_core.remote.client import ServiceError
 from tests.service.running import serving
 from tests.service.test_sessions import EDITS, two

@@ -1,17 +1,11 @@
 """The table of policies against that of the standard (DDS 1.4, section 2.2.3; DDS-XTypes 1.3, section 7.6.3)."""
 
-from typing import Any
-
 import pytest
 
-from cqos_core.api import context
-from cqos_core.language.values import Values
-from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import Endpoint, Participant, Setting, System
-from cqos_core.packs import INFINITE
-from cqos_core.resolving.resolve import resolve
+from cqos_core import INFINITE, CqosError, PairReport, check_pair
 from cqos_dds.kinds import Representations, choice, duration
 from cqos_dds.pack import PACK
+from tests.explained import side
 
 P, T, G, W, R = "participant", "topic", "publisher subscriber", "writer", "reader"
 TABLE = {
@@ -124,21 +118,15 @@ FIELDS = {
 }
 
 
-def values(role: Any, settings: dict[str, str] | None = None, **options: str) -> Values:
-    """The values of one endpoint."""
-    system = System(protocol="dds", participants={"p": Participant("p")})
-    system.options["dds"] = {name: Setting(text) for name, text in options.items()}
-    stated = {name: Setting(text) for name, text in (settings or {}).items()}
-    system.endpoints.append(Endpoint(id="e", role=role, topic="t", participant="p", settings=stated))
-    resolved = resolve(system, context([PACK]).find_pack)
-    assert not resolved.findings, [finding.message for finding in resolved.findings]
-    return resolved.endpoints[0].profile.values
+def explained(options: dict[str, str] | None = None, **requested: str) -> PairReport:
+    """A pair that states nothing but what it requests."""
+    report = check_pair("dds", {}, requested, options or {})
+    assert not [each for each in report.findings if each.code.startswith("CQ")]
+    return report
 
 
-def text(name: str, of: Values) -> str:
-    index = PACK.find("endpoint", name)
-    assert index is not None
-    return PACK.policies[index].format(of[index])
+def default(report: PairReport, role: str, policy: str) -> str:
+    return side(report, role)[policy].value
 
 
 def test_all_24_policies_of_the_standard_are_there_and_no_others():
@@ -159,10 +147,9 @@ def test_a_policy_is_as_in_the_standard(name: str):
     if policy.level == "topic":
         return
     sides = {"publisher": defaults[field][0], "subscriber": defaults[field][1]}
-    assert policy.roles == tuple(role for role, default in sides.items() if default is not None)
-    for role, default in sides.items():
-        if default is not None:
-            assert text(name, values(role)) == default
+    assert policy.roles == tuple(role for role, expected in sides.items() if expected is not None)
+    found = explained()
+    assert sides == {role: default(found, role, name) if role in policy.roles else None for role in sides}
 
 
 def test_every_choice_reads_the_names_of_the_idl():
@@ -206,7 +193,7 @@ def test_infinite_in_all_spellings(written: str):
     "written", ["2", "-1s", "{sec: 1, nanosec: DURATION_INFINITE_NSEC}", "DURATION_ZERO", "1s, 2s"]
 )
 def test_no_duration(written: str):
-    with pytest.raises(InvalidValueError):
+    with pytest.raises(CqosError):
         duration().parse(written)
 
 
@@ -225,13 +212,13 @@ def test_data_representations(written: str, read: tuple[str, ...]):
 
 
 def test_what_is_no_data_representation():
-    with pytest.raises(InvalidValueError):
+    with pytest.raises(CqosError):
         Representations().parse("[xcdr3]")
 
 
 @pytest.mark.parametrize("written", ["[]", "[ ]", "", "default"])
 def test_an_empty_list_of_data_representations_is_the_default(written: str):
-    assert text("data_representation", values("subscriber", {"data_representation": written})) == "[xcdr1]"
+    assert default(explained(data_representation=written), "subscriber", "data_representation") == "[xcdr1]"
 
 
 @pytest.mark.parametrize(
@@ -250,7 +237,7 @@ def test_an_empty_list_of_data_representations_is_the_default(written: str):
     ],
 )
 def test_defaults_of_implementations(implementation: str, role: str, policy: str, value: str):
-    assert text(policy, values(role, implementation=implementation)) == value
+    assert default(explained({"implementation": implementation}), role, policy) == value
 
 
 @pytest.mark.parametrize(
@@ -269,12 +256,12 @@ def test_an_implementation_is_read_by_any_of_its_names(written: str, read: str):
 
 
 def test_an_unknown_implementation_is_checked_by_the_standard():
-    system = System(protocol="dds", participants={"p": Participant("p")})
-    system.options["dds"] = {"implementation": Setting("our own dds")}
-    system.endpoints.append(Endpoint(id="e", role="publisher", topic="t", participant="p"))
-    resolved = resolve(system, context([PACK]).find_pack)
-    assert [finding.code for finding in resolved.findings] == ["CQ208"]
-    assert resolved.endpoints[0].profile.values[PACK.vocabulary.indices["option", "implementation"]] == 0
+    found = check_pair("dds", {}, {"durability": "transient_local"}, {"implementation": "our own dds"})
+    standard = check_pair("dds", {}, {"durability": "transient_local"}, {"implementation": "standard"})
+    assert [each.code for each in found.findings if each.code not in {other.code for other in standard.findings}] == [
+        "CQ208"
+    ]
+    assert (found.policies, found.verdict) == (standard.policies, standard.verdict)
 
 
 def test_a_choice_without_camel_case_has_no_synonyms():

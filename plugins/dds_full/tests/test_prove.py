@@ -11,8 +11,8 @@ import pytest
 if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
+from cqos_core import CqosError
 from cqos_core.analysis.proving import End, Plan
-from cqos_core.model.problems import CqosError
 from cqos_dds.prove import cyclone, fast, stage
 from cqos_dds.prove.forking import Forks
 

@@ -9,7 +9,8 @@ import pytest
 
 from cqos_core.files.schema import suggested_values, system_schema, written_name
 from cqos_core.importers import yaml_form
-from cqos_core.language.policy import ENDPOINT, NEED
+from cqos_core.language.policy import NEED
+from cqos_core.packs import ENDPOINT
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.misread import can_be_stated
 from plugins.editor.tests.client import RefusedError

@@ -5,10 +5,9 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
+from cqos_core import InputError, Severity
 from cqos_core.files.loading import recognise
 from cqos_core.model.excerpt import exact
-from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 

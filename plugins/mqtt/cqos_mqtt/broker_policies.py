@@ -85,6 +85,15 @@ BROKER_SESSION_EXPIRY: Final = Policy(
     aliases=("persistent_client_expiration", "maximum_session_expiry"),
     stronger="higher",
 )
+SESSION_EXPIRY_3_1_1: Final = Policy(
+    "session_expiry_3_1_1",
+    Seconds(),
+    "infinite",
+    "How long it keeps the session of a client of 3.1.1, which cannot ask for a time, where that is shorter than `session_expiry_interval`.",
+    "MQTT 3.1.1, 3.1.2.4",
+    level="broker",
+    stronger="higher",
+)
 SERVER_KEEP_ALIVE: Final = Policy(
     "server_keep_alive",
     Seconds(65_535),

@@ -21,6 +21,7 @@ from cqos_mqtt.broker_policies import (
     INFLIGHT,
     QUEUED,
     QUEUED_BYTES,
+    SESSION_EXPIRY_3_1_1,
 )
 from cqos_mqtt.conditions import in_3_1_1, keeps_session
 from cqos_mqtt.connection_policies import (
@@ -47,7 +48,9 @@ from cqos_mqtt.policies import PERIOD
 from cqos_mqtt.rules import EFFECTIVE, IS_EMPTY, ROOM
 
 if TYPE_CHECKING:
-    from cqos_core.packs import Condition, Operand
+    from collections.abc import Callable
+
+    from cqos_core.packs import Condition, Operand, Term
 
 
 def outlasts(limit: Operand, time: Operand) -> Condition:
@@ -66,19 +69,24 @@ COMES_BACK: Final = define("comes_back", keeps_session(subscriber) & ~subscriber
 SENDER_COMES_BACK: Final = define(
     "sender_comes_back", offered(IS_WILL) | (keeps_session(publisher) & ~publisher(CLEAN))
 )
+
+
+def session_outlasts(side: Callable[[Term], Operand], time: Operand) -> Condition:
+    """Whether the session of a client lasts longer than a time: as long as it asks for, or in 3.1.1 as long as the broker keeps it."""
+    of_5_0 = outlasts(side(SESSION_EXPIRY), time)
+    return (in_3_1_1(side) & outlasts(broker(SESSION_EXPIRY_3_1_1), time)) | (~in_3_1_1(side) & of_5_0)
+
+
 SESSIONS_OUTLAST_OUTAGE: Final = define("sessions_outlast_outage", outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE))
 BRIDGES_OUTAGE: Final = define(
     "bridges_outage",
-    SESSIONS_OUTLAST_OUTAGE & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OUTAGE)),
+    SESSIONS_OUTLAST_OUTAGE & session_outlasts(subscriber, OUTAGE),
 )
 SESSION_LASTS: Final = define("session_lasts", COMES_BACK & BRIDGES_OUTAGE)
 SENDER_BRIDGES_OUTAGE: Final = define(
     "sender_bridges_outage",
     offered(IS_WILL)
-    | (
-        SESSIONS_OUTLAST_OUTAGE
-        & define("sender_outlasts_outage", in_3_1_1(publisher) | outlasts(publisher(SESSION_EXPIRY), OUTAGE))
-    ),
+    | (SESSIONS_OUTLAST_OUTAGE & define("sender_outlasts_outage", session_outlasts(publisher, OUTAGE))),
 )
 QUEUE_BRIDGES_OUTAGE: Final = define(
     "queue_bridges_outage", (requested(QUEUE_LASTS) == "infinite") | (OUTAGE <= requested(QUEUE_LASTS))

@@ -70,6 +70,7 @@ from cqos_mqtt.guarantee_terms import (
     TAKE,
     WAITING_FITS,
     outlasts,
+    session_outlasts,
 )
 from cqos_mqtt.policies import PERIOD, REPAIR
 from cqos_mqtt.rules import EFFECTIVE, GRANTED, IS_EMPTY
@@ -86,7 +87,7 @@ REPAIRED_PERIOD: Final = define("repaired_period", topic(PERIOD) + REPAIR)
 WAITS_LONG_ENOUGH: Final = define(
     "waits_long_enough",
     define("sessions_outlast_absence", outlasts(broker(BROKER_SESSION_EXPIRY), OFFLINE))
-    & (in_3_1_1(subscriber) | outlasts(subscriber(SESSION_EXPIRY), OFFLINE)),
+    & session_outlasts(subscriber, OFFLINE),
 )
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.

@@ -48,8 +48,9 @@ BROKERS: Final = {
         persistence="true",
     ),
     "emqx": a_broker(
-        "EMQX 5 (configuration `mqtt`: defaults; sessions and retained messages are in memory).",
+        "EMQX 5 (configuration `mqtt`: defaults; its session_expiry_interval is for clients of 3.1.1; sessions and retained messages are in memory).",
         implementation="emqx",
+        session_expiry_3_1_1="2h",
         max_queued_messages="1000",
         max_inflight_messages="32",
         receive_maximum="32",
@@ -65,6 +66,7 @@ BROKERS: Final = {
         implementation="aws_iot_core",
         maximum_qos="1",
         session_expiry_interval="7d",
+        session_expiry_3_1_1="1h",
         server_keep_alive="1200",
         receive_maximum="100",
         topic_alias_maximum="8",

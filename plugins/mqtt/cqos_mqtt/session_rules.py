@@ -29,6 +29,7 @@ from cqos_mqtt.connection_policies import (
     SAME_ID,
     SESSION_EXPIRY,
     WILL_DELAY,
+    WILL_PAYLOAD,
     WILL_TOPIC,
 )
 from cqos_mqtt.endpoint_policies import (
@@ -161,5 +162,16 @@ WILL: Final = (
         because="after the loss of the client, a later subscriber still receives the retained message from before",
         clause="MQTT 3.1.1, 3.3.1.3 and MQTT-3.1.2-16; MQTT 5.0, 3.3.1.3 and MQTT-3.1.2-14",
         help="retain the Will as well, so that it takes the place of that message",
+    ),
+    forbids(
+        (count(offered(IS_WILL) & offered(RETAIN) & ~(publisher(WILL_PAYLOAD) == "")) > 0)
+        & (count(~offered(IS_WILL) & offered(RETAIN)) < 1)
+        & (count(requested(QOS) >= "0") > 0),  # who does not meet a subscriber is judged alone
+        code="MQTT517",
+        name="will-stays-for-ever",
+        says="the Will on `{topic}` is retained, and no retained message there takes its place when the client is back",
+        because="after the first loss of the client every later subscriber receives the Will, also while the client is there",
+        clause="MQTT 3.1.1, 3.1.2.5 and 3.3.1.3; MQTT 5.0, 3.1.2.5 and 3.3.1.3",
+        help="publish a retained message on the topic of the Will after each connect, such as `online`",
     ),
 )

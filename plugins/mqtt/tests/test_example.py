@@ -3,8 +3,7 @@
 import re
 from pathlib import Path
 
-from cqos_core import check
-from cqos_core.model.report import Severity
+from cqos_core import Severity, check
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "mqtt_greenhouse.yaml"
 EXPECTED = {1: "MQTT310", 2: "MQTT101", 3: "MQTT410", 4: "MQTT304", 5: "CQ403", 6: "MQTT602"}

@@ -7,15 +7,12 @@ from typing import Any
 
 import pytest
 
-from cqos_core import Session, check, check_pair, explain, read
-from cqos_core.api import context
-from cqos_core.matching.judge import judge_pair
-from cqos_core.model.report import Report, Severity
-from cqos_core.model.system import Broker, Setting
+from cqos_core import Broker, Report, Session, Setting, Severity, check, check_pair, explain, read
 from cqos_core.packs import LINK, WORDS, parse
+from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.guarantee import FAULTS, faults_of, unstated
-from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.pack import PACK
+from tests.explained import side
 
 
 def text(**more: Any) -> bytes:
@@ -48,7 +45,7 @@ def test_claiming_a_file_imports_no_parser():
 
 
 def test_the_pack_describes_itself_to_machines():
-    described = json.loads(json.dumps(PACK.describe()))
+    described = json.loads(json.dumps(describe_pack(PACK)))
     assert described["id"] == "mqtt"
     assert all(each["because"] and each["clause"] for each in described["rules"])
     assert all(each["doc"] for each in described["policies"])
@@ -236,8 +233,6 @@ def test_a_published_wildcard_is_an_error_and_matches_no_filter():
 
 
 def test_explaining_a_pair_finds_the_topic_that_a_filter_meets():
-    from cqos_core import explain
-
     found = explain(
         text(participants=FARM),
         publisher="station/publisher/farm/b/weather",
@@ -362,26 +357,7 @@ def test_bad_input_gives_a_located_error(client, settings, code):
     assert all(each.severity != "note" and each.place is not None and each.place.line for each in found)
 
 
-# Guarantees over bridges, and sessions
-
-
-def test_the_loss_of_who_publishes_behind_a_bridge_is_not_noticed():
-    """What MQTT509 says; a bridge states `relayed` of what it publishes."""
-    system = read(
-        text(
-            participants={
-                "bridge": {"client": {"will": {"topic": "gone"}}, "publishes": {"t": {}}},
-                "viewer": {"subscribes": {"t": {"needs": {"liveness": "2min"}}, "gone": {}}},
-            }
-        ),
-        importer="yaml",
-    )
-    ends = {each.id: each.profile for each in resolve(system, context([PACK]).find_pack).endpoints}
-    index = PACK.vocabulary.indices["need", "relayed"]
-    publisher, subscriber = ends["bridge/publisher/t"], ends["viewer/subscriber/t"]
-    assert judge_pair(publisher, subscriber).verdict == "compatible"
-    judgement = judge_pair(publisher.with_values({index: 1}), subscriber)
-    assert [each.bound.rule.code for each in judgement.spoken] == ["MQTT509"]
+# Bridges and sessions
 
 
 def test_bridges_that_share_a_subscription_bring_nothing_twice():
@@ -513,17 +489,14 @@ def test_clients_that_differ_in_names_alone_have_equal_values():
         f"s{n}": {"client": {"client_id": f"s{n}"}, "subscribes": {"t": {"qos": 1}, f"own/{n}": {"qos": 1}}}
         for n in range(3)
     }
-    system = read(
-        text(
-            brokers={"b": {"profile": "mosquitto"}},
-            topics={"t": {"period": "1s"}},
-            participants={"p": {"publishes": {"t": {"qos": 1}}}, **parts},
-        )
+    system = text(
+        brokers={"b": {"profile": "mosquitto"}},
+        topics={"t": {"period": "1s"}},
+        participants={"p": {"publishes": {"t": {"qos": 1}}}, **parts},
     )
-    endpoints = resolve(system, context([PACK]).find_pack).endpoints
-    index = PACK.vocabulary.indices["endpoint", "queue_lasts"]
-    subscriptions = [each for each in endpoints if each.role == "subscriber" and each.key == "t"]
-    assert len({each.profile.values[index] for each in subscriptions}) == 1
+    subscribers = [f"s{n}/subscriber/t" for n in range(3)]
+    pairs = [explain(system, publisher="p/publisher/t", subscriber=each) for each in subscribers]
+    assert len({side(each, "subscriber")["queue_lasts"].value for each in pairs}) == 1
 
 
 @pytest.mark.parametrize(

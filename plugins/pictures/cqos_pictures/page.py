@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from cqos_pictures.graph import DrawnGraph, Key, Usage
 
 _MOST_SYSTEMS: Final = 20
+_MOST_UNREAD: Final = 100
+_ALL: Final = 100  # per cent
 _BAR: Final = 600
 
 
@@ -75,6 +77,7 @@ def _head(report: Report) -> dict[str, Any]:
         at += width
     return {
         "verdict": report.verdict.value,
+        "verdict_words": report.verdict_words,
         "symbol": symbol(report.verdict),
         "bars": bars,
         "pairs": [
@@ -97,7 +100,12 @@ def _tiles(report: Report) -> Iterator[dict[str, str]]:
 
 def _listed(reports: list[Report]) -> list[dict[str, str]]:
     return [
-        {"name": wording.heading(each), "verdict": each.verdict.value, "state": state(wrong=_is_wrong(each))}
+        {
+            "name": wording.heading(each),
+            "verdict": each.verdict.value,
+            "verdict_words": each.verdict_words,
+            "state": state(wrong=_is_wrong(each)),
+        }
         for each in reports
     ]
 
@@ -125,6 +133,10 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
         "partial": report.partial,
         "unmatched": report.unmatched,
         "assumed": [*wording.assumed(report)],
+        "not_read": list(filter(None, [", ".join(wording.not_read(report))])),
+        "coverage": [spoken(each) for each in some([*wording.coverage(report)], _MOST_UNREAD)]
+        if report.coverage.percent < _ALL
+        else [],
         "not_checked": [spoken(each) for each in report.not_checked],
         **_head(report),
         "graph": drawings,

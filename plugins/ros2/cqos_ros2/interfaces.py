@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import replace
+from typing import Final, NamedTuple
 
 from cqos_core.model.system import Endpoint, ProfileRef, Role, Setting
 from cqos_ros2.types import full_type_name
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """One topic of a service or an action.
 
     Attributes:

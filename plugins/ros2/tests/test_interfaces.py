@@ -5,9 +5,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check
-from cqos_core.model.report import Report
-from cqos_core.model.system import Endpoint
+from cqos_core import Endpoint, Report, check
 from cqos_ros2.interfaces import expand
 from cqos_ros2.pack import PACK
 from cqos_ros2.types import full_type_name

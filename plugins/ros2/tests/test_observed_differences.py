@@ -3,8 +3,6 @@
 from pathlib import Path
 
 import cqos_core as cqos
-from cqos_core.analysis.differences import compare
-from cqos_core.api import context
 from cqos_core.files.loading import read_source
 from cqos_core.files.opening import read_path
 
@@ -47,7 +45,7 @@ def test_a_snapshot():
 def test_a_recording():
     path = str(CASES / "rosbag2" / "v9_jazzy.yaml")
     recorded = read_source(read_path(path), "rosbag2", {"rosbag2": {"as": "recorded"}})
-    found = compare(cqos.read(DESIGN), recorded, context())
+    found = cqos.diff(DESIGN, recorded)
     assert differences_of(found) == [("imu_driver/publisher/imu", "reliability", "reliable", "best_effort")]
     assert (found.matched, found.by_topic) == (2, 2)
     assert "2 endpoints of A: B was observed and reports no subscribers at all" in found.not_compared

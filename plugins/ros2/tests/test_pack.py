@@ -8,11 +8,9 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, check_pair, explain
-from cqos_core.model.report import Report
-from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core import Endpoint, Participant, Report, Setting, System, check, check_pair, explain
 from cqos_core.packs import parse
-from cqos_core.packs.catalogue import rule_table
+from cqos_core.packs.catalogue import describe_pack, rule_table
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.pack import PACK
 
@@ -37,7 +35,7 @@ def test_registering_imports_nothing_heavy():
 
 @pytest.mark.parametrize("pack", [PACK, RAW], ids=["semantic", "rmw"])
 def test_the_pack_describes_itself_to_machines(pack):
-    described = json.loads(json.dumps(pack.describe()))
+    described = json.loads(json.dumps(describe_pack(pack)))
     assert described["id"] == "ros2"
     assert all(each["because"] and each["clause"] for each in described["rules"])
     assert all(each["doc"] for each in described["policies"])

@@ -59,5 +59,6 @@ CODES: Final = (
         "A participant, an endpoint or a topic refers to a library that no file has that was read, or by a variable.",
         "Systems of DDS-XML may span files. What the other file says is unknown here, and what meets it may be there.",
         help="name the file with the library beside this one, or state the variable with `--define`",
+        leaves_out="reference",
     ),
 )

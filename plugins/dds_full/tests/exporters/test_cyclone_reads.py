@@ -9,9 +9,9 @@ from importlib.util import find_spec
 import pytest
 
 import cqos_core as cqos
+from cqos_core import Endpoint, Participant, Setting, System
 from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
-from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_dds.exporters import dds_xml
 from cqos_dds.pack import PACK
 

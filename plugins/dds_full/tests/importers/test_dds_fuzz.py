@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.model.problems import InputError
+from cqos_core import InputError
 from cqos_dds.importers.policy_forms import FAST_QOS, FAST_TOPIC, OMG
 
 TAGS = sorted(

@@ -4,18 +4,8 @@ import pytest
 from click.testing import CliRunner
 
 import cqos_core as cqos
-from cqos_core.api import context
 from cqos_core.cli.app import cli
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
-from cqos_core.model.problems import InputError
-from cqos_core.model.source import ReadContext, Source
-from cqos_core.resolving.resolve import resolve
-from cqos_dds.importers.dds_xml import read
-from cqos_dds.importers.xml_values import octets
-from cqos_dds.pack import PACK
-
-WHERE = context([PACK])
+from tests.explained import facts, profile_values
 
 
 def dds(*parts, attributes=""):
@@ -54,25 +44,17 @@ BEST_EFFORT, RELIABLE = reliability("BEST_EFFORT"), reliability("RELIABLE")
 
 
 def reads(*texts):
-    return merge([read(Source(f"{chr(97 + n)}.xml", text.encode()), ReadContext()) for n, text in enumerate(texts)])
+    return cqos.read(*(text.encode() for text in texts))
 
 
 def used(system, profile, role="publishes", topic="t"):
     """The values that an endpoint of a system file gets from a profile, by policy, where they are not the defaults."""
-    design = f'cqos: 1\nprotocol: dds\nparticipants: {{p: {{{role}: {{{topic}: "{profile}"}}}}}}\n'
-    merged = merge([read_source(Source("d.yaml", design.encode())), system])
-    resolved = resolve(merged, WHERE.find_pack)
-    (end,) = [each for each in resolved.endpoints if each.participant.participant.id == "p"]
-    found = {}
-    for index, policy in enumerate(PACK.policies):
-        if policy.level == "endpoint" and end.origin(index)[0] != "default" and policy.name != "type":
-            found[policy.name] = policy.format(end.profile.values[index])
-    return found
+    return profile_values(profile, system, role=role, topic=topic)
 
 
 def problems(text):
-    with pytest.raises(InputError) as refused:
-        read(Source("p.xml", text if isinstance(text, bytes) else text.encode()), ReadContext())
+    with pytest.raises(cqos.InputError) as refused:
+        cqos.read(text.encode(), importer="dds_xml")
     return [f"{problem.code} {problem}" for problem in refused.value.problems]
 
 
@@ -202,7 +184,7 @@ class TestInheritance:
         expected = {"reliability": "reliable", "history": "keep_all", "durability": "transient_local"}
         for role in "publishes", "subscribes":
             assert used(system, "L::B", role) == expected
-        assert all(value.startswith("unknown (the base") for value in used(system, "L::C").values())
+        assert set(used(system, "L::C").values()) == {"unknown"}
         assert {"reliability", "durability", "presentation.access_scope"} <= used(system, "L::C").keys()
         (note,) = system.notes
         assert (note.code, note.severity) == ("DDS904", "warning")
@@ -388,8 +370,7 @@ class TestWhatIsNotModelled:
             "  b: {{subscribes: {{t: 'L::P'}}}}\n"
         )
         for more, verdict in (("", "unknown"), (", extensions: none", "compatible")):
-            whole = merge([read_source(Source("d.yaml", design.format(more).encode())), reads(text)])
-            assert str(cqos.check(whole).verdict) == verdict
+            assert cqos.check(design.format(more).encode(), text.encode()).verdict == verdict
 
     def test_qos_of_topics_and_participants_decides_no_pair(self):
         parts = "<topic_qos><no_schema_has_this/></topic_qos><participant_qos><no_schema_has_this/></participant_qos>"
@@ -442,7 +423,8 @@ class TestValues:
         ],
     )
     def test_bytes_in_all_notations(self, text, expected):
-        assert octets(text) == expected
+        system = reads(dds(library("L", profile("P", writer(f"<user_data><value>{text}</value></user_data>")))))
+        assert used(system, "L::P").get("user_data", "") == expected
 
     def test_every_policy_of_the_standard(self):
         limits = "<max_samples>LENGTH_UNLIMITED</max_samples><max_instances>-1</max_instances><max_samples_per_instance>7</max_samples_per_instance>"
@@ -539,7 +521,7 @@ class TestValues:
     )
     def test_values_that_are_none_are_refused_at_their_place(self, qos, expected):
         (problem,) = problems(dds("\n", library("L", "\n", profile("P", "\n", writer("\n  ", qos)))))
-        assert problem.startswith("CQ011 p.xml:5:")
+        assert problem.startswith("CQ011 <bytes>:5:")
         assert expected in problem
         assert "(expected " in problem
 
@@ -551,7 +533,7 @@ class TestValues:
 
     def test_other_xml_is_refused(self):
         assert problems("<bpmn/>") == [
-            "CQ001 p.xml:1:1: this is no DDS-XML: its first element is `bpmn` (expected `dds`, or one of its libraries)"
+            "CQ001 <bytes>:1:1: this is no DDS-XML: its first element is `bpmn` (expected `dds`, or one of its libraries)"
         ]
 
 
@@ -684,13 +666,10 @@ class TestSystems:
             '<data_writer name="Alarm" topic_ref="alarm"/>',
             '<data_writer name="Alarm" topic_ref="alarm"><datawriter_qos base_name="Q::State"/></data_writer>',
         )
-        resolved = resolve(reads(text), WHERE.find_pack)
-        (alarm,) = [each for each in resolved.endpoints if each.id == "P::Machine/Alarms/Alarm"]
-        index = PACK.vocabulary.indices
-        assert alarm.profile.values[index["endpoint", "partition"]] == ("alarms",)
-        assert alarm.profile.values[index["endpoint", "durability"]] == 1
-        (state,) = [each for each in resolved.endpoints if each.id == "P::Machine/Pub/State"]
-        assert state.profile.values[index["endpoint", "partition"]] == ()
+        system = reads(text)
+        alarm, state = (facts(system, of=f"P::Machine/{each}") for each in ("Alarms/Alarm", "Pub/State"))
+        assert (alarm["partition"].value, alarm["durability"].value) == ("[alarms]", "transient_local")
+        assert state["partition"].value == "[]"
 
     def test_applications_take_participants_from_libraries_and_change_them(self):
         application = """<application_library name="A"><application name="One">
@@ -700,11 +679,8 @@ class TestSystems:
         system = reads(SYSTEM.replace("</dds>", application))
         assert list(system.participants) == ["A::One::M", "A::One::Other"]
         assert system.participants["A::One::Other"].settings["domain"].text == "9"
-        resolved = resolve(system, WHERE.find_pack)
-        (state,) = [each for each in resolved.endpoints if each.id == "A::One::M/Pub/State"]
-        index = PACK.vocabulary.indices
-        assert state.profile.values[index["endpoint", "durability"]] == 1
-        assert state.profile.values[index["endpoint", "history.depth"]] == 5
+        state = facts(system, of="A::One::M/Pub/State")
+        assert (state["durability"].value, state["history.depth"].value) == ("transient_local", "5")
 
     def test_the_default_profile_counts_where_an_entity_has_none(self):
         text = SYSTEM.replace(
@@ -712,10 +688,10 @@ class TestSystems:
             '<qos_profile name="Alarm" is_default_qos="true"><datawriter_qos>' + BEST_EFFORT + "</datawriter_qos>",
         )
         system = reads(text)
-        resolved = {each.id: each for each in resolve(system, WHERE.find_pack).endpoints}
-        index = PACK.vocabulary.indices["endpoint", "reliability"]
-        assert resolved["P::Machine/Alarms/Alarm"].profile.values[index] == 0
-        assert resolved["P::Machine/Pub/State"].profile.values[index] == 1
+        values = {
+            each: facts(system, of=f"P::Machine/{each}")["reliability"].value for each in ("Alarms/Alarm", "Pub/State")
+        }
+        assert values == {"Alarms/Alarm": "best_effort", "Pub/State": "reliable"}
 
     @pytest.mark.parametrize(
         ("old", "new", "expected"),

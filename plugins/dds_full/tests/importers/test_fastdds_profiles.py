@@ -3,15 +3,8 @@
 import pytest
 
 import cqos_core as cqos
-from cqos_core.api import context
-from cqos_core.checking.trial import tried_out
-from cqos_core.model.problems import InputError
-from cqos_core.model.source import ReadContext, Source
-from cqos_core.resolving.resolve import resolve
-from cqos_dds.importers.fastdds_xml import read
-from cqos_dds.pack import PACK
+from tests.explained import profile_values
 
-WHERE = context([PACK])
 OPTION = {"dds": {"implementation": "fastdds_3_6"}}
 
 
@@ -28,23 +21,16 @@ def reader(name, qos="", topic="", tag="data_reader"):
 
 
 def reads(text):
-    return read(Source("p.xml", text.encode()), ReadContext())
+    return cqos.read(text.encode(), importer="fastdds_xml")
 
 
-def values(text):
-    """What the profiles of a file set, by endpoint and policy."""
-    found: dict[str, dict[str, str]] = {}
-    for end in resolve(tried_out(reads(text)), WHERE.find_pack).endpoints:
-        layers = {index for layer in end.layers for index in layer.settings}
-        found[end.id] = {
-            PACK.policies[index].name: PACK.policies[index].format(end.profile.values[index])
-            for index in sorted(layers)
-        }
-    return found
+def values(text, profile="w", role="publishes"):
+    """What an endpoint of a system file gets from a profile, by policy, where it is no default."""
+    return profile_values(profile, text.encode(), role=role)
 
 
 def problems(text):
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(cqos.InputError) as refused:
         reads(text)
     return [str(problem) for problem in refused.value.problems]
 
@@ -67,28 +53,26 @@ def test_every_policy_that_profiles_have():
         "<max_instances>5</max_instances></resourceLimitsQos>"
     )
     assert values(profiles(writer("w", qos, topic))) == {
-        "w/publisher": {
-            "reliability": "reliable",
-            "reliability.max_blocking_time": "1s",
-            "durability": "transient_local",
-            "deadline": "2000000005ns",
-            "latency_budget": "infinite",
-            "liveliness": "manual_by_topic",
-            "liveliness.lease_duration": "infinite",
-            "ownership": "exclusive",
-            "destination_order": "by_reception_timestamp",
-            "partition": '[a, "b*"]',
-            "history": "keep_all",
-            "history.depth": "3",
-            "resource_limits.max_samples": "unlimited",
-            "resource_limits.max_instances": "5",
-            "durability_service.history_depth": "4",
-            "durability_service.max_samples": "unlimited",
-            "lifespan": "9s",
-            "ownership_strength": "7",
-            "user_data": "0xdeadbeef",
-            "liveliness.announcement_period": "1s",
-        }
+        "reliability": "reliable",
+        "reliability.max_blocking_time": "1s",
+        "durability": "transient_local",
+        "deadline": "2000000005ns",
+        "latency_budget": "infinite",
+        "liveliness": "manual_by_topic",
+        "liveliness.lease_duration": "infinite",
+        "ownership": "exclusive",
+        "destination_order": "by_reception_timestamp",
+        "partition": '[a, "b*"]',
+        "history": "keep_all",
+        "history.depth": "3",
+        "resource_limits.max_samples": "unlimited",
+        "resource_limits.max_instances": "5",
+        "durability_service.history_depth": "4",
+        "durability_service.max_samples": "unlimited",
+        "lifespan": "9s",
+        "ownership_strength": "7",
+        "user_data": "0xdeadbeef",
+        "liveliness.announcement_period": "1s",
     }
 
 
@@ -98,10 +82,8 @@ def test_spellings_of_older_versions():
         "<destination_order><kind>BY_RECEPTION_TIMESTAMP_DESTINATIONORDER_QOS</kind></destination_order></qos></publisher>"
         '<subscriber profile_name="r"><qos><reliability><kind>RELIABLE_RELIABILITY_QOS</kind></reliability></qos></subscriber></profiles>'
     )
-    assert values(text) == {
-        "w/publisher": {"latency_budget": "1s", "destination_order": "by_reception_timestamp"},
-        "r/subscriber": {"reliability": "reliable"},
-    }
+    assert values(text) == {"latency_budget": "1s", "destination_order": "by_reception_timestamp"}
+    assert values(text, "r", "subscribes") == {"reliability": "reliable"}
 
 
 def test_writer_and_reader_profiles_of_one_name_are_tried_together():
@@ -136,8 +118,8 @@ def test_a_profile_that_names_its_topic_is_an_endpoint():
     named = "<kind>WITH_KEY</kind><name>square</name><dataType>ShapeType</dataType>"
     system = reads(profiles(writer("w", topic=named), reader("r", topic=named), writer("other")))
     assert [(end.id, end.topic, end.type, end.participant) for end in system.endpoints] == [
-        ("w/publisher", "square", "ShapeType", "p"),
-        ("r/subscriber", "square", "ShapeType", "p"),
+        ("w/publisher", "square", "ShapeType", "<bytes>"),
+        ("r/subscriber", "square", "ShapeType", "<bytes>"),
     ]
     assert system.topics["square"].settings["keyed"].text == "true"
     assert not system.notes
@@ -158,9 +140,9 @@ def test_what_is_no_policy_is_listed_once():
 def test_problems_are_reported_at_their_places():
     text = profiles(writer("w", "\n<reliability><kind>RELIABEL</kind></reliability>"), "\n", writer("w"), writer(""))
     assert problems(text) == [
-        "p.xml:2:14: `qos/reliability/kind`: `RELIABEL` is not one of its values (expected best_effort < reliable)",
-        "p.xml:3:1: data_writer profile `w` is stated twice, first at p.xml:1 (keep one of them)",
-        "p.xml:3:1: `data_writer` needs a `profile_name`",
+        "<bytes>:2:14: `qos/reliability/kind`: `RELIABEL` is not one of its values (expected best_effort < reliable)",
+        "<bytes>:3:1: data_writer profile `w` is stated twice, first at <bytes>:1 (keep one of them)",
+        "<bytes>:3:1: `data_writer` needs a `profile_name`",
     ]
     assert "no file of Fast DDS profiles" in problems("<bpmn/>")[0]
 
@@ -181,18 +163,18 @@ def test_a_system_file_takes_its_profiles_by_name(tmp_path):
 
 def test_a_variable_that_is_not_set_leaves_its_policy_unknown():
     text = profiles(writer("W", "<reliability><kind>${KIND}</kind></reliability>"))
-    assert values(text)["W/publisher"] == {"reliability": "unknown (variable `KIND` is not set)"}
+    assert values(text, "W") == {"reliability": "unknown (variable `KIND` is not set)"}
 
 
 def test_a_misspelt_policy_is_a_warning_and_unknown():
     text = profiles(writer("W", "<reliabilty><kind>RELIABLE</kind></reliabilty><latencybudgt/>"))
     assert [(note.code, note.severity) for note in reads(text).notes] == [("DDS902", "warning")] * 2
-    assert all(value.startswith("unknown") for value in values(text)["W/publisher"].values())
+    assert set(values(text, "W").values()) == {"unknown"}
 
 
 def test_transport_priority_is_read():
     text = profiles(writer("W", "<transport_priority><value>5</value></transport_priority>"))
-    assert values(text)["W/publisher"] == {"transport_priority": "5"}
+    assert values(text, "W") == {"transport_priority": "5"}
     assert reads(text).notes == []
 
 
@@ -202,7 +184,7 @@ def test_positive_acks_are_read():
             "r", "<disablePositiveAcks><enabled>true</enabled><duration><sec>1</sec></duration></disablePositiveAcks>"
         )
     )
-    assert values(text)["r/subscriber"] == {"disable_positive_acks": "true"}
+    assert values(text, "r", "subscribes") == {"disable_positive_acks": "true"}
 
 
 def test_the_kind_of_a_topic_is_that_of_each_end():
@@ -235,7 +217,7 @@ def test_a_kind_that_fast_dds_refuses_is_an_error():
 )
 def test_an_element_that_may_decide_leaves_the_pair_unknown(qos, beside, named):
     text = profiles(writer("w", qos).replace("</data_writer>", f"{beside}</data_writer>"))
-    found = values(text)["w/publisher"]["extensions"]
+    found = values(text)["extensions"]
     assert found.startswith("unknown")
     assert named in found
 

@@ -6,7 +6,7 @@ import tracemalloc
 import pytest
 
 import cqos_core as cqos
-from cqos_core.model.problems import InputError
+from cqos_core import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_dds.importers import dds_xml, fastdds_xml
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import check
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role, System
+from cqos_core import System, check
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.observed import system_of
 from cqos_dds.snapshot.ros import RosName, demangled

@@ -169,7 +169,7 @@ class _Reader(Document):
         """Read how the application connects."""
         address = self.a_text(server, "host") or self.a_text(server, "url")
         where = stated(server, "host") or stated(server, "url") or key
-        settings: Settings = {"broker": self.broker(_host(address) or key.text, where)}
+        settings: Settings = {"broker": self.reached_by(address, server, where, key.text)}
         version = stated(server, "protocolVersion")
         if version is not None:
             settings["protocol_version"] = self.setting(version)
@@ -185,6 +185,17 @@ class _Reader(Document):
                 settings.update(dict.fromkeys(_WILL.values(), replace(unknown, text="")))
             self.take(self.a_map(stated(binding, "lastWill"), "lastWill"), _WILL, settings)
         return settings
+
+    def reached_by(self, address: str, server: MappingNode, where: Node, name: str) -> Setting:
+        """Return the broker at an address, with the defaults of its variables; unknown where one of them has none."""
+        variables = self.a_map(stated(server, "variables"), "variables")
+        defaults = {key.text: self.a_text(self.a_map(node, key.text), "default") for key, node in entries_of(variables)}
+        filled = _filled(address, {key: text for key, text in defaults.items() if text})
+        open_ = _PARAMETER.search(filled)
+        if open_ is None:
+            return self.broker(_host(filled) or name, where)
+        cause = f"the variable `{open_[1]}` of server `{name}` has no default"
+        return Setting(_host(address), self.place(where), unknown=cause)
 
     # Channels and operations
 

@@ -33,6 +33,8 @@ CODES: Final = (
         "No server of an AsyncAPI document speaks MQTT, so its channels are not read.",
         "No importer reads AsyncAPI over other protocols. A document without servers is read where it has MQTT bindings.",
         help="state `protocol: mqtt` (or mqtts, secure-mqtt) at a server, if there is one",
+        leaves_out="document",
+        missing=1,
     ),
     CodeInfo(
         "MQTT905",
@@ -49,6 +51,8 @@ CODES: Final = (
         "A `$ref` leads to the network, which is never asked.",
         "What stands there is not known.",
         help="save it as a file beside the document, and refer to that",
+        leaves_out="file",
+        missing=1,
     ),
     CodeInfo(
         "MQTT907",
@@ -64,6 +68,8 @@ CODES: Final = (
         "A form names neither a topic nor a filter, in its terms or in its address.",
         "It is passed over.",
         help="state `mqv:topic` or `mqv:filter`",
+        leaves_out="form",
+        missing=1,
     ),
     CodeInfo(
         "MQTT921",
@@ -71,6 +77,8 @@ CODES: Final = (
         "note",
         "A topic is filled in at run time, from messages or the environment, so it is not known here.",
         "It is passed over.",
+        leaves_out="endpoint",
+        missing=1,
     ),
     CodeInfo(
         "MQTT922",
@@ -101,6 +109,7 @@ CODES: Final = (
         "The acl_file or the file of dynamic security of a broker cannot be read, so who may publish and subscribe is not known.",
         "Then nothing is concluded about access.",
         help="name both files together, or put it where the configuration says",
+        leaves_out="file",
     ),
     CodeInfo(
         "MQTT942",
@@ -124,6 +133,7 @@ CODES: Final = (
         "A configuration of Mosquitto includes the files of a folder that cannot be read.",
         "What the configuration does not state itself is unknown.",
         help="check the configuration where that folder is, or send its files along",
+        leaves_out="folder",
     ),
     CodeInfo(
         "MQTT945",
@@ -132,6 +142,8 @@ CODES: Final = (
         "The log of a broker has no line of a publication.",
         "Who publishes is not known then, so subscriptions have no partner in this file.",
         help="set `log_type all` or `log_type debug`, or name the design beside the log",
+        leaves_out="publisher",
+        missing=1,
     ),
     CodeInfo(
         "MQTT946",
@@ -147,6 +159,8 @@ CODES: Final = (
         "note",
         "Users that the dynamic security of a broker lets in are not in its log.",
         "What they would subscribe and publish is not in the snapshot.",
+        leaves_out="user",
+        missing=1,
     ),
     CodeInfo(
         "MQTT960",

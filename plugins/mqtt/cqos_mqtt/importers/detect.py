@@ -23,7 +23,7 @@ _NODE: Final = regular_expression(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
 _PARAMETERS: Final = regular_expression(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE, "ros__parameters")
 _BRIDGED: Final = regular_expression(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
 _DIRECTIVE: Final = regular_expression(
-    r"^[ \t]*(?:listener[ \t]+\d+|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
+    r"^[ \t]*(?:listener[ \t]+\d+|port[ \t]+[18]883|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
     r"max_inflight_messages|queue_qos0_messages|per_listener_settings|acl_file|password_file|max_keepalive|max_qos|"
     r"upgrade_outgoing_qos|autosave_interval|sys_interval|retain_available|connection_messages|allow_zero_length_clientid|"
     r"max_packet_size|message_size_limit|allow_duplicate_messages)\b",

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Place, ProfileRef, Room, Setting
+from cqos_core.model.system import EVERY_OTHER, Broker, Cases, ImportNote, Part, Place, ProfileRef, Room, Setting
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.dynamic_security import PLUGIN, UnclearAccessError, access_of
 from cqos_mqtt.importers.editing import DIRECTIVES
-from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
+from cqos_mqtt.importers.mosquitto_bridge import FLAGS, OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
 from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
@@ -96,7 +96,8 @@ class _Reader(FileReading):
             try:
                 add_bridge(self, name, lines[0].value, lines)
             except ValueError as error:
-                self.refused(error.args[1], error)
+                cause = f"Mosquitto refuses its line `{error.args[1].name}`"
+                self.refused(error.args[1], error, Part("bridge", lines[0].value, cause, lines[0].place))
 
     def file(self, source: Source) -> None:
         """Read all lines of one file; each begins with the default listener and outside of all connections."""
@@ -130,11 +131,14 @@ class _Reader(FileReading):
             self.file(each)
         self.included = False
 
-    def refused(self, line: Line, error: ValueError) -> None:
-        """Say why Mosquitto does not start."""
+    def refused(self, line: Line, error: ValueError, *unread: Part) -> None:
+        """Say why Mosquitto does not start; what the line would state is not known, all else is read."""
         message = f"Mosquitto refuses `{f'{line.name} {line.value}'.strip()}`: {error.args[0]}"
         advice = f"write `{line.name} {line.value[1:].lstrip()}`" if line.value.startswith("=") else None
-        self.problem("MQTT940", message, line.place, advice)
+        self.notes.append(ImportNote("MQTT940", "error", message, line.place, advice, parts=unread))
+        if line.name in _DIRECTIVES:
+            cause = f"Mosquitto refuses `{line.value}`"
+            self.state(line, Setting(line.value, line.place, unknown=cause, reported="MQTT940"))
 
     def line(self, line: Line) -> None:
         """Read one line.
@@ -170,13 +174,18 @@ class _Reader(FileReading):
     def directive(self, line: Line) -> None:
         """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
         policy, take = _DIRECTIVES[line.name]
-        text = take(line.value)
+        # Mosquitto takes the first word, and passes over the rest of the line.
+        text = take(line.value.partition(" ")[0])
         if policy == "maximum_packet_size":
             # Two directives limit a packet; the stricter counts.
             self.packet_limits[line.name] = text
             text = min(self.packet_limits.values(), key=lambda each: int(each) if each.isdecimal() else LONGEST)
+        self.state(line, Setting(text, line.place))
+
+    def state(self, line: Line, setting: Setting) -> None:
+        """Take a setting for what a directive states, of the listener above it or of the broker."""
         settings = self.listener.settings if line.name in _OF_LISTENERS else self.settings
-        settings[policy] = Setting(text, line.place)
+        settings[_DIRECTIVES[line.name][0]] = setting
 
     def misspelt(self, line: Line, meant: str | None) -> None:
         """Say that Mosquitto does not know a directive, and so does not start: nothing is known of what it would do."""
@@ -254,8 +263,8 @@ class _Reader(FileReading):
                 continue
             if line.name not in {"topic", "pattern"}:
                 message = f"an acl_file has lines of user, topic and pattern, not of {shown(line.name)}"
-                self.problem("MQTT940", message, line.place)
-                continue
+                self.notes.append(ImportNote("MQTT940", "error", message, line.place))
+                raise UnclearAccessError(f"Mosquitto refuses its line {shown(line.name)}")
             first, _, rest = line.value.partition(" ")
             access, topic = (first, rest.strip()) if first in _ACCESS and rest.strip() else ("readwrite", line.value)
             yield f"{access} {EVERY_USER if line.name == 'pattern' else user.replace(' ', '_')} {topic}"
@@ -296,10 +305,16 @@ def _number(least: int, most: int, none: int | None = None) -> Callable[[str], s
     return take
 
 
+def _queue(most: int) -> Callable[[str], str]:
+    """Return a reader of how much a queue holds: of 0, and of what is below, as much as there is."""
+    take = _number(0, most, 0)
+    return lambda text: "unlimited" if text.removeprefix("-").isdecimal() and text.startswith("-") else take(text)
+
+
 def _flag(text: str) -> str:
-    if text not in {"true", "false"}:
+    if text not in FLAGS:
         raise ValueError(f"expected {listed(('true', 'false'))}")
-    return text
+    return FLAGS[text]
 
 
 def _keep_alive(text: str) -> str:
@@ -323,15 +338,15 @@ def _autosave(text: str) -> str:
 _DIRECTIVES: Final = {
     **dict.fromkeys(("max_qos", "maximum_qos"), ("maximum_qos", _number(0, 2))),
     "retain_available": ("retain_available", _flag),
-    "max_queued_messages": ("max_queued_messages", _number(0, 65_535, 0)),
-    "max_inflight_messages": ("max_inflight_messages", _number(0, 65_535, 0)),
+    "max_queued_messages": ("max_queued_messages", _queue(LONGEST)),
+    "max_inflight_messages": ("max_inflight_messages", _queue(65_535)),
     "queue_qos0_messages": ("queue_qos0_messages", _flag),
     "max_packet_size": ("maximum_packet_size", _number(20, 268_435_456)),
     "message_size_limit": ("maximum_packet_size", _number(0, 268_435_456, 0)),
     "max_keepalive": ("server_keep_alive", _keep_alive),
     **dict.fromkeys(("persistence", "retained_persistence"), ("persistence", _flag)),
     "persistent_client_expiration": ("session_expiry_interval", _period),
-    "max_queued_bytes": ("max_queued_bytes", _number(0, LONGEST, 0)),
+    "max_queued_bytes": ("max_queued_bytes", _queue(LONGEST)),
     "autosave_interval": ("autosave_interval", _autosave),
     "upgrade_outgoing_qos": ("upgrade_outgoing_qos", _flag),
     "max_topic_alias": ("topic_alias_maximum", _number(0, 65_535)),

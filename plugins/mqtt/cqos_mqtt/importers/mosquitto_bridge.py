@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 _DIRECTIONS: Final = {"out": ("out",), "in": ("in",), "both": ("out", "in")}
 _VERSIONS: Final = {"mqttv31": "3.1.1", "mqttv311": "3.1.1", "mqttv50": "5.0"}
+FLAGS: Final = {"true": "true", "1": "true", "false": "false", "0": "false"}
+"""The words that Mosquitto takes for a flag."""
 _QUALITIES: Final = ("0", "1", "2")
 _PORT: Final = "1883"
 _TAKES_BACK: Final = "own"
@@ -90,7 +92,7 @@ def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequen
     there = _connection(stated, remote_broker, client_id, here=False) | unclear
     system.participants[local] = Participant(local, "mqtt", here, place=lines[0].place)
     system.participants[remote] = Participant(remote, "mqtt", there, external=True, place=lines[0].place)
-    five = "bridge_protocol_version" in stated and stated["bridge_protocol_version"].value == "mqttv50"
+    five = "bridge_protocol_version" in stated and _word(stated["bridge_protocol_version"]) == "mqttv50"
     # As a bridge, or by the options of 5.0, it is sent messages with their RETAIN flag and never its own ones.
     knows = five or _is_true(stated, "try_private", otherwise=True)
     retained = {
@@ -141,9 +143,15 @@ def _is_true(stated: dict[str, Line], name: str, *, otherwise: bool) -> bool:
     line = stated.get(name)
     if line is None:
         return otherwise
-    if line.value not in {"true", "false"}:
+    word = _word(line)
+    if word not in FLAGS:
         raise ValueError("expected true or false", line)
-    return line.value == "true"
+    return FLAGS[word] == "true"
+
+
+def _word(line: Line) -> str:
+    """Return the first word of a line; Mosquitto passes over what follows a flag, a number or a word of its own."""
+    return line.value.partition(" ")[0]
 
 
 def _notifications(system: System, stated: dict[str, Line], local: str, remote: str) -> None:
@@ -198,13 +206,17 @@ def _connection(stated: dict[str, Line], broker: str, client_id: str, *, here: b
 
 
 def _given(line: Line | None, otherwise: str) -> Setting:
-    return Setting(otherwise) if line is None else Setting(line.value, line.place, derived=True)
+    if line is None:
+        return Setting(otherwise)
+    text = line.value if line.name.endswith("clientid") else _word(line)
+    return Setting(FLAGS.get(text, text) if "clean" in line.name else text, line.place, derived=True)
 
 
 def _version(line: Line) -> Setting:
-    if line.value not in _VERSIONS:
+    word = _word(line)
+    if word not in _VERSIONS:
         raise ValueError(f"expected one of {', '.join(_VERSIONS)}", line)
-    return Setting(_VERSIONS[line.value], line.place, derived=True)
+    return Setting(_VERSIONS[word], line.place, derived=True)
 
 
 def _routes(

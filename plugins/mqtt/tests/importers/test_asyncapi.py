@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, read
-from cqos_core.model.problems import InputError
+from cqos_core import InputError, check, read
 
 V2 = """
 asyncapi: 2.6.0
@@ -320,3 +319,29 @@ def test_who_may_read_is_known_for_topics_of_the_broker_too(tmp_path):
     (tmp_path / "s.yaml").write_text(json.dumps(system), encoding="utf-8")
     report = check(str(tmp_path / "s.yaml"), str(tmp_path / "mosquitto.conf"))
     assert "MQTT621" in [finding.code for finding in report.findings]
+
+
+SERVER = """asyncapi: 2.6.0
+info: {{title: {title}, version: '1'}}
+servers: {{p: {{url: '{url}', protocol: mqtt, variables: {variables}}}}}
+channels:
+  room: {{{verb}: {{operationId: a, bindings: {{mqtt: {{qos: 1}}}}, message: {{name: X}}}}}}
+"""
+PLAIN = SERVER.format(title="Display", url="mqtt.example.com:1883", variables="{}", verb="publish")
+
+
+@pytest.mark.parametrize(
+    ("variables", "verdict", "pairs"),
+    [
+        ("{host: {default: mqtt.example.com}, port: {default: '1883'}}", "compatible", 1),
+        ("{host: {default: other.example.com}, port: {default: '1883'}}", "unknown", 0),
+        ("{host: {description: where it is}, port: {default: '1883'}}", "unknown", 1),
+        ("{port: {default: '1883'}}", "unknown", 1),
+    ],
+)
+def test_variables_of_a_server_have_their_defaults(variables, verdict, pairs):
+    sensor = SERVER.format(title="Sensor", url="{host}:{port}", variables=variables, verb="subscribe")
+    report = check(sensor.encode(), PLAIN.encode())
+    assert (report.verdict, report.pair_count) == (verdict, pairs)
+    open_ = "the variable `host` of server `p` has no default"
+    assert any(open_ in each.message for each in report.findings) is (verdict == "unknown" and pairs == 1)

@@ -5,10 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core import check, read
+from cqos_core import Finding, Report, System, check, read
 from cqos_core.files.loading import load_paths
-from cqos_core.model.report import Finding, Report
-from cqos_core.model.system import System
 
 Write = Callable[..., list[str]]
 

@@ -233,16 +233,16 @@ def test_a_configuration_alone_gives_notes_only():
 )
 def test_what_mosquitto_refuses_is_an_error_with_its_line(line, why):
     data = b"listener 1883\nconnection b\naddress h\n" + line + b"\n"
-    with pytest.raises(cqos.InputError) as refused:
-        cqos.read(data, importer="mosquitto")
-    (problem,) = refused.value.problems
-    assert (problem.code, problem.place.line) == ("MQTT940", 4)
-    assert why in problem.message
+    report = cqos.check(data, importer="mosquitto")
+    (error,) = (each for each in report.findings if each.severity == "error")
+    assert (error.code, error.place.line) == ("MQTT940", 4)
+    assert why in error.message
+    assert [(each.kind, each.name) for each in report.coverage.unread] == [("bridge", "b")]
 
 
 def test_a_connection_without_address_is_an_error():
-    with pytest.raises(cqos.InputError, match="a connection needs an `address`"):
-        cqos.read(b"connection b\ntopic a\n", importer="mosquitto")
+    report = cqos.check(b"connection b\ntopic a\n", importer="mosquitto")
+    assert "a connection needs an `address`" in report.findings[0].message
 
 
 def test_what_a_bridge_renames_is_no_near_miss():
@@ -400,10 +400,9 @@ def test_copies_that_come_back_are_no_loop(tmp_path, more, twice):
     ],
 )
 def test_lines_that_mosquitto_refuses(lines, why):
-    with pytest.raises(cqos.InputError) as refused:
-        cqos.read(lines.encode(), importer="mosquitto")
-    assert {problem.code for problem in refused.value.problems} == {"MQTT940"}
-    assert why in refused.value.problems[0].message
+    found = [each for each in cqos.read(lines.encode(), importer="mosquitto").notes if each.severity == "error"]
+    assert {each.code for each in found} == {"MQTT940"}
+    assert why in found[0].message
 
 
 @pytest.mark.parametrize(
@@ -503,3 +502,36 @@ participants:
 """)
     report = cqos.check(tmp_path / "farm.conf", tmp_path / "barn.conf", tmp_path / "rest.yaml")
     assert "MQTT707" not in {each.code for each in report.findings}
+
+
+NEAR = 'listener 1883\nconnection b\naddress far.example:1883\ntopic sensor out 2 "" up/\n'
+FAR = "listener 1883\n"
+FAR_CLIENTS = """cqos: 1
+protocol: mqtt
+{include}participants:
+  pub: {{broker: near, client: {{client_id: p}}, publishes: {{sensor: {{qos: 0}}}}}}
+  sub: {{broker: far, client: {{client_id: s}}, subscribes: {{up/sensor: {{qos: 0}}}}}}
+"""
+
+
+def test_files_that_are_included_are_joined_as_files_that_are_named(tmp_path):
+    for name, text in (("near.conf", NEAR), ("far.conf", FAR), ("named.yaml", FAR_CLIENTS.format(include=""))):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "all.yaml").write_text(FAR_CLIENTS.format(include="include: [near.conf, far.conf]\n"), encoding="utf-8")
+    named = cqos.check(*(tmp_path / each for each in ("named.yaml", "near.conf", "far.conf")))
+    included = cqos.check(tmp_path / "all.yaml")
+    assert [(each.topic, each.verdict, each.pairs) for each in included.groups] == [
+        (each.topic, each.verdict, each.pairs) for each in named.groups
+    ]
+    assert {each.topic for each in included.groups} == {"sensor", "up/sensor"}
+
+
+def test_a_system_file_describes_a_broker_that_a_bridge_names(tmp_path):
+    (tmp_path / "near.conf").write_text(NEAR, encoding="utf-8")
+    stated = 'include: near.conf\nbrokers: {"far.example:1883": {maximum_qos: 1}}\n'
+    (tmp_path / "all.yaml").write_text(
+        FAR_CLIENTS.format(include=stated).replace("broker: far", 'broker: "far.example:1883"'), encoding="utf-8"
+    )
+    report = cqos.check(tmp_path / "all.yaml")
+    assert "MQTT201" in {each.code for each in report.findings}
+    assert "up/sensor" in {each.topic for each in report.groups}

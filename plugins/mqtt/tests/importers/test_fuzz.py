@@ -6,11 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.model.problems import InputError
-from cqos_core.model.source import ReadContext, Source
+from cqos_core import InputError, check, read
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
-from cqos_mqtt.pack import PACK
 
 ASYNCAPI = b"""asyncapi: 3.0.0
 info: {title: x}
@@ -110,15 +107,13 @@ def test_a_damaged_file_is_read_or_refused_with_a_place(name, data):
         start = data.draw(st.integers(0, len(damaged)))
         end = min(len(damaged), start + data.draw(st.integers(0, 12)))
         damaged[start:end] = data.draw(st.sampled_from(PIECES) | st.binary(max_size=3))
-    info = load_plugins().importers[name]
-    info.load_claim()("x", bytes(damaged))
+    load_plugins().importers[name].load_claim()("x", bytes(damaged))
     try:
-        system = info.load_reader()(Source("x", bytes(damaged)), ReadContext())
+        system = read(bytes(damaged), importer=name)
     except InputError as error:
         refused = error
     else:
-        resolved = Resolver(system, {"mqtt": PACK}.get, "mqtt").run()
-        assert len(resolved.endpoints) >= len(system.endpoints)
+        assert check(system, protocol="mqtt").endpoints >= len(system.endpoints)
         return
     assert all(problem.place is not None for problem in refused.problems)
 
@@ -145,7 +140,7 @@ def test_a_damaged_file_is_read_or_refused_with_a_place(name, data):
 )
 def test_any_document_is_read_or_refused(name, tree):
     try:
-        load_plugins().importers[name].load_reader()(Source("x", json.dumps(tree).encode()), ReadContext())
+        read(json.dumps(tree).encode(), importer=name)
     except InputError as error:
         refused = error
     else:

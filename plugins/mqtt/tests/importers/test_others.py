@@ -7,11 +7,9 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check, read
+from cqos_core import InputError, Severity, check, read
 from cqos_core.files.loading import GivenSource, included_files, read_together
 from cqos_core.files.opening import SentFiles, open_file, read_path
-from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity
 from cqos_mqtt.importers import detect
 from cqos_mqtt.importers.codes import CODES
 
@@ -287,7 +285,6 @@ def test_a_missing_acl_file_is_reported(tmp_path):
     [
         ("max_qos 3", 10),
         ("persistence yes", 10),
-        ("max_queued_messages -1", 10),
         ("persistent_client_expiration 2x", 10),
         ("persistent_client_expiration 0d", 10),
         ("persistent_client_expiration 0h", 10),
@@ -300,9 +297,44 @@ def test_a_missing_acl_file_is_reported(tmp_path):
 def test_what_mosquitto_refuses_is_a_located_error(tmp_path, line, number):
     path = tmp_path / "mosquitto.conf"
     path.write_text(CONF.format(acl="x") + line, encoding="utf-8")
-    with pytest.raises(InputError) as raised:
-        read(str(path))
-    assert [(each.code, each.place.line) for each in raised.value.problems] == [("MQTT940", number)]
+    report = check(str(path))
+    assert [(each.code, each.place.line) for each in report.findings if each.severity == "error"] == [
+        ("MQTT940", number)
+    ]
+    assert "MQTT201" not in {each.code for each in report.findings}  # nothing is concluded from a value that is refused
+
+
+@pytest.mark.parametrize(
+    ("line", "policy", "value"),
+    [
+        ("max_queued_messages 200000", "max_queued_messages", "200000"),
+        ("max_queued_messages 70000 # of 8 MB each", "max_queued_messages", "70000"),
+        ("max_queued_messages -1", "max_queued_messages", "unlimited"),
+        ("persistence true # yes", "persistence", "true"),
+        ("retain_available 0", "retain_available", "false"),
+        ("persistent_client_expiration 1d then gone", "session_expiry_interval", "86400s"),
+        ("max_keepalive 60 s", "server_keep_alive", "60"),
+    ],
+)
+def test_a_value_is_the_first_word_as_mosquitto_takes_it(line, policy, value):
+    (broker,) = read(f"{line}\n".encode(), importer="mosquitto").brokers.values()
+    assert settings(broker)[policy] == value
+
+
+def test_a_line_that_is_refused_leaves_the_rest_of_the_file():
+    data = b"max_qos 1\nmax_keepalive 9\nretain_available false\n"
+    system = read(data, importer="mosquitto")
+    (broker,) = system.brokers.values()
+    assert settings(broker)["maximum_qos"] == "1"
+    assert settings(broker)["retain_available"] == "false"
+    assert broker.settings["server_keep_alive"].unknown == "Mosquitto refuses `9`"
+    assert [each.code for each in system.notes] == ["MQTT940"]
+
+
+def test_a_file_with_a_port_of_mqtt_only_is_recognised(tmp_path):
+    (tmp_path / "a.conf").write_text("port 1883\n", encoding="utf-8")
+    (broker,) = read(str(tmp_path / "a.conf")).brokers.values()
+    assert broker.addresses
 
 
 @pytest.mark.parametrize(("text", "limit"), [("0", "infinite"), ("10", "10"), ("65535", "65535")])
@@ -442,10 +474,10 @@ def test_an_included_file_begins_with_the_default_listener(tmp_path, main, one, 
 
 def test_an_included_file_begins_outside_of_all_connections(tmp_path):
     """Mosquitto 2.0.11: `Invalid bridge configuration`."""
-    with pytest.raises(InputError) as caught:
-        included(tmp_path, "connection x\ninclude_dir conf.d\n", a="address h\n")
-    assert "belongs below a `connection`" in str(caught.value)
-    assert str(caught.value.problems[0].place).endswith("a.conf:1:1")
+    system, _ = included(tmp_path, "connection x\ninclude_dir conf.d\n", a="address h\n")
+    first = system.notes[0]
+    assert "belongs below a `connection`" in first.message
+    assert str(first.place).endswith("a.conf:1:1")
 
 
 def test_the_configuration_of_debian_is_read_without_a_warning(tmp_path):

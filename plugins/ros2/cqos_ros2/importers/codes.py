@@ -40,6 +40,8 @@ OBSERVED: Final = (
         "warning",
         "A snapshot or the description of a recording is not whole.",
         "What is missing is not known, so endpoints may be missing from the check.",
+        leaves_out="file",
+        missing=1,
     ),
     CodeInfo(
         "ROS905",
@@ -47,6 +49,7 @@ OBSERVED: Final = (
         "warning",
         "Something is stated about an endpoint that C-QoS does not know.",
         "It is skipped. A newer C-QoS may know it.",
+        leaves_out="setting",
     ),
     CodeInfo(
         "ROS906",
@@ -171,6 +174,8 @@ CONFIGURED: Final = (
         "note",
         "A topic has a placeholder that a launch file fills in.",
         "Its name is not known here, so it is not checked.",
+        leaves_out="display",
+        missing=1,
     ),
     CodeInfo(
         "ROS944",
@@ -178,6 +183,8 @@ CONFIGURED: Final = (
         "note",
         "A display of another plugin names a topic, but its QoS is not in the configuration.",
         "What it requests is in the plugin's source, so it is not checked.",
+        leaves_out="display",
+        missing=1,
     ),
     CodeInfo(
         "ROS950",
@@ -206,6 +213,8 @@ CONFIGURED: Final = (
         "warning",
         "A component model has a part that C-QoS does not know.",
         "It is passed over. If it is misspelt, RosTooling does not read it either.",
+        leaves_out="element",
+        missing=1,
     ),
     CodeInfo(
         "ROS956",
@@ -213,6 +222,8 @@ CONFIGURED: Final = (
         "warning",
         "A NoDL document has a part that C-QoS does not read.",
         "The tools of NoDL refuse it, or it stands in another document. What it would have stated is not known.",
+        leaves_out="element",
+        missing=1,
     ),
     CodeInfo(
         "ROS960",

@@ -45,6 +45,7 @@ NODES: Final[dict[str, InstanceKind]] = {
     "LoadComposableNodes": "component",
     "Node": "node",
 }
+_RUN: Final = len(("ros2", "run", "PACKAGE", "EXECUTABLE"))
 MOST_INSTANCES: Final = 5_000
 _MOST_PARAMETERS: Final = 10_000
 _TYPES: Final = frozenset(("str", "builtins.str"))
@@ -109,7 +110,24 @@ def _process(action: Action, run: Launch) -> None:
     words = command if isinstance(command, (list, tuple)) else [command]
     instance = _instance(action, "process", run)
     instance.arguments = [only_where(guards, run.perform(word)) for guards, word in _pairs(words)]
-    run.found.instances.append(instance)
+    run.found.instances.append(_run_by_ros2(instance, action, run) or instance)
+
+
+def _run_by_ros2(process: Instance, action: Action, run: Launch) -> Instance | None:
+    """Return the node that ``ros2 run PACKAGE EXECUTABLE`` starts; None of any other command line."""
+    stated = [word for each in process.arguments for word in (each.split() if isinstance(each, str) else [each])]
+    command, options = stated[:_RUN], stated[_RUN:]
+    if command[:2] != ["ros2", "run"] or len(command) < _RUN or str(command[2]).startswith("-"):
+        return None
+    node = replace(process, kind="node", package=command[2], executable=command[3], namespace="/", arguments=[])
+    node.environment = {
+        name: value
+        for source in (run.scope.environment, _variables(action.fields, run))
+        for name, value in source.items()
+        if value is not None
+    }
+    _command_line(options, False, node, run)
+    return node
 
 
 def _pairs(words: Any) -> Iterator[tuple[Guards, Any]]:
@@ -128,6 +146,8 @@ def _node(action: Action, kind: InstanceKind, run: Launch) -> Instance:
     unknown = fields.get("**")
     if isinstance(unknown, Unknown):
         node.parameters.append(unknown)
+    # An autostart is a transition that the launch emits.
+    run.found.emits = run.found.emits or bool(fields.get("autostart"))
     executable = fields.get(
         "executable", fields.get("node_executable", fields.get("plugin", fields.get("node_plugin")))
     )

@@ -356,6 +356,11 @@ def _event(run: Launch, action: Action) -> None:
             run.later(found, f"event {handler.kind}")
 
 
+def _emit(run: Launch, action: Action) -> None:
+    event = action.fields.get("event")
+    run.found.emits = run.found.emits or not (isinstance(event, Action) and event.kind == "Shutdown")
+
+
 def _parameter(run: Launch, action: Action) -> None:
     name = run.perform(action.fields.get("name"))
     place = place_of(action.place)
@@ -416,8 +421,6 @@ _CONDITIONS: Final[dict[str, Callable[[Launch, Action], Any]]] = {
 }
 _WITHOUT_EFFECT: Final = frozenset(
     (
-        "EmitEvent",
-        "LifecycleTransition",
         "LogInfo",
         "PopEnvironment",
         "SetROSLogDir",
@@ -428,8 +431,10 @@ _WITHOUT_EFFECT: Final = frozenset(
 _ACTIONS: Final[dict[str, Callable[[Launch, Action], None]]] = {
     "AppendEnvironmentVariable": _variable,
     "DeclareLaunchArgument": _declare,
+    "EmitEvent": _emit,
     "GroupAction": _group,
     "IncludeLaunchDescription": _include,
+    "LifecycleTransition": _emit,
     "LaunchDescription": lambda run, action: run.run(action.fields.get("entities")),
     "OpaqueFunction": _opaque,
     "PopEnvironment": _pop,

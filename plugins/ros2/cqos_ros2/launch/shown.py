@@ -129,10 +129,15 @@ def _instance(instance: Instance) -> Iterator[str]:
         yield f"    arguments {_cut(' '.join(map(shown, instance.arguments)))}"
 
 
+def program(process: Instance) -> str:
+    """Return the command line of a process that is no node, cut where it is long."""
+    return _cut(" ".join(map(shown, process.arguments)))
+
+
 def title(instance: Instance) -> str:
     """Return a node as a reader knows it: its full name, kind and program."""
     if instance.kind == "process":
-        return f"runs {_cut(' '.join(map(shown, instance.arguments)))}"
+        return f"runs {program(instance)}"
     name = "(its own name)" if instance.name is None else shown(instance.name)
     space = shown(instance.namespace)
     full = f"{space.rstrip('/')}/{name.lstrip('/')}"

@@ -172,6 +172,7 @@ class Launched:
         variables: what the launch sets in the environment, by name.
         assumed: variables of the environment that files read and nothing sets, with the default that is taken.
         files: everything that was read.
+        emits: whether it emits events that may activate lifecycle nodes.
     """
 
     entry: str
@@ -182,3 +183,4 @@ class Launched:
     variables: dict[str, Any] = field(default_factory=dict)
     assumed: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
+    emits: bool = False

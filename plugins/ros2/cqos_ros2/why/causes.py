@@ -17,6 +17,7 @@ from cqos_ros2.names import expand
 from cqos_ros2.types import full_type_name
 from cqos_ros2.why.definitions import Defined
 from cqos_ros2.why.interfaces import LOOPBACK
+from cqos_ros2.workspace.activation import activation
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -371,7 +372,7 @@ def _security(seen: Evidence) -> Answer:
 
 
 def _lifecycle(seen: Evidence) -> Answer:
-    inactive = [each for each in seen.system.notes if each.code == "ROS976"]
+    inactive = [each for each in seen.system.notes if each.code == "ROS976" and each.severity == "warning"]
     owners = {each.participant.participant.id for side in seen.ends.values() for each in side}
     for each in inactive:
         if any(f"`{owner}`" in each.message for owner in owners):
@@ -391,9 +392,14 @@ def _lifecycle(seen: Evidence) -> Answer:
         if isinstance(waiting.filled.at_start, Unknown):
             return Answer("not known", f"whether `{manager}` activates `{node}` at the start is not known", ask)
         return Answer("found", f"`{manager}` activates `{node}` only when a program asks for it", ask)
-    unmanaged = _unmanaged(seen.join, owners)
+    # A node that another one creates is activated by that.
+    stated = [node.placed for node in seen.join.nodes if node.filled.lifecycle and not node.placed.depth]
+    lifecycle = {placed.address for placed in stated}.intersection(owners)
+    unmanaged = min(lifecycle - activation(seen.join).managed, default="")
     if unmanaged:
-        return Answer("not known", f"nothing in the launch activates `{unmanaged}`", f"ros2 lifecycle get {unmanaged}")
+        return Answer("not known", f"what activates `{unmanaged}` is not known", f"ros2 lifecycle get {unmanaged}")
+    if not lifecycle:
+        return Answer("excluded", "no lifecycle node that the launch starts is on this topic")
     return Answer("excluded", "a manager of the launch activates the lifecycle nodes on this topic")
 
 
@@ -407,14 +413,6 @@ def _activated(manager: JoinedNode) -> set[str]:
     names = activates.value if activates is not None else ()
     listed = names if isinstance(names, (list, tuple)) else ()
     return {expand(str(name), placed.namespace, placed.name) for name in listed}
-
-
-def _unmanaged(join: Join, owners: Iterable[str]) -> str:
-    """Return a lifecycle node among some that no manager of the launch activates; empty where none is left."""
-    if any(node.filled.activates is not None for node in join.nodes):
-        return ""  # ROS976 reports those that a manager leaves out
-    lifecycle = {node.placed.address for node in join.nodes if node.filled.lifecycle}
-    return min(lifecycle.intersection(owners), default="")
 
 
 def _condition(seen: Evidence) -> Answer:

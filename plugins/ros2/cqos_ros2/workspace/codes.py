@@ -8,7 +8,9 @@ from cqos_core.model.code_info import CodeInfo
 from cqos_core.model.system import ImportNote
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Place
+    from collections.abc import Iterable
+
+    from cqos_core.model.system import Part, Place
 
 CODES: Final = (
     CodeInfo(
@@ -98,18 +100,44 @@ CODES: Final = (
         "The node fails when it loads the plugin.",
     ),
     CodeInfo(
+        "ROS983",
+        "processes-not-read",
+        "note",
+        "A launch starts processes that are no nodes.",
+        "Such a process may publish and subscribe: `ros2 topic pub`, a simulator, a script. C-QoS does not know its endpoints.",
+        help="start it as a node of a package, so that a node file can say what it does",
+    ),
+    CodeInfo(
         "ROS982",
         "middleware-configuration-not-read",
         "note",
         "A launch configures the middleware of nodes by a variable of the environment.",
         "What the variable or its file says may keep nodes apart, drop samples or replace their quality of service. No verdict counts it.",
         help="compare the file by hand; C-QoS reads profiles of Fast DDS and Connext and `cyclonedds.xml` as files of their own",
+        leaves_out="variable",
     ),
 )
 _BY_CODE: Final = {each.code: each for each in CODES}
 
 
-def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-    """Return a note with the severity of its code, and with the advice of the code unless it has its own."""
+def note(
+    code: str,
+    message: str,
+    place: Place | None,
+    advice: str | None = None,
+    unread: Iterable[Part] = (),
+    total: int = 0,
+) -> ImportNote:
+    """Return a note with the severity of its code, and with the advice of the code unless it has its own.
+
+    Args:
+        code: one of `CODES`.
+        message: one sentence.
+        place: where it is.
+        advice: what to do.
+        unread: what it says is not read although it may decide.
+        total: how many such parts there are, read or not; 0: that is not known.
+    """
     info = _BY_CODE[code]
-    return ImportNote(code, info.severity, message, place, advice or info.help or None)
+    advice = advice or info.help or None
+    return ImportNote(code, info.severity, message, place, advice, parts=tuple(unread), total=total)

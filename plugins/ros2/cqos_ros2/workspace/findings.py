@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed
 from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import EVERY_OTHER, MESSAGE, Place
+from cqos_core.model.system import EVERY_OTHER, MESSAGE, Part, Place
 from cqos_ros2.launch.findings import findings as launch_findings
-from cqos_ros2.launch.shown import assumptions
+from cqos_ros2.launch.shown import assumptions, program, title
 from cqos_ros2.names import expand
 from cqos_ros2.nodes.filling import MISSPELT, VERBS
 from cqos_ros2.nodes.library import LEARNED
 from cqos_ros2.nodes.versions import ANOTHER
+from cqos_ros2.workspace.activation import activation
 from cqos_ros2.workspace.agreeing import OPEN
 from cqos_ros2.workspace.codes import note
 from cqos_ros2.workspace.joining import UNKNOWN_POLICY
 from cqos_ros2.workspace.middleware import unread_configurations
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
+from cqos_ros2.workspace.placing import started
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -41,7 +44,9 @@ def notes(found: Join) -> list[ImportNote]:
         *_lifecycle(found),
         *_plugins(found),
         *open_ends(found),
-        *_not_known(found),
+        *_unknown_nodes(found),
+        *_not_known_of_nodes(found),
+        *_processes(found),
         *_not_decided(found),
         *unread_configurations(found),
     ]
@@ -155,35 +160,36 @@ def _refused(topic: str, role: str, policy: str, identity: str, node: JoinedNode
 
 
 def _lifecycle(found: Join) -> Iterator[ImportNote]:
-    managed: set[str] = set()
-    known = True
-    managers = [node for node in found.nodes if node.filled.activates is not None]
+    activates = activation(found)
     running = {node.placed.address: node for node in found.nodes}
     silent = bool(found.placing.unknown or found.placing.undecided or _missing_includes(found))
-    for manager in managers:
-        activates = manager.filled.activates
-        if activates is None or not isinstance(activates.value, (list, tuple)):
-            known = False
-            continue
-        for name in activates.value:
-            address = expand(str(name), manager.placed.namespace, manager.placed.name)
-            managed.add(address)
+    for manager, names in activates.managers:
+        for address, name in names.items():
             if address in running or silent:
                 continue
-            meant = _meant(address, [each for each in running if each not in managed])
+            meant = _meant(address, [each for each in running if each not in activates.managed])
             message = f"`{manager.placed.address}` activates `{name}`, and the launch starts no node `{address}`"
             advice = f"did you mean `{meant.lstrip('/')}`?" if meant else "start the node, or leave it out of the list"
-            yield note("ROS975", message, activates.place or manager.placed.place, advice)
-    if not managers or not known:
-        return
-    for node in found.nodes:
-        if node.placed.depth or not node.filled.lifecycle or node.placed.address in managed:
-            continue
-        if node.placed.instance.kind == "lifecycle_node":
-            continue  # the launch file may activate it itself
-        message = f"no lifecycle manager activates `{node.placed.address}`, so it publishes nothing"
-        names = listed([f"`{each.placed.address}`" for each in managers], "and")
-        yield note("ROS976", message, node.placed.place, f"name it in `node_names` of {names}")
+            listed_at = manager.filled.activates
+            place = listed_at.place if listed_at is not None else None
+            yield note("ROS975", message, place or manager.placed.place, advice)
+        if manager.filled.at_start is False:
+            waiting = sorted(names.keys() & running)
+            message = f"`{manager.placed.address}` activates {_few(waiting)} only when a program asks for it"
+            advice = f"set `autostart: true` of `{manager.placed.address}`, unless a program or a person starts them"
+            yield replace(note("ROS976", message, manager.placed.place, advice), severity="note")
+    managers = " and ".join(f"`{each.placed.address}`" for each, _ in activates.managers)
+    for node in filter(activates.leaves_out, found.nodes):
+        who = "no lifecycle manager" if managers else "nothing in the launch"
+        message = f"{who} activates `{node.placed.address}`, so it publishes nothing"
+        advice = f"name it in `node_names` of {managers}" if managers else _ACTIVATE.format(node.placed.name)
+        yield note("ROS976", message, node.placed.place, advice)
+
+
+_ACTIVATE: Final = (
+    "start a `lifecycle_manager` of `nav2_lifecycle_manager` with `node_names: [{}]` and `autostart: true`, or name the launch "
+    "file that does with a further --launch"
+)
 
 
 def _missing_includes(found: Join) -> bool:
@@ -203,14 +209,20 @@ def _plugins(found: Join) -> Iterator[ImportNote]:
 # What is not known
 
 
-def _not_known(found: Join) -> Iterator[ImportNote]:
+def _unknown_nodes(found: Join) -> Iterator[ImportNote]:
     opaque = [node for node in found.nodes if node.placed.facts is None and not node.endpoints]
     if opaque:
         names = [f"`{each.placed.address}` ({each.placed.cause})" for each in opaque]
         message = f"nothing is known of the endpoints of {plural(len(opaque), 'node')}: {_few_texts(names)}"
-        yield note("ROS978", message, opaque[0].placed.place)
+        unread = [Part("node", each.placed.address, each.placed.cause, each.placed.place) for each in opaque]
+        yield note("ROS978", message, opaque[0].placed.place, unread=unread, total=len(found.nodes))
     for instance, unknown in found.placing.unknown:
-        yield note("ROS979", f"a node is not known: {unknown.cause}", unknown.place or instance.place)
+        unread = [Part("node", title(instance), unknown.cause, instance.place)]
+        place = unknown.place or instance.place
+        yield note("ROS979", f"a node is not known: {unknown.cause}", place, unread=unread, total=1)
+
+
+def _not_known_of_nodes(found: Join) -> Iterator[ImportNote]:
     causes: dict[tuple[str, object], list[JoinedNode]] = {}
     differing = []
     others: dict[str, Place | None] = {}
@@ -224,12 +236,14 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
                 others.setdefault(gap.cause, gap.place)
             else:
                 causes.setdefault((gap.cause, gap.place), []).append(node)
-        for part in _open_parts(node):
+        for part in _open_names(node):
             causes.setdefault(part, []).append(node)
     if differing:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
         message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
-        yield note("ROS979", message, differing[0].placed.place, "state it, for instance `--option ros2.distro=jazzy`")
+        advice = "state it, for instance `--option ros2.distro=jazzy`"
+        unread = _by_node(differing, "it depends on the ROS 2 distribution")
+        yield note("ROS979", message, differing[0].placed.place, advice, unread)
     if others:
         message = (
             f"where the sources in the workspace say nothing, facts of other versions stand: {_few_texts([*others])}"
@@ -238,15 +252,34 @@ def _not_known(found: Join) -> Iterator[ImportNote]:
     for (cause, place), nodes in _once(causes).items():
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place
+        unread = _by_node(nodes, cause)
+        yield note("ROS979", f"{_few_texts(names)}: {cause}", at, unread=unread)  # type: ignore[arg-type]
+    values = grouped((part, node) for node in found.nodes for part in _open_values(node))
+    for (cause, place), nodes in _once(values).items():
+        names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
+        at = place if place is not None else nodes[0].placed.place
         yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
 
 
-def _open_parts(node: JoinedNode) -> Iterator[tuple[str, object]]:
-    """Yield names and policies of endpoints that are not known, each with its place; not those that a verdict depends on."""
+def _by_node(nodes: Iterable[JoinedNode], cause: str) -> list[Part]:
+    """Return what is left out of nodes of which something is known; one that stands there twice lacks two endpoints."""
+    return [
+        Part("partly known node", own[0].placed.address, cause, own[0].placed.place, len(own))
+        for own in grouped((id(each), each) for each in nodes).values()
+    ]
+
+
+def _open_names(node: JoinedNode) -> Iterator[tuple[str, object]]:
+    """Yield what the node does under names that are not known, each with its place."""
+    for each, named, _ in node.endpoints:
+        if not isinstance(named.full, str):
+            yield f"{VERBS[each.direction]} a name that is not known: {named.full.cause}", named.full.place
+
+
+def _open_values(node: JoinedNode) -> Iterator[tuple[str, object]]:
+    """Yield policies of endpoints that are not known, each with its place; not those that a verdict depends on."""
     for each, named, endpoint in node.endpoints:
         does = VERBS[each.direction]
-        if not isinstance(named.full, str):
-            yield f"{does} a name that is not known: {named.full.cause}", named.full.place
         for policy, setting in (endpoint.settings if endpoint is not None else {}).items():
             if setting.reported == UNKNOWN_POLICY:
                 what = "its quality of service" if policy == EVERY_OTHER else f"`{policy}`"
@@ -271,6 +304,14 @@ def _few_texts(texts: list[str]) -> str:
     return listed(shown, "and")
 
 
+def _processes(found: Join) -> Iterator[ImportNote]:
+    others = [each for each in found.launched.instances if started(each) is None]
+    if others:
+        message = f"endpoints of {plural(len(others), 'process')} are not known: {_few_texts([f'`{program(each)}`' for each in others])}"
+        unread = [Part("process", program(each), "it is no node", each.place) for each in others]
+        yield note("ROS983", message, others[0].place, unread=unread)
+
+
 def _not_decided(found: Join) -> Iterator[ImportNote]:
     guards = assumptions(found.launched)
     for subject, values in guards.items():
@@ -278,14 +319,24 @@ def _not_decided(found: Join) -> Iterator[ImportNote]:
         if nodes:
             compared = listed([f"`{each}`" for each in values], "and")
             message = f"{plural(len(nodes), 'node')} {'depends' if len(nodes) == 1 else 'depend'} on `{subject}`, which is not decided (compared with {compared})"
-            yield note("ROS980", message, nodes[0].place)
+            cause = f"whether it starts depends on `{subject}`"
+            unread = [Part("node", title(each), cause, each.place) for each in nodes]
+            yield note("ROS980", message, nodes[0].place, unread=unread, total=len(nodes))
     missing = sorted({each.package for each in found.launched.remarks if each.package})
     if missing:
         message = f"the launch includes files of packages that are not in the workspace: {_few_texts(missing)}"
-        yield note("ROS980", message, found.launched.remarks[0].place, "check with a workspace that has them")
+        unread = [
+            Part("include", each.what, f"package `{each.package}` is not in the workspace", each.place)
+            for each in found.launched.remarks
+            if each.package
+        ]
+        place = found.launched.remarks[0].place
+        yield note("ROS980", message, place, "check with a workspace that has them", unread)
     for unknown, advice in found.workspace.passed_over():
-        yield note("ROS980", unknown.cause, unknown.place, advice)
+        unread = [Part("package or folder", "", unknown.cause, unknown.place)]
+        yield note("ROS980", unknown.cause, unknown.place, advice, unread)
     for remark in found.launched.remarks:
         if not remark.package:
             what = f" {remark.what}" if remark.what else ""
-            yield note("ROS980", f"{remark.about}{what}: {remark.cause}", remark.place)
+            unread = [Part(remark.about, remark.what, remark.cause, remark.place)]
+            yield note("ROS980", f"{remark.about}{what}: {remark.cause}", remark.place, unread=unread)

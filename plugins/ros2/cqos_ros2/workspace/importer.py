@@ -93,6 +93,7 @@ def _launched(
     for found in read[1:]:
         whole.instances += found.instances
         whole.remarks += found.remarks
+        whole.emits = whole.emits or found.emits
         whole.arguments = {**found.arguments, **whole.arguments}
         whole.variables = {**found.variables, **whole.variables}
         whole.assumed = {**found.assumed, **whole.assumed}

@@ -117,7 +117,7 @@ class Placing:
         self.undecided: list[Instance] = []
         self._library = library
         self._reader = ParameterReader(launched, workspace)
-        instances = [each for each in map(_known, launched.instances) if each is not None]
+        instances = [each for each in map(started, launched.instances) if each is not None]
         self._containers = {_name_of(each): each for each in instances if each.kind != "component" and not each.guards}
         self._processes: dict[int, Process] = {}
         for number, instance in enumerate(instances):
@@ -211,8 +211,8 @@ _COMMANDS: Final = {"MicroXRCEAgent": "px4", "micro-xrce-dds-agent": "px4"}
 """Packages of node files by the commands, which are no nodes, that bring their endpoints."""
 
 
-def _known(instance: Instance) -> Instance | None:
-    """Return an instance whose endpoints node files may know: no other process."""
+def started(instance: Instance) -> Instance | None:
+    """Return the node that an instance is, or whose endpoints it brings; None of any other process."""
     if instance.kind != "process":
         return instance
     words = [word for each in instance.arguments if isinstance(each, str) for word in each.split()]

@@ -42,7 +42,14 @@ def spell(system: System, root: str, folder: str) -> None:
         return known[place]
 
     system.sources = {path(name): data for name, data in system.sources.items()}
-    system.notes = [replace(each, place=spelled(each.place)) for each in system.notes]
+    system.notes = [
+        replace(
+            each,
+            place=spelled(each.place),
+            parts=tuple(replace(part, place=spelled(part.place)) for part in each.parts),
+        )
+        for each in system.notes
+    ]
     for participant in system.participants.values():
         participant.place = spelled(participant.place)
         _settings(participant.settings, spelled)

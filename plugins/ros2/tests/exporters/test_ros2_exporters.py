@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import yaml
@@ -13,16 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.analysis.system_fixes import fix_system
+from cqos_core import Endpoint, Participant, Profile, ProfileRef, Setting, System
 from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
 from cqos_core.model.source import Source
-from cqos_core.model.system import Endpoint, Participant, Profile, ProfileRef, Role, Setting, System
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import resolve
+from tests.command import run_here
 
+Role = Literal["publisher", "subscriber"]
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[3] / "examples"
 GOLDEN = HERE / "golden"
@@ -227,18 +228,21 @@ def stripped(system):
     return replace(system, endpoints=[replace(each, settings={}, profiles=()) for each in system.endpoints])
 
 
-def plain_values(system):
-    """Policies of each endpoint but those that have no parameter."""
-    found = {}
-    for each in resolve(system, WHERE.find_pack).endpoints:
-        names = [policy.name for policy in each.pack.policies]
-        values = dict(zip(names, each.profile.values, strict=False))
-        if each.role == "subscriber":
-            del values["lifespan"]
-        found[each.id] = {
-            name: value for name, value in values.items() if name in {*VALUES, "liveliness_lease_duration"}
-        }
-    return found
+MIDDLEWARES = st.sampled_from(["fastdds", "cyclonedds", "connext", "zenoh"])
+"""With one stated, the meaning of `system_default` is known."""
+
+
+def differences(system, other, rmw):
+    """Policies that two systems give different values, but those that have no parameter."""
+    found = cqos.diff(system, other, options={"ros2": {"rmw": rmw}})
+    assert not found.missing
+    assert found.matched == len(system.endpoints)
+    named = {*VALUES, "liveliness_lease_duration"}
+    return [
+        each
+        for each in found.different
+        if each.policy in named and (each.policy, each.a.kind) != ("lifespan", "subscriber")
+    ]
 
 
 def verdicts(system):
@@ -247,8 +251,8 @@ def verdicts(system):
     return sorted((each.topic, each.publisher, each.subscriber, each.verdict) for each in cqos.check(system).pairs)
 
 
-@given(robots())
-def test_overrides_make_of_bare_nodes_what_was_designed(system):
+@given(robots(), MIDDLEWARES)
+def test_overrides_make_of_bare_nodes_what_was_designed(system, rmw):
     exported = export(system, "qos_overrides")
     if not exported.expressed:
         assert not any(each.settings.keys() - {"lifespan"} for each in system.endpoints if each.role == "subscriber")
@@ -256,7 +260,7 @@ def test_overrides_make_of_bare_nodes_what_was_designed(system):
     overrides = read_source(Source("params.yaml", exported.text.encode()), "qos_overrides")
     again = merge([stripped(system), overrides])
     assert [note for note in overrides.notes if note.severity == "error"] == []
-    assert plain_values(again) == plain_values(system)
+    assert not differences(again, system, rmw)
     assert verdicts(again) == verdicts(system)
 
 
@@ -278,8 +282,8 @@ def test_with_overrides_bare_nodes_get_the_verdicts_of_the_design(name):
     assert verdicts(replace(system, endpoints=bare, overlays=[])) != verdicts(system)
 
 
-@given(robots())
-def test_python_code_states_what_was_designed(system):
+@given(robots(), MIDDLEWARES)
+def test_python_code_states_what_was_designed(system, rmw):
     stated = profiles_of(export(system, "rclpy").text) if system.endpoints else {}
     written = replace(
         system,
@@ -293,7 +297,7 @@ def test_python_code_states_what_was_designed(system):
             for each in system.endpoints
         ],
     )
-    assert plain_values(written) == plain_values(system)
+    assert not differences(written, system, rmw)
     assert verdicts(written) == verdicts(system)
 
 
@@ -420,16 +424,15 @@ def test_notes_name_nodes_that_take_their_qos_from_elsewhere():
     )
 
 
-def test_a_remedy_for_what_was_observed_shows_in_a_new_snapshot_only():
+def test_a_remedy_for_what_was_observed_shows_in_a_new_snapshot_only(tmp_path):
     design = TOOLS.replace("rosbag2_player", "planner").replace(
         "publishes: {/scan: {reliability: best_effort", "subscribes: {/scan: {depth: 5"
     )
-    fixed = fix_system(cqos.read(design.encode()), WHERE, "configuration")
-    assert fixed.changed == {("driver/publisher/scan", "reliability")}
-    notes = export(fixed.system, "qos_overrides", fixed.changed).notes
+    notes = fixed(tmp_path, design).err
+    assert "fixed: offer reliability `reliable` on driver/publisher/scan (for ROS101)" in notes
     assert (
-        "`driver/publisher/scan` was observed as it was: a new snapshot shows whether it was started with this"
-    ) in notes
+        "`driver/publisher/scan` was observed as it was: a new snapshot shows whether it was started with this" in notes
+    )
 
 
 # Remedies
@@ -444,21 +447,26 @@ participants:
 """
 
 
-def test_only_what_fixes_is_written():
-    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration")
-    text = export(fixed.system, "qos_overrides", fixed.changed).text
+def fixed(folder, design, *options):
+    """What `cqos convert --fix` writes."""
+    (folder / "design.yaml").write_text(design)
+    done = run_here(["convert", "design.yaml", "--to", "qos_overrides", "--fix", *options], folder)
+    assert done.code == 0
+    return done
+
+
+def test_only_what_fixes_is_written(tmp_path):
+    text = fixed(tmp_path, CLASH).out
     written = yaml.safe_load(text)
     assert written == {
         "/lidar": {"ros__parameters": {"qos_overrides": {"/scan": {"publisher": {"reliability": "reliable"}}}}},
     }
-    overrides = read_source(Source("params.yaml", text.encode()), "qos_overrides")
-    left = {finding.code for finding in cqos.check(merge([cqos.read(CLASH.encode()), overrides])).findings}
+    left = {finding.code for finding in cqos.check(CLASH.encode(), text.encode()).findings}
     assert "ROS101" not in left
 
 
-def test_what_nodes_take_from_no_parameter_by_default_is_no_remedy():
-    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration", weaken=True)
-    notes = "\n".join(export(fixed.system, "qos_overrides", fixed.changed).notes)
+def test_what_nodes_take_from_no_parameter_by_default_is_no_remedy(tmp_path):
+    notes = fixed(tmp_path, CLASH, "--weaken").err
     assert "durability is left out: a program takes it from parameters only where it lists it" in notes
     assert "deadline is left out" in notes
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core.model.system import System
+from cqos_core import System
 
 
 def _at(place):

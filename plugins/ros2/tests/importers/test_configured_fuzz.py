@@ -7,12 +7,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.matching.pipeline import MOST_ENDPOINTS
-from cqos_core.matching.routes import expanded
-from cqos_core.model.problems import InputError
+import cqos_core as cqos
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.pack import PACK
 
 CASES = Path(__file__).parent / "cases"
@@ -168,7 +165,7 @@ def check(importer, data):
         assert info.load_claim()(name, data[:65_536]) in {True, False}
     try:
         system = info.load_reader()(Source("f", data), ReadContext())
-    except InputError as error:
+    except cqos.InputError as error:
         refused = error
     else:
         check_system(system)
@@ -192,8 +189,7 @@ def check_system(system):
     places += [setting.place for endpoint in system.endpoints for setting in endpoint.settings.values()]
     check_places(places)
     assert {note.code for note in system.notes} <= {info.code for info in PACK.codes} | {"CQ005", "CQ040"}
-    whole, _ = expanded(system, {"ros2": PACK}.get, None, MOST_ENDPOINTS)
-    Resolver(whole, {"ros2": PACK}.get, None).run()
+    cqos.check(system)
 
 
 @st.composite

@@ -2,17 +2,13 @@
 
 import pytest
 
-from cqos_core import check
+from cqos_core import InputError, Setting, check
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Setting
-from cqos_core.resolving.carried import plain_texts
-from cqos_core.resolving.resolve import resolve
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.importers.fastdds_xml import read
-from cqos_ros2.pack import PACK as ROS2
+from tests.explained import facts
 
 DEADLINE = "<deadline><period><sec>2</sec><nanosec>0</nanosec></period></deadline>"
 BEST_EFFORT = "<reliability><kind>BEST_EFFORT</kind></reliability>"
@@ -87,8 +83,7 @@ class TestEffect:
         sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
         system = merge([read_source(source, beside={"ros2"}) for source in sources])
         system.options.setdefault("ros2", {})["rmw"] = Setting("fastdds")
-        (endpoint,) = resolve(system, {"ros2": ROS2}.get).endpoints
-        assert plain_texts(endpoint)["depth"] == held
+        assert facts(system)["depth"].value == held
 
     def test_a_depth_above_the_limit_of_one_instance_is_a_note(self):
         queue = "<historyQos><depth>50</depth></historyQos><resourceLimitsQos><max_samples_per_instance>{}"

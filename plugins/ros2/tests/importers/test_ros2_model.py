@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core.model.problems import InputError
+from cqos_core import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_ros2.importers.ros2_model import read
 from tests.growth.linear import assert_linear

@@ -6,17 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core import check
+from cqos_core import InputError, Problem, System, check
 from cqos_core.files.loading import read_source, recognise
 from cqos_core.files.merging import merge
-from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.importers.detect_observed import claims_rosbag2_overrides
 from cqos_ros2.importers.rosbag2_overrides import read
 from cqos_ros2.pack import PACK
+from tests.explained import facts, rows
 from tests.growth.linear import assert_linear
 
 CASES = Path(__file__).parent / "cases" / "rosbag2_overrides"
@@ -51,22 +49,15 @@ def overrides(text):
 
 
 def laid_over(text, seen_as="player"):
-    """The values of the bag's topics with the overrides laid over them, and where these come from."""
+    """The bag's topics, and the overrides laid over them."""
     switches = {"rosbag2": {"as": seen_as}}
     sources = (Source("metadata.yaml", BAG.encode()), Source("o.yaml", text.encode()))
-    system = merge([read_source(source, None, switches) for source in sources])
-    resolved = Resolver(system, {"ros2": PACK}.get, None).run()
-    assert not resolved.findings
-    return {endpoint.shown: endpoint for endpoint in resolved.endpoints}
+    return merge([read_source(source, None, switches) for source in sources])
 
 
-def row(endpoint):
-    shown = []
-    for name in POLICIES:
-        index = PACK.find("endpoint", name)
-        found = endpoint.profile.values[index]
-        shown.append(PACK.policies[index].domain.format(found) if isinstance(found, int) else "?")
-    return " ".join(shown)
+def values(system):
+    """The values of each topic of a bag, `?` for what is not known."""
+    return {name.partition("/")[2].partition("/")[2]: row for name, row in rows(system, PACK, POLICIES).items()}
 
 
 def problems(text):
@@ -80,21 +71,21 @@ DEFAULT = "keep_last 10 reliable volatile infinite infinite automatic infinite f
 
 def test_an_override_replaces_the_whole_profile():
     """What it does not state has its default, not the recorded value."""
-    endpoints = laid_over((CASES / "reference.yaml").read_text())
-    assert row(endpoints["/camera/image"]) == "keep_last 2 best_effort volatile 50ms infinite automatic infinite false"
-    assert row(endpoints["/imu"]) == DEFAULT
+    found = values(laid_over((CASES / "reference.yaml").read_text()))
+    assert found["camera/image"] == "keep_last 2 best_effort volatile 50ms infinite automatic infinite false"
+    assert found["imu"] == DEFAULT
 
 
 def test_every_policy_can_be_overridden():
-    endpoints = laid_over((CASES / "everything.yaml").read_text())
-    assert row(endpoints["/imu"]) == "keep_all 10 reliable transient_local 1500ms 10s manual_by_topic 2s false"
-    assert row(endpoints["/map"]) == "keep_last 1 reliable volatile infinite infinite automatic infinite false"
+    found = values(laid_over((CASES / "everything.yaml").read_text()))
+    assert found["imu"] == "keep_all 10 reliable transient_local 1500ms 10s manual_by_topic 2s false"
+    assert found["map"] == "keep_last 1 reliable volatile infinite infinite automatic infinite false"
 
 
 def test_origin_and_place_show_where_a_value_comes_from():
-    endpoint = laid_over((CASES / "reference.yaml").read_text())["/camera/image"]
-    origins = {name: endpoint.origin(PACK.find("endpoint", name)) for name in ("reliability", "deadline", "durability")}
-    assert {name: (origin, str(place)) for name, (origin, place) in origins.items()} == {
+    found = facts(laid_over((CASES / "reference.yaml").read_text()), of="rosbag2_player/publisher/camera/image")
+    origins = {name: found[name] for name in ("reliability", "deadline", "durability")}
+    assert {name: (fact.origin, str(fact.place)) for name, fact in origins.items()} == {
         "reliability": ("rosbag2 override", "o.yaml:5:16"),
         "deadline": ("rosbag2 override", "o.yaml:6:13"),
         "durability": ("rosbag2 override", "o.yaml:2:1"),
@@ -102,21 +93,16 @@ def test_origin_and_place_show_where_a_value_comes_from():
 
 
 def test_with_the_recorder_it_is_the_subscriptions_that_are_overridden():
-    endpoints = laid_over("/imu: {depth: 3, reliability: best_effort}\n", "recorder")
-    assert row(endpoints["/imu"]) == "keep_last 3 best_effort volatile infinite infinite automatic infinite false"
-    assert endpoints["/imu"].role == "subscriber"
+    system = laid_over("/imu: {depth: 3, reliability: best_effort}\n", "recorder")
+    row = "keep_last 3 best_effort volatile infinite infinite automatic infinite false"
+    assert rows(system, PACK, POLICIES)["rosbag2_recorder/subscriber/imu"] == row
 
 
 def test_what_was_recorded_is_not_overridden():
-    assert row_of_recorded().startswith("? ?")
-
-
-def row_of_recorded():
     switches = {"rosbag2": {"as": "recorded"}}
     bag = BAG.replace("/imu, offered_qos_profiles: []}", "/imu, offered_qos_profiles: []}\n      message_count: 1")
     system = read_source(Source("metadata.yaml", bag.encode()), None, switches)
-    merged = merge([system, overrides("/imu: {depth: 3}\n")])
-    return row(next(e for e in Resolver(merged, {"ros2": PACK}.get, None).run().endpoints if e.shown == "/imu"))
+    assert values(merge([system, overrides("/imu: {depth: 3}\n")]))["imu"].startswith("? ?")
 
 
 @pytest.mark.parametrize("topic", ["/imus", "imu", "/*", "/im[u]", "/IMU"])

@@ -6,17 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core import check
+from cqos_core import InputError, Problem, System, check
 from cqos_core.files.loading import read_source, recognise
-from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.importers.detect_observed import claims_topic_info
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
 from cqos_ros2.importers.topic_info import read
 from cqos_ros2.pack import PACK
+from tests.explained import rows
 from tests.growth.linear import assert_linear
 
 CASES = Path(__file__).parent / "cases" / "topic_info"
@@ -35,18 +33,8 @@ def from_case(name):
 
 def values(system):
     """Each endpoint with its type and values, `?` for what is not known."""
-    resolved = Resolver(system, {"ros2": PACK}.get, None).run()
-    assert not resolved.findings
-    return [
-        " | ".join((endpoint.id, endpoint.endpoint.type or "?", " ".join(value(endpoint, name) for name in POLICIES)))
-        for endpoint in resolved.endpoints
-    ]
-
-
-def value(endpoint, name):
-    index = PACK.find("endpoint", name)
-    found = endpoint.profile.values[index]
-    return PACK.policies[index].domain.format(found) if isinstance(found, int) else "?"
+    shown = rows(system, PACK, POLICIES)
+    return [f"{each.id} | {each.type or '?'} | {shown[each.id]}" for each in system.endpoints]
 
 
 def said(system):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
+from cqos_core import InputError
 from cqos_core.importers.reading import Reading
-from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.parameter_files import plain

@@ -144,7 +144,10 @@ RUNS: Final = [
     ("/map", launch(SERVER, MANAGER.format("[map_server]", "true")), WORKSPACE, {"excluded": ["lifecycle"]}),
     ("/map", launch(SERVER, MANAGER.format("[map_server]", "false")), WORKSPACE, {"found": ["name", "lifecycle"]}),
     ("/map", launch(SERVER, MANAGER.format("[map_server]", "$(env X)")), WORKSPACE, {"not known": ["lifecycle"]}),
-    ("/map", launch(SERVER), WORKSPACE, {"not known": ["lifecycle"]}),
+    ("/map", launch(SERVER), WORKSPACE, {"found": ["name", "lifecycle"]}),
+    ("/map", launch(SERVER, MANAGER.replace('<param name="node_names" value="{}"/>', "").format("true")), WORKSPACE, {"found": ["name", "lifecycle"]}),
+    ("/map", launch(SERVER, '<node pkg="other" exec="other"/>'), WORKSPACE, {"not known": ["lifecycle"]}),
+    ("/map", launch(SERVER, "<lifecycle_transition/>"), WORKSPACE, {"not known": ["lifecycle"]}),
     ("/tf_static", launch(SHOW), WORKSPACE, {"found": ["launch condition"], "not known": ["name"]}),
     ("/camera", launch('<node pkg="no" exec="no"/>'), WORKSPACE, {"not known": ["name", "remap"]}),
     (

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from cqos_core.model.system import System
+    from cqos_core import System
 
 MANIFEST = "<package><name>{}</name></package>"
 

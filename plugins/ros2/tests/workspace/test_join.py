@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from cqos_core import check
+
 TALKER = """cqos_nodes: 1
 package: bot
 versions: {humble: 1.0.0, jazzy: 2.0.0}
@@ -271,7 +273,7 @@ def test_remaps_apply_in_order_and_once(joined):
 
 
 def test_a_broken_node_file_of_the_workspace_is_an_error(joined):
-    from cqos_core.model.problems import InputError
+    from cqos_core import InputError
 
     with pytest.raises(InputError, match="did you mean `publishes`"):
         joined({**launch_of(node()), "bot/bot.node.yaml": TALKER.replace("publishes", "publishs", 1)})
@@ -304,7 +306,7 @@ def test_a_node_is_a_lifecycle_node_since_some_distribution(joined, findings, di
 def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_namespace(joined, findings):
     bridge = '<node pkg="ros_gz_bridge" exec="parameter_bridge" name="bridge" args="/front/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan"/>\n'
     amcl = '<node pkg="nav2_amcl" exec="amcl"/>\n'
-    assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403"]
+    assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403", "ROS976"]
     driver = '<node pkg="other" exec="driver" name="driver"/>\n'
     assert findings(joined(launch_of(bridge, amcl, driver))) == []
 
@@ -445,3 +447,51 @@ def test_a_configuration_of_all_nodes_is_one_note(joined):
     (said,) = of_middleware(joined(launch_of(variable, *nodes)))
     assert "to `s.json5` for `/t0`, `/t1`, `/t2` and 2 more nodes" in said
     assert "access_control" in said
+
+
+def unread(system):
+    """What was not read of a launch: kind, name and how many endpoints at least."""
+    return [(part.kind, part.name, part.endpoints) for each in system.notes for part in each.parts]
+
+
+UNREAD = {
+    "a node without a node file": ('<node pkg="other" exec="driver" name="driver"/>', [("node", "/driver", 1)]),
+    "a node whose package is not known": (
+        '<node pkg="$(env PACKAGE)" exec="talker" name="t"/>',
+        [("node", "/t  node ? talker", 1)],
+    ),
+    "a node under a condition that is not decided": (
+        '<node pkg="bot" exec="talker" name="t" if="$(env TALKS)"/>',
+        [("node", "/t  node bot talker", 1)],
+    ),
+    "a process": (
+        '<executable cmd="python3 play.py /scan"/>',
+        [("process", "python3 play.py /scan", 1)],
+    ),
+    "an include of a package that is not here": (
+        '<include file="$(find-pkg-share nav2_bringup)/launch/navigation_launch.py"/>',
+        [("include", "$(find-pkg-share nav2_bringup)/launch/navigation_launch.py", 1)],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", UNREAD)
+def test_what_a_launch_starts_and_is_not_read_is_named(joined, case):
+    element, expected = UNREAD[case]
+    system = joined(launch_of(node(), node("listener", more=""), f"{element}\n"))
+    assert unread(system) == expected
+    report = check(system)
+    assert report.verdict_words == "compatible as far as read"
+    assert report.coverage.percent < 100
+
+
+def test_a_launch_that_was_read_whole_is_compatible(joined):
+    report = check(joined(launch_of(node(), node("listener", more=""))))
+    assert (report.verdict_words, report.coverage.percent) == ("compatible", 100)
+
+
+@pytest.mark.parametrize("command", ["ros2 run bot talker", "ros2 run bot talker --ros-args -r chatter:=news"])
+def test_ros2_run_starts_a_node_like_any_other(joined, command):
+    system = joined(launch_of(f'<executable cmd="{command}"/>\n', node("listener", more="")))
+    assert unread(system) == []
+    assert ("/talker", "/news" if "news" in command else "/chatter") in topics(system)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cqos_core.model.system import Place
+from cqos_core import Place
 from cqos_ros2.nodes.versions import fit
 
 LAUNCH = """

@@ -458,6 +458,7 @@ class Report(_message.Message):
     HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     VERSIONS_FIELD_NUMBER: _builtins.int
     ASSUMED_FIELD_NUMBER: _builtins.int
+    COVERAGE_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """The worst verdict of all pairs; VERDICT_UNKNOWN where there is no pair."""
     system: _builtins.str
@@ -500,6 +501,10 @@ class Report(_message.Message):
     def assumed(self) -> _containers.RepeatedCompositeFieldContainer[Global___Assumption]:
         """Options that are not stated, where a verdict, an error or a warning rests on them."""
 
+    @_builtins.property
+    def coverage(self) -> Global___Coverage:
+        """How much of its inputs the report was made from."""
+
     def __init__(
         self,
         *,
@@ -517,14 +522,119 @@ class Report(_message.Message):
         hypothetical: _builtins.int = ...,
         versions: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
         assumed: _abc.Iterable[Global___Assumption] | None = ...,
+        coverage: Global___Coverage | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "coverage", b"coverage"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumed", b"assumed", "counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict", "versions", b"versions"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumed", b"assumed", "counts", b"counts", "coverage", b"coverage", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict", "versions", b"versions"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Report: _TypeAlias = Report  # noqa: Y015
+
+@_typing.final
+class Coverage(_message.Message):
+    """How much of its inputs a report was made from."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class TotalsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.int
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.int = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    UNCLEAR_FIELD_NUMBER: _builtins.int
+    UNREAD_FIELD_NUMBER: _builtins.int
+    TOTALS_FIELD_NUMBER: _builtins.int
+    PERCENT_FIELD_NUMBER: _builtins.int
+    endpoints: _builtins.int
+    """Number of endpoints that were read."""
+    percent: _builtins.int
+    """How many of a hundred endpoints were read and are known whole; 100 only if nothing is unread. Derived."""
+    @_builtins.property
+    def unclear(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Ids of those that state something that is not known."""
+
+    @_builtins.property
+    def unread(self) -> _containers.RepeatedCompositeFieldContainer[Global___Part]:
+        """What was recognised and not read, although it may decide a verdict."""
+
+    @_builtins.property
+    def totals(self) -> _containers.ScalarMap[_builtins.str, _builtins.int]:
+        """How many parts of a kind there are, read or not, where that is known."""
+
+    def __init__(
+        self,
+        *,
+        endpoints: _builtins.int = ...,
+        unclear: _abc.Iterable[_builtins.str] | None = ...,
+        unread: _abc.Iterable[Global___Part] | None = ...,
+        totals: _abc.Mapping[_builtins.str, _builtins.int] | None = ...,
+        percent: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["endpoints", b"endpoints", "percent", b"percent", "totals", b"totals", "unclear", b"unclear", "unread", b"unread"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Coverage: _TypeAlias = Coverage  # noqa: Y015
+
+@_typing.final
+class Part(_message.Message):
+    """A part of an input that was recognised and not read, although it may decide a verdict."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    NAME_FIELD_NUMBER: _builtins.int
+    CAUSE_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    kind: _builtins.str
+    """What it is, as a noun: `node`, `include`, `section`."""
+    name: _builtins.str
+    """Which one, or what is said of it."""
+    cause: _builtins.str
+    """Why it was not read."""
+    endpoints: _builtins.int
+    """How many endpoints it has at least that are not in the system; 0 where it decides about those that are."""
+    @_builtins.property
+    def place(self) -> Global___Place:
+        """Where it stands."""
+
+    def __init__(
+        self,
+        *,
+        kind: _builtins.str = ...,
+        name: _builtins.str = ...,
+        cause: _builtins.str = ...,
+        place: Global___Place | None = ...,
+        endpoints: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cause", b"cause", "endpoints", b"endpoints", "kind", b"kind", "name", b"name", "place", b"place"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Part: _TypeAlias = Part  # noqa: Y015
 
 @_typing.final
 class Assumption(_message.Message):

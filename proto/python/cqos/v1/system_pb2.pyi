@@ -1578,6 +1578,8 @@ class ImportNote(_message.Message):
     PLACE_FIELD_NUMBER: _builtins.int
     HELP_FIELD_NUMBER: _builtins.int
     ENDPOINT_FIELD_NUMBER: _builtins.int
+    PARTS_FIELD_NUMBER: _builtins.int
+    TOTAL_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code."""
     severity: _report_pb2.Severity.ValueType
@@ -1588,9 +1590,15 @@ class ImportNote(_message.Message):
     """Advice."""
     endpoint: _builtins.str
     """Id of the endpoint concerned."""
+    total: _builtins.int
+    """How many such parts the input has, read or not, where that is known."""
     @_builtins.property
     def place(self) -> _report_pb2.Place:
         """Its place."""
+
+    @_builtins.property
+    def parts(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.Part]:
+        """Parts of the input that it says are not read although they may decide."""
 
     def __init__(
         self,
@@ -1601,10 +1609,12 @@ class ImportNote(_message.Message):
         place: _report_pb2.Place | None = ...,
         help: _builtins.str | None = ...,
         endpoint: _builtins.str | None = ...,
+        parts: _abc.Iterable[_report_pb2.Part] | None = ...,
+        total: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_endpoint", b"_endpoint", "_help", b"_help", "endpoint", b"endpoint", "help", b"help", "place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_endpoint", b"_endpoint", "_help", b"_help", "code", b"code", "endpoint", b"endpoint", "help", b"help", "message", b"message", "place", b"place", "severity", b"severity"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_endpoint", b"_endpoint", "_help", b"_help", "code", b"code", "endpoint", b"endpoint", "help", b"help", "message", b"message", "parts", b"parts", "place", b"place", "severity", b"severity", "total", b"total"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__endpoint: _TypeAlias = _typing.Literal["endpoint"]  # noqa: Y015
     _WhichOneofArgType__endpoint: _TypeAlias = _typing.Literal["_endpoint", b"_endpoint"]  # noqa: Y015
