@@ -29,7 +29,7 @@ _ANSWER: Final = re.compile(r"^  verdict: .*\n  codes: .*\n", re.MULTILINE)
 def answer(incident: dict[str, Any]) -> tuple[str, list[str]]:
     """Check the files of an incident; return the verdict, and the codes of errors and warnings."""
     options = [*incident.get("arguments", []), "--together", "--no-config", "--format", "json"]
-    done = command.run(["check", *incident["files"], *options], INCIDENTS / incident["id"])
+    done = command.run_here(["check", *incident["files"], *options], INCIDENTS / incident["id"])
     report = json.loads(done.out)
     return report["verdict"], sorted({each["code"] for each in report["findings"] if each["severity"] != "note"})
 

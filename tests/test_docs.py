@@ -3,8 +3,9 @@
 A page is followed from top to bottom, in a folder of its own that has the examples in it:
 
 - a block with a title, as in ``` ```yaml title="robot.yaml" ```, is written to that file;
-- a `console` block is executed. A line with `$ ` in front is a command, what follows is its output. There, `…` stands
-  for any text within a line, and alone on a line for any lines. `echo $?` prints the exit code of the command before;
+- a `console` block is executed, `cqos` without a shell in this process unless the page installs something. A line with
+  `$ ` in front is a command, what follows is its output. There, `…` stands for any text within a line, and alone on a
+  line for any lines. `echo $?` prints the exit code of the command before;
 - a `python` block with prompts is a doctest. All of a page share their variables;
 - a `sentence` block has one sentence of the rule language per line, in its one text form.
 
@@ -29,10 +30,10 @@ import pytest
 from cqos_core.language import expression
 from cqos_core.language.parsing import parse
 from cqos_core.plugins import load_plugins
-from tests.command import run
+from tests.command import Done, run, run_here
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLLOWED: tuple[str, ...] = (
@@ -70,6 +71,8 @@ if importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true
 PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))
 SHELL = re.compile(r"""[|&;<>$*?'"\\]""")
 """What makes a line one for the shell."""
+INSTALLS = re.compile(r"^\$ .*pip install ", re.MULTILINE)
+"""What makes a page one that installs something, which only a new process finds."""
 OUR_OWN = frozenset({"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR", "PYTEST_ADDOPTS"})
 """Variables of who runs these tests; they would change what the commands of a page print."""
 BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
@@ -92,6 +95,7 @@ def follow(page: str, folder: Path) -> Iterator[Said]:
     """Do everything that a page says; yield what its commands print."""
     text = (ROOT / page).read_text(encoding="utf-8")
     shutil.copytree(ROOT / "examples", folder / "examples")
+    cqos = run if INSTALLS.search(text) else run_here
     variables: dict[str, object] = {}
     code = 0
     for block in BLOCK.finditer(text):
@@ -101,7 +105,7 @@ def follow(page: str, folder: Path) -> Iterator[Said]:
             file.write_text(block["text"], encoding="utf-8")
         elif block["kind"] == "console":
             for command, start, end in commands(block):
-                code, printed = execute(command, folder, code)
+                code, printed = execute(command, folder, code, cqos)
                 yield Said(command, start, end, text[start:end], printed)
         elif block["kind"] == "python":
             yield from run_doctest(block, variables, page, folder)
@@ -121,8 +125,8 @@ def commands(block: re.Match[str]) -> Iterator[tuple[str, int, int]]:
         yield match[1], offset + match.end(), offset + end
 
 
-def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
-    """Run one command of a page as a reader would; return its exit code and all that it prints."""
+def execute(command: str, folder: Path, code: int, cqos: Callable[..., Done]) -> tuple[int, str]:
+    """Run one command of a page as a reader would, ``cqos`` by a function; return its exit code and all that it prints."""
     site = folder / ".site"
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     python_path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
@@ -131,7 +135,7 @@ def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
     environment["XDG_CACHE_HOME"] = str(folder / ".cache")
     words = command.split()
     if words[0] == "cqos" and not SHELL.search(command):
-        done = run(words[1:], folder, environment, together=True)
+        done = cqos(words[1:], folder, environment, together=True)
         return done.code, without_ends(done.out)
     # A reader installs into an environment of their own; this is one.
     command = command.replace(

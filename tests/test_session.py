@@ -90,6 +90,9 @@ class Editing(RuleBasedStateMachine):
 
     @initialize()
     def open(self):
+        self.session = self.opened(self.system())
+
+    def system(self):
         system = System("edited", "ros2", participants={name: Participant(name) for name in PARTICIPANTS})
         # Beyond a bridge, where there is one.
         system.participants["phone"] = Participant("phone", "mqtt", {"broker": Setting("hub")})
@@ -97,7 +100,7 @@ class Editing(RuleBasedStateMachine):
             id="far", role="subscriber", topic="far/scan", participant="phone", needs={"latest": Setting("true")}
         )
         system.endpoints.append(far)
-        self.session = self.opened(system)
+        return system
 
     @rule(endpoint=endpoints)
     def put(self, endpoint):
@@ -212,6 +215,23 @@ class Editing(RuleBasedStateMachine):
 
 Editing.TestCase.settings = settings(max_examples=EXAMPLES // 2, stateful_step_count=20)
 TestEditing = Editing.TestCase
+
+
+class EditingOfOneProtocol(Editing):
+    """The same without MQTT, where most edits of endpoints touch their topics only."""
+
+    def system(self):
+        return System("edited", "ros2", participants={name: Participant(name) for name in PARTICIPANTS})
+
+    # Rare, so that not every system has them.
+    @precondition(lambda self: len(self.session.system.endpoints) > 6)
+    @rule(name=st.sampled_from(BRIDGES), carried=st.lists(routes, max_size=1), carries=st.just(()))
+    def put_bridge(self, name, carried, carries):
+        super().put_bridge(name, carried, carries)
+
+
+EditingOfOneProtocol.TestCase.settings = settings(max_examples=EXAMPLES, stateful_step_count=25)
+TestEditingOfOneProtocol = EditingOfOneProtocol.TestCase
 
 
 def of_two_topics():

@@ -7,7 +7,7 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.findings import Made
+from cqos_core.checking.findings import Again, Made, anew
 from cqos_core.checking.team import topic_spellings
 from cqos_core.language.name_index import NameIndex
 from cqos_core.model.remarks import core_finding
@@ -27,7 +27,7 @@ def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:
     return (finding.code.lower(), finding.name, *(alias.lower() for alias in aliases))
 
 
-def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
+def _with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
     """Give findings the severities asked for by code, name or alias; ``off`` takes them away."""
     if not severities:
         return list(made)
@@ -95,17 +95,18 @@ class Accepting:
         return (index if each.place is None else each.place), each.rule
 
 
-def as_people_said(made: Sequence[Made], system: System, context: Context) -> list[Made]:
+def as_people_said(made: Sequence[Made], system: System, context: Context, again: Again = anew) -> list[Made]:
     """Apply severities and acceptances; report acceptances that are unused, expired, or name no rule."""
-    made = with_severities(made, system.severities, context.find_rule)
-    if not system.accept:
-        return made
     today = date.today()  # noqa: DTZ011 - a calendar day, where the user is
     accepting = Accepting(system.accept, context.find_rule, today)
-    marked = [accepting.marked(one) for one in made]
+
+    def said(of: Sequence[Made]) -> list[tuple[Made, Sequence[int]]]:
+        return [accepting.marked(each) for each in _with_severities(of, system.severities, context.find_rule)]
+
+    marked = [each for one in made for each in again(said, (one,))]
     used = {index for _, excuses in marked for index in excuses}
-    said = [Made(finding, (), frozenset()) for finding in accepting.said(used)]
-    return [*(one for one, _ in marked), *with_severities(said, system.severities, context.find_rule)]
+    unused = [Made(finding, (), frozenset()) for finding in accepting.said(used)]
+    return [*(one for one, _ in marked), *_with_severities(unused, system.severities, context.find_rule)]
 
 
 def _about(acceptance: Acceptance) -> str:

@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.assumptions import assumptions, with_imported
-from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
+from cqos_core.checking.findings import Again, Made, anew, merged, of_participants, one_per_cause
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
@@ -59,14 +59,14 @@ def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     return findings
 
 
-def read_beyond(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
+def _read_beyond(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
     """Yield the rules over participants, brokers and options that hold for an endpoint, each with the values it reads."""
     for bound in endpoint.pack.beyond_topics:
         if not (bound.rule.creation and endpoint.kin.observed):
             yield bound, tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
 
 
-def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
+def _said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     """Ask such a rule of an endpoint; None where it has nothing to say."""
     values = endpoint.profile.values
     spoken = ask(bound, values, values)
@@ -78,13 +78,13 @@ def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     # The surroundings and the frame of a profile have all that these rules read.
     alike = {(each.participant, each.like.frame, each.kin.observed): each for each in endpoints}
     distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
-    if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
+    if not any(_said_beyond(bound, each) for each in distinct.values() for bound, _ in _read_beyond(each)):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
-        for bound, read in read_beyond(endpoint):
+        for bound, read in _read_beyond(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
-    said = ((bound, said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
+    said = ((bound, _said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
     return [of_participants(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
 
 
@@ -97,7 +97,10 @@ def assemble(
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
     packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
-    judged, endpoints, of_topics = (*results.values(),), resolved.endpoints, later(_merged, {**results})
+    judged, endpoints = (*results.values(),), resolved.endpoints
+    of_topics = later(
+        lambda known: merged_by_key({key: each.made for key, each in known.items() if each.made}), {**results}
+    )
     distinct = {id(result.outcomes): result.outcomes for result in judged}
     verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
     groups = later(_groups, judged)
@@ -108,21 +111,22 @@ def assemble(
         of_topics = tuple(excused)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
     lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints)
-    plain = [
-        *stated_findings(system, resolved, context, problems),
-        *participant_findings(resolved.endpoints),
-        *collapses(resolved.endpoints),
-        *lonely,
-    ]
-    if not verdicts:
-        external = sum(1 for endpoint in resolved.endpoints if endpoint.external)
-        plain.append(nothing_compared(system, len(resolved.endpoints), external))
-    own = [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
-    templates = _templates(system, endpoints)
+    own = by_themselves(
+        [
+            *stated_findings(system, resolved, context, problems),
+            *participant_findings(resolved.endpoints),
+            *collapses(resolved.endpoints),
+            *lonely,
+            *(() if verdicts else nothing_compared(system, resolved.endpoints)),
+        ]
+    )
+    templates = templates_of(system, endpoints)
     size = len(endpoints)
     findings = later(lambda: _in_report([*of_topics, *own], templates, size))
     if system.hypothetical or system.severities or system.accept:
-        findings = _in_report(_as_said([*of_topics, *own], system, context, packs), templates, size)
+        every = [*of_topics, *own]
+        told = as_said(_only_tried(every, packs) if system.hypothetical else every, system, context)
+        findings = _in_report(told, templates, size)
     paired = chain.from_iterable(each.paired for each in judged)
     owners = (*map(attrgetter("participant"), endpoints), *resolved.participants.values())
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
@@ -162,27 +166,36 @@ def _left_out(note: ImportNote, context: Context) -> Iterator[Part]:
         yield Part(info.leaves_out, cause=note.message, place=note.place, endpoints=info.missing)
 
 
-def made(report: Report) -> Report:
-    """Return a report whose findings are made: a session changes what they are made of."""
-    len(report.findings)
-    return report
-
-
-def _as_said(made: Sequence[Made], system: System, context: Context, packs: Mapping[str, RulePack]) -> Sequence[Made]:
-    """Return findings as they count where a system is only tried, or people say what to make of them."""
-    if system.hypothetical:
-        made = _only_tried(made, packs)
+def as_said(made: Sequence[Made], system: System, context: Context, again: Again = anew) -> Sequence[Made]:
+    """Return findings as they count where people say what to make of them."""
     if system.severities or system.accept:
         from cqos_core.checking.acceptance import as_people_said
 
-        made = as_people_said(made, system, context)
+        made = as_people_said(made, system, context, again)
     return made
+
+
+def by_themselves(findings: Iterable[Finding]) -> list[Made]:
+    """Return findings that are put together with no other by a key."""
+    return [Made(finding, ("own", object()), frozenset()) for finding in findings]
 
 
 def _in_report(made: Sequence[Made], templates: Mapping[str, str], size: int) -> tuple[Finding, ...]:
     """Return the findings of a report, of a system with so many endpoints."""
     with uncollected(size):
-        return in_order(_with_templates([one.finding for one in one_per_cause(made)], templates))
+        return in_order(put_together(made, templates))
+
+
+def put_together(made: Sequence[Made], templates: Mapping[str, str], again: Again = anew) -> list[Finding]:
+    """Put together what one missing fact leaves open, and what is said alike of instances; in no order."""
+    found = [one.finding for one in one_per_cause(made, again)]
+    if not templates:
+        return found
+
+    def named(of: Sequence[Finding]) -> Finding:
+        return _with_instances(of[0], templates)
+
+    return _once_each([again(named, (each,)) for each in found], again)
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -231,8 +244,9 @@ def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Mad
     ]
 
 
-def nothing_compared(system: System, count: int, external: int) -> Finding:
-    """Report that none of ``count`` endpoints has a partner; where all partners are elsewhere, that is expected."""
+def nothing_compared(system: System, endpoints: Sequence[Resolved]) -> list[Finding]:
+    """Report that no endpoint has a partner; where all partners are elsewhere, that is expected."""
+    count, external = len(endpoints), sum(1 for each in endpoints if each.external)
     ends = f"no publisher meets a subscriber among {plural(count, 'endpoint')}" if count else "no endpoint is judged"
     message = f"{ends}, so nothing was compared"
     expected = system.partial or system.hypothetical or (count and external == count)
@@ -243,44 +257,44 @@ def nothing_compared(system: System, count: int, external: int) -> Finding:
         if first is not None:
             place = first.place
             advice = f"write below `{first.id}` what it does: `publishes: {{TOPIC: }}` or `subscribes: {{TOPIC: }}`"
-    return core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)
+    return [core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)]
 
 
-def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
-    """Collect the findings of topics; combine those that several topics share."""
+def merged_by_key(made: Mapping[TopicKey, Sequence[Made]], again: Again = anew) -> list[Made]:
+    """Collect the findings of topics; combine those that several topics share, which most are not."""
+    found: list[Made] = []
     by_key: dict[tuple[Any, ...], list[Made]] = {}
-    for key in sorted([key for key, result in results.items() if result.made]):
-        for one in results[key].made:
-            by_key.setdefault(one.merge_key, []).append(one)
-    return [
-        same[0] if len(same) == 1 else replace(same[0], finding=merged([one.finding for one in same]))
-        for same in by_key.values()
-    ]
+    for key in sorted(made):
+        for one in made[key]:
+            if one.merge_key[0] == "own":
+                found.append(one)
+            else:
+                by_key.setdefault(one.merge_key, []).append(one)
+    return found + [same[0] if len(same) == 1 else again(_as_one, same) for same in by_key.values()]
 
 
-def _templates(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
+def _as_one(made: Sequence[Made]) -> Made:
+    return replace(made[0], finding=merged([one.finding for one in made]))
+
+
+def templates_of(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
     """Return what members are instances of, by id."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
     return of | {each.id: each.kin.template for each in endpoints if each.kin.template is not None}
 
 
-def _with_templates(findings: list[Finding], of: Mapping[str, str]) -> list[Finding]:
-    """Say of members that are instances what they are instances of."""
-    return _once_each([with_instances(finding, of) for finding in findings]) if of else findings
-
-
 _OF_TOPICS: Final = frozenset(("CQ401", "CQ402", "CQ403", "CQ406"))
 
 
-def _once_each(findings: list[Finding]) -> list[Finding]:
+def _once_each(findings: list[Finding], again: Again) -> list[Finding]:
     """Put together what the core says alike of the topics of instances."""
     alike: dict[object, list[Finding]] = {}
     for finding in findings:
-        alike.setdefault(alike_of_instances(finding) or id(finding), []).append(finding)
-    return [merged(same) for same in alike.values()]
+        alike.setdefault(_alike_of_instances(finding) or id(finding), []).append(finding)
+    return [same[0] if len(same) == 1 else again(merged, same) for same in alike.values()]
 
 
-def alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
+def _alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
     """Return what makes findings about the topics of instances one finding; None for any other."""
     if finding.code not in _OF_TOPICS or not any(side.templates for side in finding.sides):
         return None
@@ -288,7 +302,7 @@ def alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
     return (finding.code, finding.severity, finding.accepted, sides)
 
 
-def with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
+def _with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
     """Say of members that are instances what they are instances of."""
     if not any(member in of for side in finding.sides for member in side.members):
         return finding
@@ -441,22 +455,34 @@ def judge_topics(
             results[key] = check_topic(endpoints, excused, teams)
         else:
             results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
+    if spans_topics(system):
+        problems += _over_topics(pipeline)
+    return JudgedTopics(results, teams, problems, excused)
+
+
+def spans_topics(system: System) -> bool:
+    """Whether findings of a system rest on several topics: on bridges, chains, links, or control flow."""
+    return bool(system.bridges or system.chains or system.links or system.flows)
+
+
+def _over_topics(pipeline: Pipeline) -> Iterator[Finding]:
+    """Report what rests on several topics."""
+    system = pipeline.system
     # Most systems have none of these, and their modules are a tenth of the time of a small check.
     if system.bridges:
         from cqos_core.behaviour.paths.bridge_findings import bridge_findings
 
-        problems += bridge_findings(system, pipeline.hops, pipeline.topics)
+        yield from bridge_findings(system, pipeline.hops, pipeline.topics)
     if system.chains:
         from cqos_core.behaviour.paths.chain_findings import chain_findings
 
-        problems += chain_findings(pipeline)
+        yield from chain_findings(pipeline)
     if system.links:
         from cqos_core.behaviour.paths.budget_findings import budget_findings
 
-        problems += budget_findings(pipeline)
+        yield from budget_findings(pipeline)
     if system.flows:
         from cqos_core.behaviour.findings import behaviour_findings
         from cqos_core.checking.value_fixes import with_judged_fixes
 
-        problems += with_judged_fixes(behaviour_findings(pipeline), topics)
-    return JudgedTopics(results, teams, problems, excused)
+        yield from with_judged_fixes(behaviour_findings(pipeline), pipeline.topics)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from cqos_core.language.binding import parts
 from cqos_core.language.domains import Choice
@@ -18,7 +18,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import bare_fact, fact
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.values import Values
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
+_F = TypeVar("_F")
+_T = TypeVar("_T")
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
 LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
 
@@ -393,16 +395,28 @@ def merged(findings: Sequence[Finding]) -> Finding:
     )
 
 
-def one_per_cause(made: Sequence[Made]) -> list[Made]:
+class Again(Protocol):
+    """Makes something of findings; one that remembers makes the same again of the same ones."""
+
+    def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
+        """Return what ``make`` makes of them."""
+
+
+def anew(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
+    """Remember nothing."""
+    return make(of)
+
+
+def one_per_cause(made: Sequence[Made], again: Again = anew) -> list[Made]:
     """Report once per pair what one missing fact leaves open: guarantees together, or beside what else of it the fact decides.
 
     A cause of the same words is the same fact only for the same endpoints of one protocol.
     """
     alike: dict[tuple[Any, ...], list[list[Made]]] = {}
-    kept = [[one] for one in made if not one.cause]
+    kept: list[list[Made]] = []
     # Those of most endpoints come first: what is about some of them joins.
-    for one in sorted([one for one in made if one.cause], key=by_endpoints):
-        known = alike.setdefault(cause_of(one), [])
+    for one in sorted([one for one in made if one.cause], key=_by_endpoints):
+        known = alike.setdefault(_cause_of(one), [])
         ends = set(one.finding.endpoints)
         host = next((each for each in known if one.guarantee and ends <= set(each[0].finding.endpoints)), None)
         if host is None:
@@ -410,16 +424,16 @@ def one_per_cause(made: Sequence[Made]) -> list[Made]:
             kept.append(known[-1])
         else:
             host.append(one)
-    return [_together(each) for each in kept]
+    joined = [each[0] if len(each) == 1 else again(_together, each) for each in kept]
+    return [*[one for one in made if not one.cause], *joined]
 
 
-def by_endpoints(one: Made) -> tuple[bool, int, str]:
-    """The order in which `one_per_cause` takes findings."""
+def _by_endpoints(one: Made) -> tuple[bool, int, str]:
     return bool(one.guarantee), -len(one.finding.endpoints), one.finding.code
 
 
-def cause_of(one: Made) -> tuple[Any, ...]:
-    """Return what has to be equal for one missing fact to be the cause of several findings."""
+def _cause_of(one: Made) -> tuple[Any, ...]:
+    """What has to be equal for one missing fact to be the cause of several findings."""
     finding = one.finding
     whose = (finding.source, finding.topic, finding.more_topics)
     return (*whose, one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
@@ -427,8 +441,6 @@ def cause_of(one: Made) -> tuple[Any, ...]:
 
 def _together(made: Sequence[Made]) -> Made:
     """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
-    if len(made) == 1:
-        return made[0]
     first, findings = made[0].finding, [one.finding for one in made]
     worlds = {
         label: max((finding.worlds[label] for finding in findings), key=lambda verdict: verdict.rank)

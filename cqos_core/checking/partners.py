@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import insort
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pairing import bridges_of
@@ -56,6 +57,15 @@ def partners(
     unmatched = sum(map(len, lonely.values())) if system.partial else 0
     found = reported_alone(lonely, packs, kinds, lambda keys: _Busy(results, packs, keys).meant, partial=system.partial)
     return [finding for findings in found.values() for finding in findings], unmatched
+
+
+def read_of_topic(result: TopicResult | None) -> tuple[object, ...]:
+    """Return all that `partners` reads of a topic."""
+    if result is None:
+        return ()
+    met = frozenset(chain.from_iterable((*each.publishers, *each.subscribers) for each in result.groups))
+    alternatives = [(each.id, each.kin.template or "") for each in result.endpoints if each.kin.alternative]
+    return result.lonely, met, sorted(alternatives), result.topic.shown
 
 
 def reported_alone(

@@ -5,22 +5,23 @@ A session's report equals that of a fresh check, always.
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import fields, replace
+from itertools import chain
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
-from cqos_core.checking.checker import assemble, check_system, judge_topics, made
+from cqos_core.checking.checker import assemble, check_system, judge_topics
 from cqos_core.checking.edits import Edits
-from cqos_core.checking.quick import Quick, quick_way
-from cqos_core.checking.stated import StatedEndpoints, copied
+from cqos_core.checking.open_check import OpenCheck, may_stay_open
 from cqos_core.checking.trial import tried_out, unused_profiles
 from cqos_core.files.reading import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
 from cqos_core.model.exact_places import exact_places
+from cqos_core.model.grouping import grouped
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report, Verdict
@@ -31,11 +32,12 @@ if TYPE_CHECKING:
 
     from cqos_core.checking.topic import TopicResult
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.model.report import Finding, Group
+    from cqos_core.model.report import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
+_T = TypeVar("_T")
 _RULES: Final = frozenset({"checks", "accept", "severities"})
 _REMEMBERED: Final = 100
 """How many revisions a session can go back to."""
@@ -74,21 +76,18 @@ class Session(Edits):
         if system is not None and (wrong := faults(system)):
             raise InputError(wrong)
         system = system or System()
-        self._endpoints = StatedEndpoints(system.endpoints)
+        self._endpoints = grouped((each.id, _copied(each)) for each in system.endpoints)
         self._rest = deepcopy(replace(system, endpoints=[]))
         self._context: Context = context(packs, protocol)
         if most_endpoints is not None:
             self._context = replace(self._context, most_endpoints=most_endpoints)
         self._results: dict[TopicKey, TopicResult] = {}
         self._topics: dict[TopicKey, list[Resolved]] = {}
-        self._quick: Quick | None = None
-        # Reports without exact places: one that waits to be made, and that of the general way.
-        self._whole: Report | None = None
-        self._last = Report(Verdict.UNKNOWN)
+        self._last: OpenCheck | Report = Report(Verdict.UNKNOWN)
+        self._report: Report | None = None  # of the last check, without exact places
         self._stale = True
-        self._opened = False
+        self._opened = self._stayed = False
         self._touched: dict[str, None] = {}
-        self._uses = Counter[tuple[str, str]]()
         self._counts = Counts()
         self._pending = _Revision(0, Difference(), Difference(), self._counts, self._counts)
         self._revisions = deque[_Revision](maxlen=_REMEMBERED)
@@ -97,7 +96,8 @@ class Session(Edits):
     @property
     def system(self) -> System:
         """A copy of the system as it now stands."""
-        return replace(deepcopy(self._rest), endpoints=[copied(each) for each in self._endpoints])
+        whole = self._stated()
+        return replace(deepcopy(self._rest), endpoints=[_copied(each) for each in whole.endpoints])
 
     def edit(self, kind: str, value: Any) -> None:
         """Do one edit; those of endpoints touch their topics only, after others all endpoints are resolved again.
@@ -123,29 +123,23 @@ class Session(Edits):
             else:
                 del entries[value]
         if kind == "remove_participant":
-            self._endpoints.remove_of(value)
+            left = ((name, [e for e in alike if e.participant != value]) for name, alike in self._endpoints.items())
+            self._endpoints = {name: alike for name, alike in left if alike}
         if what in _RULES:  # an accepted exception divides groups, so all topics are judged again
             self._results = {}
         self._stale = self._stale or what not in {"name", "endpoint"}
-        self._whole = None
+        self._report = None
 
     def _edit_endpoint(self, verb: str, value: Any) -> None:
         name = value.id if verb == "put" else value
-        before = self._endpoints.find(name)
-        several = name in self._endpoints.twice
         if verb == "put":
             if wrong := [*faults_of(value, self._rest.participants)]:
                 raise InputError(wrong)
-            self._endpoints.put(value)
-            self._uses.update(_uses(value))
+            # The first one of its id gives way.
+            self._endpoints[name] = [_copied(value), *self._endpoints.get(name, [])[1:]]
         else:
-            self._endpoints.remove(value)
+            del self._endpoints[name]
         self._touched[name] = None
-        if before is not None:
-            gone = _uses(before[1])
-            self._uses.subtract(gone)
-            # A profile that is no longer used is tried by itself.
-            self._stale = self._stale or several or any(self._uses[use] <= 0 for use in gone)
 
     def _set_option(self, pack: str, name: str, text: str | None) -> None:
         options = self._rest.options.setdefault(pack, {})
@@ -163,15 +157,15 @@ class Session(Edits):
             InputError: bridges make too many endpoints.
         """
         self._follow()
-        if self._whole is None and self._quick is not None:
-            self._whole = self._quick.report(self._stated(), self._context)
-        whole = self._whole or replace(self._last, system=self._rest.name)
-        return exact_places(whole, self._rest.sources)
+        if self._report is None:
+            last = self._last.report() if isinstance(self._last, OpenCheck) else self._last
+            self._report = replace(last, system=self._rest.name)
+        return exact_places(self._report, self._rest.sources)
 
     def changes(self, since: int | None = None) -> Changes:
         """Check what has changed, and return what that changes in the report.
 
-        An edit of an endpoint costs what it touches, however large the system is. Other edits cost about a check.
+        An edit of an endpoint costs little, if it changes only what is said of its topics. Other edits cost about a check.
 
         Args:
             since: the revision of earlier changes, of the last hundred; None: the last call, or the opening of the session.
@@ -210,55 +204,57 @@ class Session(Edits):
 
     def resolved(self, names: Iterable[str]) -> list[tuple[Endpoint, Sequence[Resolved]]] | None:
         """Return endpoints of the last `report` or `changes` with what they amount to; None where that takes resolving all."""
-        if self._quick is None:
+        if not isinstance(self._last, OpenCheck) or not self._stayed:
             return None
-        found = (self._endpoints.find(name) for name in names)
-        return [(each[1], self._quick.parts(each[1].id)) for each in found if each is not None]
+        stated = (self._endpoints[name][0] for name in names if name in self._endpoints)
+        return [(each, self._last.parts(each.id)) for each in stated]
 
     def _stated(self) -> System:
-        return replace(self._rest, endpoints=[*self._endpoints])
+        return replace(self._rest, endpoints=[*chain.from_iterable(self._endpoints.values())])
 
     def _follow(self) -> None:
         """Judge what edits have touched since the last time."""
         self.judged = 0
         touched, self._touched = self._touched, {}
         if not self._stale and touched:
-            step = self._quick.follow(touched) if self._quick is not None else None
-            self._stale = step is None
-            if step is not None and self._quick is not None:
-                self.judged = len(step.topics)
-                gone, came, old, new = self._quick.findings.change(step)
-                self._pending.findings.add(gone, came)
-                self._pending.groups.add(old, new)
-                self._counts = self._quick.findings.counts
+            self._stale = not self._put(touched)
         if self._stale:
             self._afresh()
 
+    def _put(self, touched: Iterable[str]) -> bool:
+        """Put what was edited into the open check; return whether that is all that it changes."""
+        if not isinstance(self._last, OpenCheck) or not self._endpoints:
+            return False
+        findings = self._last.findings
+        step = self._last.put({name: self._endpoints.get(name, ()) for name in touched})
+        if step is None:
+            return False
+        self._pending.findings.add(*_apart(findings, self._last.findings))
+        self._pending.groups.add(step.gone, step.came)
+        self._counts, self.judged, self._stayed = self._last.counts, step.judged, True
+        return True
+
     def _afresh(self) -> None:
         """Resolve all endpoints again, and judge the topics that this makes others."""
-        known = self._known() if self._opened else ([], [])
-        whole = self._stated()
-        self._uses = Counter(use for each in self._endpoints for use in _uses(each))
+        before, whole = self._last, self._stated()
         with uncollected(len(whole.endpoints)):
-            tried = tried_out(whole, self._context.default_protocol)
-            if tried is not whole or unused_profiles(whole, self._context.default_protocol) is not None:
-                self._quick, self._results, self._topics = None, {}, {}
-                self._last = made(check_system(tried, self._context))
-                self.judged = self._last.topics
-            else:
-                self._judge(whole)
-        now = self._known()
+            self._last = self._checked(whole)
+        self._counts = self._last.counts if isinstance(self._last, OpenCheck) else counted(self._last)
         if self._opened:
-            self._pending.findings.add(known[0], now[0])
-            self._pending.groups.add(known[1], now[1])
-        self._counts = self._quick.findings.counts if self._quick is not None else counted(self._last)
-        self._whole = None
-        if not self._opened:
+            self._pending.findings.add(*_apart(before.findings, self._last.findings))
+            self._pending.groups.add(*_apart(before.groups, self._last.groups))
+        else:
             self._pending = self._pending._replace(before=self._counts)
-        self._opened, self._stale = True, False
+        self._opened, self._stale, self._stayed = True, False, False
 
-    def _judge(self, whole: System) -> None:
-        results, topics = self._results, self._topics
+    def _checked(self, whole: System) -> OpenCheck | Report:
+        """Check a system; topics keep their results if all that was read of them is as it was."""
+        results, topics, default = self._results, self._topics, self._context.default_protocol
+        tried = tried_out(whole, default)
+        if tried.hypothetical or unused_profiles(whole, default) is not None:
+            report = check_system(tried, self._context)
+            self._results, self._topics, self.judged = {}, {}, report.topics
+            return report
 
         def judged(key: TopicKey, endpoints: Sequence[Resolved], judge: Callable[[], TopicResult]) -> TopicResult:
             known = results.get(key)
@@ -270,25 +266,25 @@ class Session(Edits):
         pipeline = Pipeline(whole, self._context)
         found = judge_topics(pipeline, judged)
         self._results, self._topics = found.results, dict(pipeline.topics)
-        self._quick = quick_way(pipeline, found, self._topics, self._endpoints)
-        if self._quick is None:
-            result = pipeline.resolver.result
-            self._last = made(assemble(pipeline.system, result, found.results, self._context, found.problems))
+        if may_stay_open(pipeline):
+            return OpenCheck(pipeline, found, self._topics, self._stated)
+        return assemble(pipeline.system, pipeline.resolver.result, found.results, self._context, found.problems)
 
-    def _known(self) -> tuple[Sequence[Finding], Sequence[Group]]:
-        """All findings and groups, as they were found last."""
-        if self._quick is not None:
-            return self._quick.findings.all, self._quick.groups
-        return self._last.findings, self._last.groups
+
+def _apart(before: Iterable[_T], now: Iterable[_T]) -> tuple[list[_T], list[_T]]:
+    """Return what is in only one of two collections: that of the former, and that of the latter."""
+    old, new = set(map(id, before)), set(map(id, now))
+    return [each for each in before if id(each) not in new], [each for each in now if id(each) not in old]
+
+
+def _copied(endpoint: Endpoint) -> Endpoint:
+    """Return a copy, whose settings are its own; it is never changed after that."""
+    settings, overlay, needs = dict(endpoint.settings), dict(endpoint.overlay), dict(endpoint.needs)
+    return replace(endpoint, settings=settings, overlay=overlay, needs=needs)
 
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
 """What a participant says beside its settings, which are in its layers."""
-
-
-def _uses(endpoint: Endpoint) -> list[tuple[str, str]]:
-    """The profiles that an endpoint names, each with its role."""
-    return [(ref.name, endpoint.role) for ref in endpoint.profiles]
 
 
 def _contents(endpoints: Sequence[Resolved]) -> list[tuple[object, ...]]:

@@ -17,7 +17,10 @@ from cqos_core.resolving.carried import FACTS, on_wire, plain_texts, states
 from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from cqos_core.language.values import Value
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 
@@ -41,6 +44,14 @@ def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
     for key in mixed:
         _share_facts(found[key])
     return found
+
+
+def meet_by_name(packs: Mapping[str, RulePack]) -> bool:
+    """Whether endpoints of some packs meet on the topic that they name, and nowhere else."""
+    return not any(
+        each.meeting.match is not None or (each.wire is not None and each.wire.protocol in packs)
+        for each in packs.values()
+    )
 
 
 def _share_facts(endpoints: list[Resolved]) -> None:

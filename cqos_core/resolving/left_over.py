@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.model.codes import CODES
 from cqos_core.model.remarks import core_finding, listed, plural, suggestion
 from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.system import PUBLISHER
-from cqos_core.resolving.reader import by_place
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -93,10 +91,3 @@ def _needs_without_pack(system: System, endpoints: Iterable[Resolved]) -> Iterat
         place = next(iter(needing[0].needs.values())).place
         ids = [endpoint.id for endpoint in needing]
         yield core_finding("CQ211", message, place=place, role="subscriber", members=ids)
-
-
-def of_one_cause(findings: Sequence[Finding]) -> Finding:
-    """Put findings of one cause together, as if they were reported one after the other."""
-    first = min(findings, key=by_place)
-    members = {member for finding in findings for member in finding.sides[0].members}
-    return replace(first, sides=(replace(first.sides[0], members=tuple(sorted(members))),))

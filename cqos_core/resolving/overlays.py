@@ -44,6 +44,12 @@ class Overlays:
         self._took_effect: set[tuple[int, int]] = set()
         self._gave_way: dict[tuple[int, int], tuple[str, Stated]] = {}
 
+    @property
+    def noted(self) -> int:
+        """How much was noted for `report`; it grows."""
+        of_endpoints = len(self.used) + len(self._of_participants) + len(self._laid)
+        return of_endpoints + len(self._took_effect) + len(self._gave_way)
+
     def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
         """Yield the indices of the overlays that cover an endpoint; what was seen of an observed one is so, whatever files say."""
         pack = participant.pack

@@ -131,15 +131,6 @@ class SettingsReader:
         concerned.update(dict.fromkeys(members))
         self.findings[position] = min(self.findings[position], finding, key=by_place)
 
-    def taken(self) -> list[tuple[tuple[object, ...] | None, Finding]]:
-        """Return what was reported, each with the cause that others may share, and forget it."""
-        self.finish()
-        causes = {position: cause for cause, (position, _) in self._causes.items()}
-        found = [(causes.get(position), finding) for position, finding in enumerate(self.findings)]
-        self.findings.clear()
-        self._causes.clear()
-        return found
-
     def finish(self) -> None:
         """Put whom a cause concerns into its finding."""
         for position, members in self._causes.values():

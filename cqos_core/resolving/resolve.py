@@ -33,7 +33,7 @@ from cqos_core.resolving.resolved import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.model.rows import Row
@@ -50,7 +50,8 @@ class Resolver:
     Attributes:
         result: what is resolved so far.
         ids: of the endpoints among it.
-        clashes: two endpoints have one id, and got numbers.
+        reaching: ids of stated endpoints that count beyond themselves: something is to be reported of what they state, or
+            they are the first to use a profile or an overlay.
         completed: a pack was asked what follows from the whole system.
         asked: by id of a pack, further policies whose spelling a rule asks for.
     """
@@ -78,13 +79,15 @@ class Resolver:
         self.reader = SettingsReader(self.result.findings)
         self.participants = Participants(system, self.reader, self.result.participants)
         self.ids: set[str] = set()
-        self.clashes = self.completed = False
+        self.reaching: set[str] = set()
+        self.completed = self._joint = False
         self._chosen: dict[str | None, RulePack | None] = {}
         self._packless: dict[str, list[Endpoint]] = {}
         self._implied: list[Endpoint] = []
         self._facts: dict[int, Settings] = {}
         self._topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
+        self._uses: set[tuple[str, str]] = set()
         self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
@@ -132,6 +135,7 @@ class Resolver:
             pack = self._pack_of(participant.protocol or self.system.protocol or self.default)
             if pack is not None:
                 self.participants.resolved(participant, pack)
+            self._joint = self._joint or bool(participant.starts_after)
         for pack in self.result.packs.values():
             if pack.sum_up is not nothing_summed:
                 from cqos_core.resolving.completion import sum_up
@@ -203,10 +207,34 @@ class Resolver:
             made.id = self._unique(made.id)
             self.result.endpoints.append(made)
             return
-        self._stated(as_object(endpoint))
+        endpoint = as_object(endpoint)
+        before = self._noted()
+        self._stated(endpoint)
+        if self._noted() != before:
+            self.reaching.add(endpoint.id)
+
+    def again(self, endpoints: Iterable[Endpoint], gone: Iterable[Resolved]) -> list[Resolved]:
+        """Resolve endpoints in place of others, and leave them out of the result."""
+        self.ids.difference_update([each.id for each in gone])
+        self.result.endpoints = []
+        for each in endpoints:
+            self.stated(each)
+        made, self.result.endpoints = self.result.endpoints, []
+        return made
+
+    @property
+    def is_joint(self) -> bool:
+        """Whether endpoints are resolved by what others state: their ids, their start, all that a pack completes."""
+        return self._joint or self.completed
+
+    def _noted(self) -> tuple[int, ...]:
+        """How much was noted that is not of one endpoint alone."""
+        return self.reader.remarks, len(self._uses), self.overlays.noted if self.system.overlays else 0
 
     def _stated(self, endpoint: Endpoint) -> None:
         facts = self._facts.get(id(endpoint))
+        self._joint = self._joint or bool(endpoint.starts_after)
+        self._uses.update([(ref.name, endpoint.role) for ref in endpoint.profiles if ref.name in self.system.profiles])
         if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
@@ -217,6 +245,7 @@ class Resolver:
         owner = self.owner_of(endpoint)
         if owner is None:
             self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
+            self.reader.remarks += 1
             return
         for expanded in owner.pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
@@ -225,11 +254,6 @@ class Resolver:
     def is_plain(self) -> bool:
         """Whether nothing of the whole system changes what its endpoints state."""
         return not (self.asked or self._misread or self.system.overlays or self.system.profiles)
-
-    @property
-    def unjudged(self) -> bool:
-        """Whether an endpoint has no pack, or a wrong name."""
-        return bool(self._packless or self._name_problems)
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
@@ -261,6 +285,7 @@ class Resolver:
         naming = named(endpoint.topic, participant.pack, *context)
         for problem in naming.problems:
             self._name_problems.setdefault((problem, naming.shown, participant.pack.id), []).append(endpoint)
+            self.reader.remarks += 1
         return naming
 
     def of_topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
@@ -376,7 +401,7 @@ class Resolver:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
         unique, number = identifier, 2
         while unique in self.ids:
-            self.clashes = True
+            self._joint = True
             unique, number = f"{identifier}~{number}", number + 1
         self.ids.add(unique)
         return unique
@@ -466,6 +491,7 @@ class Resolver:
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
         """What the application of an endpoint needs, as far as the pack gives such guarantees."""
         if not pack.needs:
+            self.reader.remarks += len(endpoint.needs)
             return Layer("explicit", {})
         found, unread = self.reader.recognise(
             pack, (NEED,), endpoint.needs, None, f"`needs` of {owner}", endpoint.role, [identifier]

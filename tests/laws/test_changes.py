@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -10,13 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant
 
-from cqos_core import Endpoint, Participant, Session, Setting, System, check
+from cqos_core import Endpoint, Participant, ProfileRef, Session, Setting, System, check
+from cqos_core.language.parsing import parse
 from cqos_core.model.changes import Changes, counted
 from cqos_core.model.spelling import TypedNames, typing_errors
-from tests.laws.systems import BOTH, PACKS, systems
+from cqos_core.model.system import Bound, ImportNote, Overlay, TeamRule
+from cqos_core.packs.meeting import Meeting, Naming
+from cqos_core.packs.rule import forbids
+from tests.laws.systems import BOTH, PACKS, Vocabulary, systems
 from tests.test_session import Editing
+from tests.worlds import POST, participant, reader, world, writer
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cqos_core.model.report import Finding, Group, Report
 
 
@@ -97,6 +105,117 @@ def test_changes_make_the_report_of_a_fresh_check(words, rich, data):
     assert session.changes() == Changes(changes.revision, counts=changes.counts, before=changes.counts)
     all_of_it.follow(session.changes(since=0))
     all_of_it.has(fresh)
+
+
+def by_itself(endpoint: Endpoint) -> Endpoint:
+    """Return an endpoint without what makes the values of others depend on it."""
+    return replace(endpoint, starts_after=(), profiles=tuple(ref for ref in endpoint.profiles if ref.name[0] != "q"))
+
+
+OVERLAYS = st.builds(
+    Overlay, st.just("laid over"), st.just({"depth": Setting("7")}), topic=st.sampled_from(["*", "a*"])
+)
+
+
+@st.composite
+def calm(draw, words: Vocabulary, more: Sequence[Endpoint]) -> System:
+    """A system in which most edits of endpoints touch their topics only."""
+    system = draw(systems(words, rich=draw(st.booleans()), opened=draw(st.booleans())))
+    for each in system.participants.values():
+        each.starts_after, each.template = (), draw(st.sampled_from([None, None, "t1"]))
+    ends = [*system.endpoints, *(replace(each, id=f"f{at}") for at, each in enumerate(more) if draw(st.booleans()))]
+    system.endpoints = [by_itself(each) for each in ends if each.participant in system.participants]
+    if draw(st.booleans()):
+        system.profiles = {}
+    elif system.profiles:
+        # Used in both roles, so that none is tried.
+        refs, (owner, *_) = tuple(map(ProfileRef, system.profiles)), system.participants
+        for role in ("publisher", "subscriber"):
+            user = Endpoint(id=f"user/{role}", role=role, topic=words.topics[0], participant=owner, profiles=refs)
+            system.endpoints.append(user)
+    system.partial = draw(st.booleans())
+    if draw(st.booleans()):
+        system.overlays = draw(st.lists(OVERLAYS, max_size=2))
+        system.severities = draw(st.sampled_from([{}, {"CQ401": "error"}, {"CQ402": "off", "ROS102": "note"}]))
+        severity = draw(st.sampled_from(["warning", "error"]))
+        system.notes = [ImportNote("CQ005", severity, "as the file says", endpoint="e1")]
+    return system
+
+
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@given(st.data())
+def test_changes_of_endpoints_make_the_report_of_a_fresh_check(words, data):
+    drawn = data.draw(st.lists(systems(words), min_size=2, max_size=2))
+    further = [each for other in drawn for each in other.endpoints]
+    session = Session(data.draw(calm(words, further)), packs=PACKS)
+    known = Follower(session.report())
+    for _ in range(data.draw(st.integers(3, 10))):
+        system = session.system
+        ids = [each.id for each in system.endpoints]
+        if ids and data.draw(st.integers(0, 3)) == 0:
+            session.remove(data.draw(st.sampled_from(ids)))
+        else:
+            new, alternative = data.draw(st.sampled_from(further)), data.draw(st.sampled_from([False, False, True]))
+            name, odd = data.draw(st.sampled_from([*ids, "new", "newer"])), data.draw(st.integers(0, 9))
+            if new.participant in system.participants:
+                protocol = data.draw(st.sampled_from(["ros2", "post", "nobody"])) if odd == 1 else None
+                calmed = new if odd == 0 else by_itself(new)
+                session.put(replace(calmed, id=name, alternative=alternative, protocol=protocol))
+        changes, fresh = session.changes(), check(session.system, packs=PACKS)
+        known.follow(changes)
+        known.has(fresh)
+        assert changes.counts == counted(fresh)
+        if data.draw(st.integers(0, 3)) == 0:
+            assert session.report() == fresh
+
+
+# What concerns several endpoints beside their topics: the parts of a system, what becomes of them, and what is added.
+TOWNS = replace(POST, rules=(forbids(parse("participant(town) > 5"), code="POST801", name="a", because="it is far"),))
+FOLDING = replace(POST, meeting=Meeting(lambda written, _: Naming(written.casefold(), written)))
+OTHER = {"more": {"template": "t", "alternative": True}}
+SHARED = {
+    "rules over participants": (
+        TOWNS,
+        [*(participant(f"p{n}", town=n * 4) for n in range(4)), *(writer("box", f"p{n}/w") for n in range(4))],
+        [replace(writer("box", "p3/w"), participant="p1"), replace(writer("box", "p0/w"), participant="p2")],
+        writer("box", "p3/w2"),
+    ),
+    "names that become one": (
+        FOLDING,
+        [writer("Box", "w/1"), writer("BOX", "w/2"), reader("Box", "r")],
+        [writer("Box", "w/2")],
+        writer("bOX", "w/3"),
+    ),
+    "the team's rules": (
+        POST,
+        [writer("box", "w"), reader("box", "r"), writer("box", "w/robot", more={"protocol": "ros2"})],
+        [writer("box", "w/robot")],
+        writer("box", "r/robot", more={"protocol": "ros2"}),
+    ),
+    "alternatives": (
+        POST,
+        [writer("box", "w/1", **OTHER, streets=["Elm"]), writer("news", "w/2", **OTHER), reader("box", "r")],
+        [reader("box", "r", streets=["Elm"]), writer("box", "w/1", more={"template": "t"}, streets=["Elm"])],
+        reader("news", "r/2"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("pack", "parts", "edits", "new"), SHARED.values(), ids=SHARED)
+def test_what_concerns_several_endpoints_is_found_again(pack, parts, edits, new) -> None:
+    system = world(*parts, checks=[TeamRule("ours", (), (Bound("depth", "exactly", ("5",)),), "a reason")])
+    session = Session(system, packs=[pack])
+    known, texts = Follower(session.report()), set()
+    puts = [partial(session.put, each) for each in (new, *edits)]
+    for edit in (*puts, partial(session.remove, new.id), *(partial(session.put, each) for each in system.endpoints)):
+        edit()
+        changes, fresh = session.changes(), check(session.system, packs=[pack])
+        known.follow(changes)
+        known.has(fresh)
+        assert changes.counts == counted(fresh)
+        texts |= {frozenset(map(str, fresh.findings))}
+    known.has(check(system, packs=[pack]))
+    assert len(texts) > 1
 
 
 NAMES = st.text("abrst/1", min_size=1, max_size=9) | st.sampled_from(

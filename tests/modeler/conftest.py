@@ -7,8 +7,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +15,7 @@ import pytest
 
 from cqos_core.service.settings import PAGE
 from tests.browser import WAIT, missing
+from tests.command import start
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,16 +42,8 @@ class Running:
         kept["XDG_STATE_HOME"] = str(Path(folder, "state"))  # drafts of other runs
         if browser is not None:
             kept["BROWSER"] = browser
-        script = "import sys; from cqos_core.cli import main; sys.exit(main())"
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", script, "modeler", *([] if browser else ["--no-browser"]), *map(str, arguments)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=kept,
-            cwd=folder,
-            text=True,
-        )
+        options = [] if browser else ["--no-browser"]
+        self.process = start(("modeler", *options, *arguments), folder, kept)
         self.errors: list[str] = []
         self._reader = threading.Thread(target=self._read)
         self._reader.start()

@@ -7,11 +7,11 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 
 from cqos_core.remote.client import Client
+from tests.command import start, start_installed
 
 STARTING_SECONDS = 60
 READY = ("serving", "starting")
@@ -21,22 +21,16 @@ KEPT_SECONDS = 60
 class Service:
     """A running `cqos serve`.
 
+    Its process is forked from one that has imported it, unless the one of the installed command is wanted.
+
     Attributes:
         lines: what it has written to standard error so far, one dict per line.
     """
 
-    def __init__(self, *arguments, environment=None, folder=None):
+    def __init__(self, *arguments, environment=None, folder=None, installed=False):
         kept = {name: value for name, value in os.environ.items() if not name.startswith("CQOS_")}
-        script = "import sys; from cqos_core.cli import main; sys.exit(main())"
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", script, "serve", *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            env={**kept, **(environment or {})},
-            cwd=folder,
-            text=True,
-        )
+        begin = start_installed if installed else start
+        self.process = begin(("serve", *arguments), folder, {**kept, **(environment or {})})
         self.lines: list[dict[str, object]] = []
         self._asked = 0.0
         self._reader = threading.Thread(target=self._read)
@@ -113,6 +107,7 @@ class Service:
             self.process.kill()
             self.process.wait()
             self._reader.join()
+            self.process.stdout.close()
             self.process.stderr.close()
 
 

@@ -369,7 +369,10 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
     """A worker that is stopped keeps calls under way for as long as the test wants."""
     asked = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=EXAMPLE.read_bytes())])
     patient = ("--grace", "120", "--max-seconds", "120")  # as other work of the machine needs
-    with start(*patient, "--heavy-workers", "1") as service, grpc.insecure_channel(service.grpc) as channel:
+    with (
+        start(*patient, "--heavy-workers", "1", installed=True) as service,
+        grpc.insecure_channel(service.grpc) as channel,
+    ):
         checks = check_pb2_grpc.CheckServiceStub(channel)
         with service.client() as client:
             (worker,) = service.children()
@@ -416,8 +419,8 @@ def test_what_takes_longer_than_the_grace_is_cut_off(start):
         assert under_way.code() in {grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED}
 
 
-def test_workers_end_with_a_service_that_is_killed(start):
-    service = Service("--no-config", "--listen", "127.0.0.1:0")
+def test_workers_end_with_a_service_that_is_killed():
+    service = Service("--no-config", "--listen", "127.0.0.1:0", installed=True)
     children = service.children()
     assert children
     service.process.kill()
@@ -506,7 +509,10 @@ def test_flags_win_over_variables_and_these_over_the_file(tmp_path):
         encoding="utf-8",
     )
     service = Service(
-        "--log-level", "info", folder=tmp_path, environment={"CQOS_SERVE_MAX_ENDPOINTS": "2", "CQOS_SERVE_GRACE": "3"}
+        *("--log-level", "info"),
+        folder=tmp_path,
+        environment={"CQOS_SERVE_MAX_ENDPOINTS": "2", "CQOS_SERVE_GRACE": "3"},
+        installed=True,
     )
     try:
         with service.client() as client:

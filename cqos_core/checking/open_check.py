@@ -1,0 +1,204 @@
+"""A check that stays open: endpoints are put in place of others, and the topics that they touch are judged again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from cqos_core.checking.checker import (
+    as_said,
+    assemble,
+    by_themselves,
+    collapses,
+    merged_by_key,
+    nothing_compared,
+    participant_findings,
+    put_together,
+    spans_topics,
+    stated_findings,
+    templates_of,
+)
+from cqos_core.checking.partners import partners, read_of_topic
+from cqos_core.checking.topic import check_topic
+from cqos_core.matching.wire import meet_by_name
+from cqos_core.model.changes import Counts
+from cqos_core.model.grouping import grouped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.checking.checker import JudgedTopics
+    from cqos_core.checking.findings import Made
+    from cqos_core.checking.topic import TopicResult
+    from cqos_core.matching.hops import Topics
+    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.model.report import Group, Report, Verdict
+    from cqos_core.model.system import Endpoint, System
+    from cqos_core.resolving.resolved import Resolved
+
+
+_F = TypeVar("_F")
+_T = TypeVar("_T")
+
+
+class Step(NamedTuple):
+    """What an edit did: the groups that went and that came, and how many topics were judged for it."""
+
+    gone: list[Group]
+    came: list[Group]
+    judged: int
+
+
+def may_stay_open(pipeline: Pipeline) -> bool:
+    """Whether each endpoint is resolved by itself and meets others on its own topic, and no finding rests on several topics."""
+    resolver = pipeline.resolver
+    return not (resolver.is_joint or spans_topics(pipeline.stated)) and meet_by_name(resolver.result.packs)
+
+
+class OpenCheck:
+    """The check of a system that `may_stay_open`.
+
+    Attributes:
+        findings: all, in no order.
+        counts: how much there is of everything.
+    """
+
+    def __init__(self, pipeline: Pipeline, judged: JudgedTopics, topics: Topics, system: Callable[[], System]) -> None:
+        """Take what was judged; edits change ``topics`` and their results, and ``system`` returns what is stated by then."""
+        self._rules, self._context, self._system = pipeline.stated, pipeline.where, system
+        self._resolver, self._topics, self._judged = pipeline.resolver, topics, judged
+        result = self._resolver.result
+        endpoints, result.endpoints = result.endpoints, []
+        self._parts = grouped((each.stated_id, each) for each in endpoints)
+        self._size = len(endpoints)
+        self._made = {key: made for key, each in sorted(judged.results.items()) if (made := _made(each))}
+        self._stated = by_themselves(stated_findings(self._rules, result, self._context, judged.problems))
+        self._of_participants = by_themselves(participant_findings(endpoints))
+        self._alone, self._unmatched = self._without_partners()
+        self._templates, self._again = templates_of(self._rules, endpoints), _Again()
+        self._pairs = _pairs(self.groups)
+        self._put_together()
+
+    @property
+    def groups(self) -> list[Group]:
+        """All groups, in no order."""
+        return [group for result in self._judged.results.values() for group in result.groups]
+
+    @property
+    def endpoints(self) -> list[Resolved]:
+        """All endpoints."""
+        return [*chain.from_iterable(self._parts.values())]
+
+    def parts(self, name: str) -> Sequence[Resolved]:
+        """Return what a stated endpoint amounts to, by its id."""
+        return self._parts.get(name, ())
+
+    def report(self) -> Report:
+        """Return the report on all."""
+        resolved = replace(self._resolver.result, endpoints=self.endpoints)
+        return assemble(self._system(), resolved, self._judged.results, self._context, self._judged.problems)
+
+    def put(self, edited: Mapping[str, Sequence[Endpoint]]) -> Step | None:
+        """Put endpoints in place of those that had their ids; return None where that changes more than their topics.
+
+        After None, this is good for nothing more.
+        """
+        gone: list[Resolved] = []
+        came: list[Resolved] = []
+        for name, stated in edited.items():
+            before = self._parts.pop(name, [])
+            now = self._resolver.again(stated, before)
+            if name in self._resolver.reaching or any(each.kin.protocol for each in (*before, *now)):
+                return None
+            if now:
+                self._parts[name] = now
+            gone += before
+            came += now
+        return None if self._resolver.is_joint else self._follow(gone, came)
+
+    def _follow(self, gone: Sequence[Resolved], came: Sequence[Resolved]) -> Step:
+        """Judge the topics that endpoints leave or come to, and find again what else rests on these endpoints."""
+        touched = {(each.pack.id, each.key): None for each in (*gone, *came) if each.key is not None}
+        for each in gone:
+            if each.key is not None:
+                self._topics[each.pack.id, each.key].remove(each)
+        for each in came:
+            if each.key is not None:
+                self._topics.setdefault((each.pack.id, each.key), []).append(each)
+        before = {key: self._judged.results.get(key) for key in touched}
+        now = {key: self._judge_again(key) for key in touched}
+        self._size += len(came) - len(gone)
+        if any(each.beyond_topics for each in self._resolver.result.packs.values()):
+            self._of_participants = by_themselves(participant_findings(self.endpoints))
+        if any(read_of_topic(before[key]) != read_of_topic(now[key]) for key in touched):
+            self._alone, self._unmatched = self._without_partners()
+        if _templates(gone) != _templates(came):
+            self._templates, self._again = templates_of(self._rules, self.endpoints), _Again()
+        old, new = ([group for each in side.values() if each for group in each.groups] for side in (before, now))
+        self._pairs = self._pairs - _pairs(old) + _pairs(new)
+        self._put_together()
+        return Step(old, new, len(touched))
+
+    def _judge_again(self, key: TopicKey) -> TopicResult | None:
+        """Judge a topic, or forget it where it has no endpoints; return the result."""
+        for known in (self._judged.results, self._made):
+            known.pop(key, None)
+        endpoints = self._topics[key]
+        if not endpoints:
+            del self._topics[key]
+            return None
+        found = self._judged.results[key] = check_topic(endpoints, self._judged.excused, self._judged.teams)
+        if made := _made(found):
+            self._made[key] = made
+        return found
+
+    def _without_partners(self) -> tuple[list[Made], int]:
+        found, count = partners(self._system(), self._judged.results, self._resolver.result.packs, self.endpoints)
+        return by_themselves(found), count
+
+    def _put_together(self) -> None:
+        made = [*merged_by_key(self._made, self._again), *self._stated, *self._of_participants, *self._alone]
+        if not self._pairs:
+            made += by_themselves(nothing_compared(self._system(), self.endpoints))
+        said = as_said(made, self._rules, self._context, self._again)
+        self.findings = put_together(said, self._templates, self._again)
+        self._again.forget_others()
+        severities = Counter([each.severity for each in self.findings if each.accepted is None])
+        self.counts = Counts(self._size, len(self._judged.results), self._unmatched, self._pairs, severities)
+
+
+class _Again:
+    """Gives again what it made of the same in the round before, so that an edit changes only findings that it concerns."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], Any] = {}
+        self._asked: dict[tuple[object, ...], Any] = {}
+
+    def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
+        key = (make.__qualname__, *map(id, of))
+        # What it was made of is kept with it, so that no other thing gets its id.
+        made, _ = self._asked[key] = self._asked.get(key) or self._known.get(key) or (make(of), of)
+        return made
+
+    def forget_others(self) -> None:
+        """Forget what this round did not ask for, and begin another."""
+        self._known, self._asked = self._asked, {}
+
+
+def _made(result: TopicResult) -> list[Made]:
+    own = [each for each in result.endpoints if not each.is_copy]
+    return [*result.made, *by_themselves(collapses(own))]
+
+
+def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:
+    found: Counter[Verdict] = Counter()
+    for group in groups:
+        found[group.verdict] += group.pairs
+    return found
+
+
+def _templates(endpoints: Iterable[Resolved]) -> set[tuple[str, str | None]]:
+    return {(each.id, each.kin.template) for each in endpoints if each.kin.template is not None}
