@@ -15,6 +15,7 @@ from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
+from cqos_core.matching.hits import Hit
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
@@ -22,14 +23,12 @@ from cqos_core.matching.judge import (
     judge_endpoint,
     judge_pair,
     of_end,
-    refused_alone,
     undecided_meeting,
-    verdict_alone,
 )
-from cqos_core.matching.outline import Outline
-from cqos_core.matching.pair_outcomes import NOTHING, reporting_rules
+from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.topic_outcomes import QUIET
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -209,8 +208,8 @@ class _Pair:
         parts = [end.parts for end in (self.offering, self.requesting)]
         plain = self.alone and not (pipeline and pipeline.resolver.completed)
         self._parts = parts if plain else []
-        short = reporting_rules(self.offering, self.requesting) if plain else None
-        self._quiet = short is not None and short[1] == NOTHING
+        self._outcome = outcome_of(self.offering, self.requesting) if plain else None
+        self._quiet = self._outcome is QUIET
 
     @property
     def alone(self) -> bool:
@@ -257,15 +256,10 @@ class _Pair:
         ends = (self.offering, self.requesting) if alone else (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (end.profile for end in ends)
         strangers = not self._quiet and bool(apart(a, b))
-        if self._quiet:
-            verdict = Verdict.COMPATIBLE
-        elif strangers:
-            verdict = Verdict.UNKNOWN
-        else:
-            verdict = verdict_alone(a, b) if alone else verdict_between(self.whole, self.offering, self.requesting)
+        known = self._outcome
         findings = later(self.findings)
         return PairReport(
-            verdict,
+            verdict_between(self.whole, self.offering, self.requesting) if known is None else known.verdict,
             findings,
             later(lambda: self.comparisons(ends)),
             () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
@@ -286,7 +280,6 @@ class _Pair:
             return sorted(found, key=_loudest_first)
         topic, ends = self.topic, (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (members.profile for members in ends)
-        refused = not self.alone or refused_alone(a, b)
         concerned = {self.offering.id, self.requesting.id}
         found = [
             *(
@@ -294,7 +287,7 @@ class _Pair:
                 for f in participant_findings([each.first for each in ends if not each.wired])
                 if f.verdict is not None
             ),
-            *(each.finding for each in (refusing(self.whole, self.offering, self.requesting) if refused else ())),
+            *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
             *(f for f in self._reported if not f.endpoints or set(f.endpoints) & concerned),
         ]
         reasons = apart(a, b)
@@ -306,14 +299,14 @@ class _Pair:
         )
         undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
         drafts = [
-            Outline(spoken, {ends[0]: None}, {ends[1]: None}, 1)
+            Hit(spoken, {ends[0]: None}, {ends[1]: None}, 1)
             for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
             if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
         ]
         for members in ends:
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
                 if not spoken.unknown or spoken.failed is not None:
-                    drafts.append(Outline(spoken))
+                    drafts.append(Hit(spoken))
                     drafts[-1].side(members.first.role)[members] = None
         found += (one.finding for one in one_per_cause([make(topic, draft) for draft in drafts]))
         if reasons:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explain_ends, explained
 from cqos_core.language.domains import SettingValue, as_text
-from cqos_core.matching.pair_verdicts import PairEnd, verdict
+from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
@@ -116,7 +116,7 @@ class StatedPairs:
         """Return the verdict of two sides."""
         if offer.end is None or request.end is None:
             return self.report(offer, request).verdict
-        return verdict(offer.end, request.end)
+        return outcome(offer.end, request.end).verdict
 
     def report(self, offer: _Side, request: _Side) -> PairReport:
         """Return the report on two sides; of known ones all but the verdict is found out when it is read."""
@@ -127,7 +127,7 @@ class StatedPairs:
         if found is None:
             if len(_REPORTS) >= _MOST_REPORTS:
                 _REPORTS.clear()
-            found = _REPORTS[key] = self._lazy(verdict(offer.end, request.end), offer, request)
+            found = _REPORTS[key] = self._lazy(outcome(offer.end, request.end).verdict, offer, request)
         return found
 
     def _lazy(self, found: Verdict, offer: _Side, request: _Side) -> PairReport:
@@ -174,7 +174,7 @@ class StatedPairs:
             self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
-        return self._lazy(verdict(offer.end, request.end), offer, request)
+        return self._lazy(outcome(offer.end, request.end).verdict, offer, request)
 
     def _resolved(self, side: _Side, role: Role) -> bool:
         """Resolve a new side by what resolved another one; return whether it is known, as nothing had to be said of it."""
@@ -186,7 +186,8 @@ class StatedPairs:
         if role in self._like:
             parts = resolver.values.parts_like(*self._like[role], side.stated)
             if parts is not None:
-                side.end = PairEnd(parts.inherited.profile, role, parts)
+                like = parts.inherited.profile
+                side.end = PairEnd(kind_of(like, role, False), like, parts)
                 return True
         self._left -= 1
         before = resolver.reader.remarks
@@ -201,7 +202,7 @@ class StatedPairs:
         """Keep what was resolved of a side; others may be put together like it."""
         if end.parts is not None:
             self._like[role] = end.parts, end
-        side.end = PairEnd(end.like, role, end.parts)
+        side.end = PairEnd(kind_of(end.like, role, False), end.like, end.parts)
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -209,11 +210,11 @@ def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     plain = (*settings, *settings.values())
     try:
         found = known.get(plain)
-        if found is not None and not found.spelt_alike(settings):
-            found = known.get((*plain, *map(type, settings.values())))
     except TypeError:  # a list
-        found = None
-    return found or _new_side(known, settings)
+        return _new_side(known, settings)
+    if found is None or (found.types and not found.spelt_alike(settings)):
+        return known.get((*plain, *map(type, settings.values()))) or _new_side(known, settings)
+    return found
 
 
 def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
@@ -333,7 +334,6 @@ class PairJudge:
         """
         _are_maps({"options": options, "topic": topic, "needs": needs})
         self._pairs = stated_pairs(protocol, options, topic, packs, needs)
-        self._offers, self._requests = self._pairs.offers, self._pairs.requests
 
     def profile(self, settings: Settings) -> PairProfile:
         """Read what one side states once, for many verdicts of this judge."""
@@ -347,23 +347,12 @@ class PairJudge:
             TypeError: a value is no setting.
             CqosError: a profile is of another judge.
         """
-        if type(offered) is dict and type(requested) is dict:
-            try:
-                offer = self._offers.get((*offered, *offered.values()))
-                request = self._requests.get((*requested, *requested.values()))
-            except TypeError:  # a list
-                offer = request = None
-            if (
-                (offer is not None and request is not None)
-                and (offer.end is not None and request.end is not None)
-                and (offer.spelt_alike(offered) and request.spelt_alike(requested))
-            ):
-                return verdict(offer.end, request.end)
-        side = self._own(offered).offer if isinstance(offered, PairProfile) else self._pairs.offer(offered)
-        return self._pairs.verdict(side, self._requested(requested))
-
-    def _requested(self, requested: Settings | PairProfile) -> _Side:
-        return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)
+        pairs = self._pairs
+        offer = self._own(offered).offer if isinstance(offered, PairProfile) else _side(pairs.offers, offered)
+        request = (
+            self._own(requested).request if isinstance(requested, PairProfile) else _side(pairs.requests, requested)
+        )
+        return pairs.verdict(offer, request)
 
     def _own(self, profile: PairProfile) -> PairProfile:
         if profile.pairs is not self._pairs:

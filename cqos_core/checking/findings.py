@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.values import Values
     from cqos_core.language.vocabulary import Use
+    from cqos_core.matching.hits import Hit
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.outline import Outline
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.report import Remedy
     from cqos_core.packs.bound_rule import BoundRule
@@ -259,7 +259,7 @@ def sides_of(
     ]
 
 
-def shown(draft: Outline[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+def shown(draft: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
     """Return the groups that show what a draft says: where its values differ, only an example can."""
     if not draft.more:
         return [*draft.publishers], [*draft.subscribers]
@@ -267,13 +267,13 @@ def shown(draft: Outline[EndpointGroup]) -> tuple[list[EndpointGroup], list[Endp
     return one.get(PUBLISHER, []), one.get(SUBSCRIBER, [])
 
 
-def _sides(draft: Outline[EndpointGroup]) -> list[Side]:
+def _sides(draft: Hit[EndpointGroup]) -> list[Side]:
     found = sides_of(draft.spoken, draft.publishers, draft.subscribers)
     # No single change fixes further combinations of values.
     return [replace(side, facts=()) for side in found] if draft.more else found
 
 
-def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
+def make(topic: MatchedTopic, draft: Hit[EndpointGroup]) -> Made:
     """Turn what a rule says of groups of a topic into a finding."""
     spoken = draft.spoken
     bound = spoken.bound
@@ -313,7 +313,7 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
     return Made(finding, _merge_key(draft, finding, because), draft.tags, cause, word)
 
 
-def _further(draft: Outline[EndpointGroup]) -> str:
+def _further(draft: Hit[EndpointGroup]) -> str:
     """How many combinations are put together here."""
     what = "combination of values" if draft.more == 1 else "combinations of values"
     if draft.spoken.unknown:
@@ -335,7 +335,7 @@ def _verdict(spoken: Violation) -> Verdict | None:
     return None if verdict is Verdict.COMPATIBLE else verdict
 
 
-def _merge_key(draft: Outline[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
+def _merge_key(draft: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
     """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
     rule = draft.spoken.bound.rule
     if draft.more:
@@ -486,7 +486,7 @@ def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Res
     )
 
 
-def _remedies(of: tuple[MatchedTopic, Outline[EndpointGroup]]) -> tuple[Remedy, ...]:
+def _remedies(of: tuple[MatchedTopic, Hit[EndpointGroup]]) -> tuple[Remedy, ...]:
     from cqos_core.checking.fixes import remedies
 
     topic, draft = of

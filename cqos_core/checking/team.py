@@ -11,8 +11,8 @@ from cqos_core.language.expression import Condition, Literal, Term, Test, defini
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.parsing import parse
 from cqos_core.language.vocabulary import role_of, scope_of
+from cqos_core.matching.hits import OfEnds
 from cqos_core.matching.judge import ask_end
-from cqos_core.matching.outline import OfEnds
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
@@ -24,7 +24,7 @@ from cqos_core.resolving.participants import packs_in_use
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from cqos_core.matching.outline import Outline
+    from cqos_core.matching.hits import Hit
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Bound, System, TeamRule
     from cqos_core.packs.pack import RulePack
@@ -142,7 +142,7 @@ def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Mad
     return [_made(topic, check, draft) for check in applying for draft in _drafts(topic, check)]
 
 
-def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Outline[EndpointGroup]]:
+def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Hit[EndpointGroup]]:
     """Judge one check: a draft per role and values, those beyond a few put together."""
     drafts: OfEnds[EndpointGroup] = OfEnds()
     for members in (*topic.publishers, *topic.subscribers):
@@ -156,7 +156,7 @@ def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Outline[EndpointG
     return drafts.values()
 
 
-def _made(topic: MatchedTopic, check: TeamCheck, draft: Outline[EndpointGroup]) -> Made:
+def _made(topic: MatchedTopic, check: TeamCheck, draft: Hit[EndpointGroup]) -> Made:
     one = make(topic, draft)
     condition = check.bound.rule.condition
     used = "".join(f"; {name} is {node.text()}" for name, node in definitions(condition).items())

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from cqos_core.checking.findings import Made, headline, make, shown, sides_of, subject
 from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
+from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, placed, reach
 from cqos_core.matching.judge import Violation, judge_pair
-from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
-from cqos_core.matching.pair_outcomes import NOTHING, reporting_rules
+from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import bridges_of, group
-from cqos_core.matching.topic_shape import QUIET, judge_shape
+from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.checking.team import TeamCheck
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.matching.topic_shape import Apart, Row, ShapeResult
+    from cqos_core.matching.topic_outcomes import Apart, Row, TopicOutcome
     from cqos_core.resolving.resolved import Resolved
 
 
@@ -38,7 +38,7 @@ class TopicResult:
     """
 
     endpoints: Sequence[Resolved]
-    outcomes: ShapeResult
+    outcomes: TopicOutcome
     acceptances: NameIndex[int] | None = None
     checks: NameIndex[TeamCheck] | None = None
     is_pair: bool = False
@@ -70,7 +70,7 @@ class TopicResult:
     def made(self) -> tuple[Made, ...]:
         """Findings, to be put together with those of other topics."""
         return (
-            *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
+            *[make(self.topic, placed(self.topic, hit)) for hit in self.outcomes.hits],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
             *(_of_team(self.topic, self.checks) if self.checks is not None else ()),
             *_within_participants(self),
@@ -90,17 +90,12 @@ def check_topic(
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     team = checks.get(id(endpoints[0].pack)) if checks else None
-    short = reporting_rules(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
-    if short is None or (acceptances and short[1] != NOTHING):
+    outcomes = outcome_of(*endpoints) if len(endpoints) == 2 else None  # noqa: PLR2004 - a pair
+    if outcomes is None or (acceptances and outcomes is not QUIET):
         topic = settled(endpoints, acceptances)
         found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
         found.topic = topic
         return found
-    known, reports = short
-    outcomes = known.results.get(reports)
-    if outcomes is None:
-        outcomes = judge_shape(settled(endpoints, acceptances).shape)
-        known.keep(reports, outcomes)
     one, other = endpoints
     ends = (one, other) if one.kin.role == PUBLISHER else (other, one)
     found = TopicResult(ends, outcomes, acceptances, team, is_pair=True)
@@ -132,11 +127,11 @@ def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> 
     """Return what rules over a whole settled topic refuse of one pair of it."""
     first, second = _positions(topic, publisher, subscriber)
     return [
-        make(topic, placed(topic, outline))
-        for outline in judge_shape(topic.shape).outlines
-        if outline.spoken.bound.scope == "signal"
-        and outline.spoken.refuses
-        and (first in outline.publishers or second in outline.subscribers)
+        make(topic, placed(topic, hit))
+        for hit in judge_shape(topic.shape).hits
+        if hit.spoken.bound.scope == "signal"
+        and hit.spoken.refuses
+        and (first in hit.publishers or second in hit.subscribers)
     ]
 
 
@@ -173,7 +168,7 @@ def _group(shown: str, offering: Sequence[Resolved], requesting: Sequence[Resolv
     )
 
 
-def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
+def _splits(topic: MatchedTopic, judged: TopicOutcome) -> list[Made]:
     """Report the rules that keep endpoints apart: for each unmatched endpoint, and once a topic without one."""
     met_by_any = 0
     for met in judged.met:
@@ -187,20 +182,20 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
     left_alone = [_alone([each], judged.met.__getitem__, at) for at, each in enumerate(topic.publishers)]
     for each in judged.kept_apart:
         reported: dict[int, int] = {}
-        for index, missed in each.hits.items():
-            hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
-            if not hit:
+        for index, missed in each.missed.items():
+            kept = missed if each.bound.rule.always else missed & ~over_bridges[index]
+            if not kept:
                 continue
             left = left_alone[index]
-            worth = hit if each.bound.rule.always or left.reported else hit & alone.reported
+            worth = kept if each.bound.rule.always or left.reported else kept & alone.reported
             # The ends of one bridge are apart on purpose, even if no other endpoint is on one side.
             own = worth & own_bridge[index]
             if worth & ~own:
                 reported[index] = worth & ~own
             # Endpoints with partners elsewhere need no report.
-            rest = 0 if left.all else hit & ~worth & ~alone.all
+            rest = 0 if left.all else kept & ~worth & ~alone.all
             if own | rest:
-                reach(quiet.setdefault((each.bound.rule.code,), _outline(each)), {index: own | rest})
+                reach(quiet.setdefault((each.bound.rule.code,), _hit(each)), {index: own | rest})
         if reported:
             _report(loud, each, reported)
     return [
@@ -209,7 +204,7 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
     ]
 
 
-_Splits = dict[tuple[Any, ...], Outline[int]]
+_Splits = dict[tuple[Any, ...], Hit[int]]
 
 
 def _report(splits: _Splits, apart: Apart, reported: Mapping[int, int]) -> None:
@@ -218,23 +213,23 @@ def _report(splits: _Splits, apart: Apart, reported: Mapping[int, int]) -> None:
     whole = reduce(or_, reported.values())
     room = MOST_COMBINATIONS - sum(key[0] == code for key in splits)
     for one in classes.within(whole)[:room] if room > 0 else ():
-        split = splits[code, id(apart), id(one)] = _outline(apart, apart.tags | one.first.tags)
+        split = splits[code, id(apart), id(one)] = _hit(apart, apart.tags | one.first.tags)
         for publisher, mask in reported.items():
             if mask & one.mask:
                 reach(split, {publisher: mask & one.mask})
         whole &= ~one.mask
     for tags, same in classes.by_tags(whole):
         key = (code, "further", apart.tags | tags)
-        hits = {publisher: hit for publisher, mask in reported.items() if (hit := mask & same)}
-        further = splits.setdefault(key, _outline(apart, apart.tags | tags))
+        reached = {publisher: groups for publisher, mask in reported.items() if (groups := mask & same)}
+        further = splits.setdefault(key, _hit(apart, apart.tags | tags))
         first = classes.within(same)[0]
-        for publisher, hit in sorted(hits.items(), key=lambda each: not each[1] & first.mask):
-            reach(further, {publisher: hit}, first.members)
-            further.more += classes.count(hit)
+        for publisher, groups in sorted(reached.items(), key=lambda each: not each[1] & first.mask):
+            reach(further, {publisher: groups}, first.members)
+            further.more += classes.count(groups)
 
 
-def _outline(apart: Apart, tags: frozenset[int] = frozenset()) -> Outline[int]:
-    return Outline(Violation(apart.bound, RuleAnswer(result=False)), tags=tags)
+def _hit(apart: Apart, tags: frozenset[int] = frozenset()) -> Hit[int]:
+    return Hit(Violation(apart.bound, RuleAnswer(result=False)), tags=tags)
 
 
 def _ends_of_bridges(subscribers: Sequence[EndpointGroup]) -> dict[frozenset[str | None], int]:
@@ -268,7 +263,7 @@ def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: in
     )
 
 
-def _split_finding(topic: MatchedTopic, draft: Outline[EndpointGroup], *, quiet: bool) -> Made:
+def _split_finding(topic: MatchedTopic, draft: Hit[EndpointGroup], *, quiet: bool) -> Made:
     made = make(topic, draft)
     rule = draft.spoken.bound.rule
     publishers, subscribers = shown(draft)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.solve import turning_points
 from cqos_core.language.values import Depends
-from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -28,7 +27,6 @@ _SAYS: Final[list[Any]] = [
     True if not bits & 0b1 else False if not bits & 0b10 else None if not bits & 0b1100 else _OPEN for bits in range(16)
 ]
 """By what a function may report, what a condition answers."""
-ANSWERED: Final[dict[tuple[Any, ...], tuple[BoundCondition, bool | None]]] = {}
 
 
 class Answers:
@@ -46,26 +44,17 @@ class Answers:
         made = self._made.get(id(condition))
         if made is not None and (says := _SAYS[made[1](a, b)]) is not _OPEN:
             return says  # type: ignore[no-any-return]
-        # Values that differ in what it does not read have one answer.
-        first, second = condition.sides
-        key = (id(condition), *[a[at] for at in first], *[b[at] for at in second])
-        known = ANSWERED.get(key)
-        if known is None:
+        try:
+            answer, is_new = condition.recall(a, b)
+        except MemoryError:  # which says nothing of the condition
+            raise
+        except Exception:  # noqa: BLE001 - a pack's own function may raise anything
+            return None
+        if is_new:
             self._uses[id(condition)] += 1
             if self._uses[id(condition)] == WORTH_A_FUNCTION:
                 self._made[id(condition)] = condition, asked_together([(condition, Common(a, b, self._at))])
-            known = condition, _judged(condition, a, b)
-            keep(ANSWERED, key, known)
-        return known[1]
-
-
-def _judged(condition: BoundCondition, a: Values, b: Values) -> bool | None:
-    try:
-        return condition.judge(a, b).result
-    except MemoryError:  # which says nothing of the condition, and must not be remembered as if it did
-        raise
-    except Exception:  # noqa: BLE001 - a pack's own function may raise anything
-        return None
+        return answer.result
 
 
 def asked_together(conditions: Iterable[tuple[BoundCondition, Common]]) -> Reporting:

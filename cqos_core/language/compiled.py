@@ -76,11 +76,13 @@ class Compiled(NamedTuple):
     exact: int
 
 
-def compiled(questions: Iterable[Question], *, alone: bool = False) -> Compiled:
-    """Compile conditions; ``alone``: on no side are there two different endpoints."""
+def compiled(questions: Iterable[Question | None], *, alone: bool = False) -> Compiled:
+    """Compile conditions, of which None never reports; ``alone``: on no side are there two different endpoints."""
     exact = 0
     body: list[ast.stmt] = [ast.Assign([_MASK_TO], _constant(0), **_AT)]
     for position, question in enumerate(questions):
+        if question is None:
+            continue
         test, is_exact = _reporting(question, alone=alone)
         if test != FALSE:
             noted = ast.AugAssign(_MASK_TO, ast.BitOr(), _constant(1 << position), **_AT)

@@ -63,6 +63,8 @@ def known_value(judge: Judge, a: Values, b: Values) -> Any:
     return value if type(value) in KNOWN else None
 
 
+_MOST_ANSWERS: Final = 2_000
+"""How many answers each condition remembers."""
 _PLAIN: Final = KNOWN | {type(None)}
 
 
@@ -83,6 +85,7 @@ class BoundCondition:
         open: judges any two tuples without `Depends`, answers None for unknown.
         uses: the terms outside aggregates; `aggregate_uses` those within.
         asked: indices of the policies whose spelling it asks for.
+        memory: by the values that it reads, its answers where it is asked of them again and again.
         solved: what `cqos_core.language.solve` found for values that it reads.
         partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function, how a value was written).
     """
@@ -145,17 +148,27 @@ class BoundCondition:
         """Judge two value tuples, by sets of values; where that leaves it open, each assumption in play is taken apart, in at most 64 worlds."""
         if self.aggregate_uses:
             return self._over_worlds(a, b, signal)
-        if all(type(b[use.index] if use.second else a[use.index]) in _PLAIN for use in self.uses) and (
-            a is b or all(a[index] == b[index] for index in self.options)
-        ):
-            return RuleAnswer(self.plain(a, b, NO_SIGNAL))
-        # What is open is open alike for many endpoints (an option that is not set), so answers are cached.
+        # What is open is open alike for many endpoints (an option that is not set).
+        return RuleAnswer(self.plain(a, b, NO_SIGNAL)) if self._are_plain(a, b) else self.recall(a, b)[0]
+
+    def recall(self, a: Values, b: Values) -> tuple[RuleAnswer, bool]:
+        """Judge two value tuples once for all that are equal in what it reads; return the answer, and whether it is new.
+
+        A condition with aggregates is not asked so.
+        """
         first, second = self.sides
         key = (*[a[index] for index in first], *[b[index] for index in second])
-        outcome = self.memory.get(key)
-        if outcome is None:
-            outcome = keep(self.memory, key, self._over_worlds(a, b, signal))
-        return outcome
+        answer = self.memory.get(key)
+        if answer is not None:
+            return answer, False
+        plain = self._are_plain(a, b)
+        answer = RuleAnswer(self.plain(a, b, NO_SIGNAL)) if plain else self._over_worlds(a, b, NO_SIGNAL)
+        return keep(self.memory, key, answer, _MOST_ANSWERS), True
+
+    def _are_plain(self, a: Values, b: Values) -> bool:
+        """Whether everything that it may read of two tuples is known, and options are the same."""
+        known = all(type(b[use.index] if use.second else a[use.index]) in _PLAIN for use in self.uses)
+        return known and (a is b or all(a[index] == b[index] for index in self.options))
 
     def _over_worlds(self, a: Values, b: Values, signal: Signal) -> RuleAnswer:
         read = [(b if use.second else a)[use.index] for use in self.uses]

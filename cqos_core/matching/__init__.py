@@ -1,4 +1,5 @@
 """Who matches whom on a topic, over bridges too, and what the rules of a pack say of their profiles, without names.
 
-`pairing.group` makes groups of equal endpoints, `peer_values.settle` takes values from peers, `judge` and `topic_shape` ask the rules.
+`pairing.group` makes groups of equal endpoints, `peer_values.settle` takes values from peers, `judge` asks rules of profiles,
+`topic_outcomes` those of a topic, `pair_outcomes` those of a topic with one endpoint on each side.
 """

@@ -9,14 +9,14 @@ from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import EndRules, MeetingsLeftOpen, PairRules, TopicRules
+from cqos_core.matching.rule_set import Asked, RuleSet
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.reader import depends
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     from cqos_core.language.values import Value, Values
     from cqos_core.packs.bound_rule import BoundRule
@@ -116,20 +116,33 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
     return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
 
 
+@lru_cache
+def over_both(pack: RulePack) -> RuleSet:
+    """Return the rules over both ends: the meeting conditions, then the rules of pairs without those on which guarantees rest."""
+    meeting = [Asked(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
+    pairs = [each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee]
+    return RuleSet({"meets": meeting, "pair": [Asked(each, _ask_pair, each.rule.kind == "requires") for each in pairs]})
+
+
+def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
+    return ask(bound, publisher.values, subscriber.values)
+
+
+def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
+    """Ask a meeting condition, which has nothing to say where it rests on facts that are not stated."""
+    spoken = _ask_pair(bound, publisher, subscriber)
+    silent = spoken is not None and spoken.unknown and spoken.failed is None and not spoken.outcome.worlds
+    return None if silent else spoken
+
+
 @lru_cache(maxsize=_CACHE)
 def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
     """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
 
     An undecided condition keeps no endpoints apart.
     """
-    rules = meeting_rules(publisher.pack)
-    certain, asked = rules.reporting(publisher, subscriber)
-    return tuple(
-        bound
-        for position in positions(certain | asked)
-        for bound in (rules.rules[position],)
-        if certain >> position & 1 or bound.bound.judge(publisher.values, subscriber.values).result is False
-    )
+    spoken = _between(publisher, subscriber, "meets")
+    return tuple([each.bound for each in spoken if each.outcome.result is False])
 
 
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
@@ -137,18 +150,14 @@ def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosPr
 
     One that rests on facts that are not stated keeps no pair apart.
     """
-    if not any(isinstance(each.values[at], Depends) for each in (publisher, subscriber) for at in bound.bound.indices):
-        return None
-    spoken = ask(bound, publisher.values, subscriber.values)
+    spoken = _ask_meeting(bound, publisher, subscriber)
     return spoken if spoken is not None and spoken.outcome.worlds else None
 
 
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
-    rules = pair_rules(publisher.pack)
-    certain, asked = rules.reporting(publisher, subscriber)
-    spoken = list(_spoken(rules, certain, asked, lambda each: _ask_pair(each, publisher, subscriber)))
+    spoken = list(_between(publisher, subscriber, "pair"))
     if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, spoken):
         for bound in publisher.pack.by_scope.get("pair", ()):
             if bound.rule.guarantee in subscriber.needs:
@@ -157,28 +166,10 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
 
 
-@lru_cache
-def pair_rules(pack: RulePack) -> PairRules:
-    """Return the rules of pairs, without those on which guarantees rest."""
-    return PairRules(pack, (each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee), _ask_pair)
-
-
-@lru_cache
-def meeting_rules(pack: RulePack) -> PairRules:
-    """Return the meeting conditions."""
-    return PairRules(pack, pack.by_scope["meets"], _ask_meeting)
-
-
-@lru_cache
-def undecided_meetings(pack: RulePack) -> MeetingsLeftOpen:
-    """Return the meeting conditions, asked whether any pair may be kept apart under some assumptions only."""
-    return MeetingsLeftOpen(pack, pack.by_scope["meets"], undecided_meeting)
-
-
-@lru_cache
-def signal_rules(pack: RulePack) -> TopicRules:
-    """Return the rules over topics, as far as one endpoint alone on its side can say that they have nothing to report."""
-    return TopicRules(pack, pack.by_scope.get("signal", ()), _ask_topic)
+def _between(publisher: QosProfile, subscriber: QosProfile, part: str) -> Iterator[Violation]:
+    """Yield what a part of the rules over both ends says."""
+    rules = over_both(publisher.pack)
+    return _spoken(rules, rules.bits[part], publisher, subscriber)
 
 
 @lru_cache(maxsize=_FRAMES)
@@ -189,55 +180,18 @@ def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
     return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
-def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    return ask(bound, publisher.values, subscriber.values)
-
-
-def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    """Ask a meeting condition, which has nothing to say where it is not decided."""
-    spoken = _ask_pair(bound, publisher, subscriber)
-    return spoken if spoken is not None and (spoken.outcome.result is False or spoken.failed is not None) else None
-
-
-def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> object | None:
-    """Ask a rule over topics; one over all endpoints of a side may always have something to say."""
-    return bound if bound.bound.aggregate_uses else ask(bound, profile.values, profile.values)
-
-
-def _spoken(
-    rules: PairRules | EndRules, certain: int, asked: int, ask_one: Callable[[BoundRule], Violation | None]
-) -> Iterator[Violation]:
-    """Yield what rules say, those that certainly report and those that have to be asked."""
+def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
+    """Yield what some rules of a set say."""
+    certain, asked = rules.reporting(first, second, among)
     for position in positions(certain | asked):
         bound = rules.rules[position]
-        each = ask_one(bound) if asked >> position & 1 else Violation(bound, _CERTAIN[bound.rule.kind == "forbids"])
-        if each is not None:
+        if certain >> position & 1:
+            yield Violation(bound, _CERTAIN[bound.rule.kind == "forbids"])
+        elif isinstance(each := rules.ask(position, first, second), Violation):
             yield each
 
 
 _CERTAIN: Final = (RuleAnswer(result=False), RuleAnswer(result=True))
-
-
-def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
-    """Return the verdict of two profiles that meet and are alone on their topic."""
-    undecided = any(undecided_meeting(bound, publisher, subscriber) for bound in publisher.pack.by_scope["meets"])
-    at_best = (*of_end(publisher, PUBLISHER, False, False), *of_end(subscriber, SUBSCRIBER, False, False))
-    verdicts = [Verdict.UNKNOWN] * undecided + [verdict for verdict, _ in at_best]
-    verdicts += [Verdict.INCOMPATIBLE] * refused_alone(publisher, subscriber)
-    return worst([judge_pair(publisher, subscriber).verdict, *verdicts])
-
-
-def refused_alone(publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Whether a rule over topics refuses two profiles that are alone on theirs."""
-    signals = publisher.pack.by_scope.get("signal", ())
-    return any(each.rule.severity == "error" and refuses_topic(each, publisher, subscriber) for each in signals)
-
-
-def refuses_topic(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Whether a rule over topics refuses the only two endpoints of one."""
-    values = (subscriber if speaking_of(bound) == SUBSCRIBER else publisher).values
-    spoken = ask(bound, values, values, Signal(((publisher.values, 1),), ((subscriber.values, 1),)))
-    return spoken is not None and spoken.refuses
 
 
 _ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
@@ -263,28 +217,48 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 @lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    rules = of_one(profile.pack, role, observed)
-    return tuple(_spoken(rules, *rules.of(profile), lambda each: ask_end(each, profile, role)))
+    rules = about_one(profile.pack, role, observed)
+    return tuple(_spoken(rules, rules.bits["endpoint"], profile, profile))
 
 
 @lru_cache
-def of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT001 - as the above
-    """Return the rules about one endpoint by itself."""
-    rules = (
-        bound
-        for bound in pack.by_scope.get("endpoint", ())
-        if bound.role in {None, role} and not (observed and bound.rule.creation)
-    )
-    return EndRules(
-        pack, rules, lambda bound, profile, _: ask_end(bound, profile, role), lambda bound: bound.absent[role]
-    )
+def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FBT001 - as the above
+    """Return the rules about one end: about it by itself, the errors about what surrounds it, and the rules over topics.
+
+    The latter have something to say as far as one endpoint alone on its side can tell.
+    """
+
+    def by_itself(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
+        return ask_end(bound, profile, role)
+
+    own = [
+        Asked(each, by_itself, each.rule.kind == "requires", frozenset(each.absent[role]))
+        for each in _of_endpoint(pack, role, observed)
+    ]
+    around = [Asked(each, _ask_refusing, undecided=False) for each in _refusing_around(pack, observed)]
+    topics = [Asked(each, _ask_topic, undecided=False) for each in pack.by_scope.get("signal", ())]
+    return RuleSet({"endpoint": own, "surroundings": around, "signal": topics}, one=True)
 
 
-@lru_cache
-def refusing_rules(pack: RulePack, observed: bool) -> TopicRules:  # noqa: FBT001 - as the above
-    """Return the errors about what surrounds an endpoint."""
-    rules = (each for each in _of_surroundings(pack, observed) if each.rule.severity == "error")
-    return TopicRules(pack, rules, _ask_refusing)
+def signals_on(profile: QosProfile, role: str, observed: bool) -> int:  # noqa: FBT001 - as the above
+    """Return as bits, in the order of the pack, the rules over topics that may report where an end is on one."""
+    rules = about_one(profile.pack, role, observed)
+    reporting = rules.that_report(profile, profile, rules.bits["signal"])
+    return reporting >> len(rules.rules) - len(profile.pack.by_scope.get("signal", ()))
+
+
+def _of_endpoint(pack: RulePack, role: str, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the rules about an endpoint by itself."""
+    for bound in pack.by_scope.get("endpoint", ()):
+        if bound.role in {None, role} and not (observed and bound.rule.creation):
+            yield bound
+
+
+def _refusing_around(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the errors about the participant of an endpoint, its broker and its options."""
+    for bound in pack.beyond_topics:
+        if bound.rule.severity == "error" and not (observed and bound.rule.creation):
+            yield bound
 
 
 def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
@@ -293,17 +267,18 @@ def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Viola
     return spoken if spoken is not None and spoken.refuses else None
 
 
-def _of_surroundings(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
-    """Yield the rules about the participant of an endpoint, its broker and its options."""
-    return (bound for bound in pack.beyond_topics if not (observed and bound.rule.creation))
+def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
+    """Ask a rule over topics; of one over all endpoints of a side it is not known what it says."""
+    if bound.bound.aggregate_uses:
+        return Violation(bound, RuleAnswer(None))
+    return ask(bound, profile.values, profile.values)
 
 
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    rules = refusing_rules(profile.pack, observed)
-    beyond = _spoken(rules, *rules.of(profile), lambda each: _ask_refusing(each, profile, profile))
-    spoken = (*judge_endpoint(profile, role, observed), *beyond)
+    rules = about_one(profile.pack, role, observed)
+    spoken = _spoken(rules, ~rules.bits["signal"], profile, profile)
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
 
 
@@ -338,7 +313,7 @@ def refusing_values(pack: RulePack, bound: BoundRule, role: str, at: int, read: 
 @lru_cache(maxsize=_FRAMES)
 def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
     """Return the errors about an endpoint and its surroundings that read the policy at an index."""
-    rules = (*of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
+    rules = (*_of_endpoint(pack, role, observed), *_refusing_around(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and at in each.bound.own)
 
 
@@ -346,14 +321,14 @@ def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tupl
 def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
     """Return the errors about an endpoint and its surroundings that read what depends on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
-    rules = (*of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
+    rules = (*_of_endpoint(pack, role, observed), *_refusing_around(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
 def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `Alike` says
     """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
-    rules = of_one(profile.pack, role, observed), refusing_rules(profile.pack, observed)
-    return not any(each.that_report(profile, profile) for each in rules)
+    rules = about_one(profile.pack, role, observed)
+    return not rules.that_report(profile, profile, ~rules.bits["signal"])
 
 
 @lru_cache(maxsize=_CACHE)

@@ -1,163 +1,195 @@
-"""What rules say of one publisher and one subscriber that are alone on their topic, as most topics are.
+"""What rules say of one publisher and one subscriber that are alone on their topic, as most are, and so the verdict of the two.
 
-Functions over values tell which rules report: one of each set of rules of `cqos_core.matching.rule_set`, looked up once for what
-many profiles share. Where they tell it for certain, the same rules always say the same, so it is worked out once:
-`cqos_core.matching.topic_shape` does that, and judges all other topics too.
+Functions over values tell which rules may report: one for those over both ends, and one for those about an end, which is asked once.
+Where the same rules report, and those that are not certain read equal values, a topic comes to the same: `cqos_core.matching.topic_outcomes`
+works that out once.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from cqos_core.matching.judge import (
-    meeting_rules,
-    of_one,
-    pair_rules,
-    read_in_worlds,
-    refusing_rules,
-    signal_rules,
-    undecided_meetings,
-)
-from cqos_core.matching.topic_shape import QUIET
-from cqos_core.model.memory import keep
+from cqos_core.language.relation import positions
+from cqos_core.matching.judge import about_one, over_both
+from cqos_core.matching.pairing import Alike, TopicShape
+from cqos_core.matching.topic_outcomes import QUIET, judge_shape
+from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.language.compiled import Reporting
-    from cqos_core.matching.topic_shape import ShapeResult
-    from cqos_core.resolving.qos_profile import ProfileFrame, QosProfile
+    from cqos_core.language.compiled import Compiled, Reporting
+    from cqos_core.matching.rule_set import RuleSet
+    from cqos_core.matching.topic_outcomes import TopicOutcome
+    from cqos_core.resolving.parts import ProfileParts
+    from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolved import Resolved
 
 _MOST_OUTCOMES: Final = 1_000
-Reports: TypeAlias = "tuple[int, int, int]"
-"""The rules that report: over both ends, over the publisher and over the subscriber, as bits."""
-NOTHING: Final[Reports] = (0, 0, 0)
-_Ends: TypeAlias = "tuple[QosProfile, QosProfile, bool, bool]"
-"""Profiles of a publisher and a subscriber, and whether each was observed."""
 
 
-class _Function(NamedTuple):
-    """A function with a bit for each rule that may report.
+class EndKind:
+    """Ends of one role whose profiles differ in known values only.
 
     Attributes:
-        counted: the bits that count.
-        exact: the bits of rules that then report for certain.
-        shift: where its bits stand among those of the others.
+        like: the profile of one of them.
+        observed: whether they were observed.
+        rules: those about one of them.
+        shift: where the bits of these rules stand among those of all rules that speak of a pair.
+    """
+
+    def __init__(self, like: QosProfile, role: str, observed: bool) -> None:  # noqa: FBT001 - as in `Alike`
+        """Take what they have in common."""
+        pack = like.pack
+        self.like, self.observed = like, observed
+        self.rules: RuleSet = about_one(pack, role, observed)
+        self.shift = len(over_both(pack).rules)
+        if role == SUBSCRIBER:
+            self.shift += len(about_one(pack, PUBLISHER, False).rules)
+
+    @cached_property
+    def function(self) -> Compiled:
+        """The function with a bit for each of these rules that may report."""
+        function = self.rules.function(self.like, self.like, at_once=True)
+        assert function is not None  # noqa: S101 - at once
+        return function
+
+
+_KINDS: Final[dict[tuple[object, ...], EndKind]] = {}
+
+
+def kind_of(like: QosProfile, role: str, observed: bool) -> EndKind:  # noqa: FBT001 - as in `Alike`
+    """Return the kind of an end from a profile that differs from its own in known values only."""
+    key = (like.frame, like.unread, like.refused, role, observed)
+    return _KINDS.get(key) or keep(_KINDS, key, EndKind(like, role, observed))
+
+
+class PairEnd:
+    """One end of such a pair; rules about it alone are asked once.
+
+    Attributes:
+        kind: what it has in common with others.
+        parts: of its profile, where that is not made yet.
+        values: those of its profile that are known.
+        bits: of the rules about it that may report.
+    """
+
+    __slots__ = ("_like", "bits", "kind", "parts", "values")
+
+    def __init__(self, kind: EndKind, like: QosProfile, parts: ProfileParts | None) -> None:
+        """Take its profile; where there are parts of that, one of the same kind."""
+        self.kind = kind
+        self._like, self.parts = like, parts
+        self.values: Sequence[Any] = like.known if parts is None else parts.known
+        self.bits = kind.function.reporting(self.values, self.values) << kind.shift
+
+    @property
+    def profile(self) -> QosProfile:
+        """Its profile; most outcomes are known without."""
+        return self._like if self.parts is None else self.parts.made()[0]
+
+
+_Read: TypeAlias = "tuple[tuple[int, ...], tuple[int, ...]]"
+
+
+class _Outcomes(NamedTuple):
+    """What is known of pairs of two kinds.
+
+    Attributes:
+        reporting: the function with a bit for each of the rules over both ends that may report.
+        results: what a topic comes to, by the bits of the rules that may report, and by what those read that are not certain.
+        inexact: the bits of the latter.
+        read: by such bits, the positions of the values that these rules read of each end.
     """
 
     reporting: Reporting
-    counted: int
-    exact: int
-    shift: int
+    results: dict[object, TopicOutcome]
+    inexact: int
+    read: dict[int, _Read]
 
 
-_Functions: TypeAlias = "tuple[_Function, ...]"
+_OUTCOMES: Final[dict[tuple[EndKind, EndKind], _Outcomes]] = {}
 
 
-class Outcomes(NamedTuple):
-    """What is known of pairs of profiles that have as much in common as two others.
+def _outcomes(publisher: EndKind, subscriber: EndKind, *, at_once: bool) -> _Outcomes | None:
+    """Return what is known of pairs of two kinds; None before they are enough for a function: ``at_once`` they are expected to be."""
+    rules = over_both(publisher.like.pack)
+    function = rules.function(publisher.like, subscriber.like, at_once=at_once)
+    if function is None:
+        return None
+    inexact = (1 << publisher.shift) - 1 & ~function.exact
+    for each in (publisher, subscriber):
+        inexact |= ((1 << len(each.rules.rules)) - 1 & ~each.function.exact) << each.shift
+    of_profiles = (code for each in (publisher, subscriber) for code in (*each.like.unread, *each.like.refused))
+    results: dict[object, TopicOutcome] = {} if any(of_profiles) else {0: QUIET}
+    return keep(_OUTCOMES, (publisher, subscriber), _Outcomes(function.reporting, results, inexact, {}))
 
-    Attributes:
-        of_pair: what is asked of both ends.
-        of_ends: what is asked of the publisher, and of the subscriber.
-        results: what a topic comes to, by the rules that report.
+
+def outcome(publisher: PairEnd, subscriber: PairEnd, known: _Outcomes | None = None) -> TopicOutcome:
+    """Return what a topic with these two ends comes to; they need nothing, and take no values from each other.
+
+    ``known``: what is known of pairs of their kinds, for one who looked it up.
     """
-
-    of_pair: _Functions
-    of_ends: tuple[_Functions, _Functions]
-    results: dict[Reports, ShapeResult]
-
-    def keep(self, reports: Reports, result: ShapeResult) -> None:
-        """Keep what a topic comes to where these rules report."""
-        keep(self.results, reports, result, _MOST_OUTCOMES)
+    if known is None:
+        kinds = publisher.kind, subscriber.kind
+        known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=True)
+        assert known is not None  # noqa: S101 - at once
+    bits = known.reporting(publisher.values, subscriber.values) | publisher.bits | subscriber.bits
+    return known.results.get(bits) or _result(known, bits, publisher, subscriber)
 
 
-_OUTCOMES: Final[dict[tuple[ProfileFrame, ProfileFrame, bool, bool], Outcomes]] = {}
+def _result(known: _Outcomes, bits: int, publisher: PairEnd, subscriber: PairEnd) -> TopicOutcome:
+    key: object = bits
+    left = bits & known.inexact
+    if left:
+        first, second = known.read.get(left) or keep(known.read, left, _read(left, publisher.kind, subscriber.kind))
+        key = (bits, *[publisher.values[at] for at in first], *[subscriber.values[at] for at in second])
+        found = known.results.get(key)
+        if found is not None:
+            return found
+    sides = ((Alike(each.profile, each.kind.observed, frozenset(), False, 1),) for each in (publisher, subscriber))
+    found = judge_shape(TopicShape(publisher.kind.like.pack, *sides))
+    return keep(known.results, key, found, _MOST_OUTCOMES) if letters(key) <= MOST_LETTERS else found
 
 
-def reporting_rules(one: Resolved, other: Resolved) -> tuple[Outcomes, Reports] | None:
-    """Return which rules report on two endpoints that are alone on their topic; None where functions alone do not tell."""
+def _read(left: int, publisher: EndKind, subscriber: EndKind) -> _Read:
+    """Return which values some rules read of each end."""
+    found: tuple[dict[int, None], dict[int, None]] = ({}, {})
+    both = over_both(publisher.like.pack).rules
+    for position in positions(left):
+        read: tuple[Sequence[int], Sequence[int]]
+        if position < publisher.shift:
+            read = both[position].bound.sides
+        else:
+            kind = publisher if position < subscriber.shift else subscriber
+            at = position - kind.shift
+            bound = kind.rules.rules[at].bound
+            if kind.rules.bits["signal"] >> at & 1:  # which may be over all of either side
+                read = ((*bound.own, *bound.aggregated),) * 2
+            else:
+                read = (bound.own, ()) if kind is publisher else ((), bound.own)
+        for values, places in zip(found, read, strict=True):
+            values.update(dict.fromkeys(places))
+    return tuple(found[0]), tuple(found[1])
+
+
+def outcome_of(one: Resolved, other: Resolved) -> TopicOutcome | None:
+    """Return what a topic with these two endpoints alone comes to.
+
+    None where they are no such pair, and before there are enough like them for functions.
+    """
     offering, requesting = one.kin, other.kin
     if offering.role != PUBLISHER:
         one, other, offering, requesting = other, one, requesting, offering
     if offering.role != PUBLISHER or requesting.role != SUBSCRIBER or one.is_copy or other.is_copy:
         return None
-    known = _outcomes((one.like, other.like, offering.observed, requesting.observed))
+    first, second = one.like, other.like
+    if second.needs or first.from_peers or second.from_peers:
+        return None
+    kinds = kind_of(first, PUBLISHER, offering.observed), kind_of(second, SUBSCRIBER, requesting.observed)
+    known = _OUTCOMES.get(kinds) or _outcomes(*kinds, at_once=False)
     if known is None:
         return None
-    here, there = one.known, other.known
-    of_pair = _told(known.of_pair, here, there)
-    of_publisher = _told(known.of_ends[0], here, here)
-    of_subscriber = _told(known.of_ends[1], there, there)
-    if of_pair is None or of_publisher is None or of_subscriber is None:
-        return None
-    return known, (of_pair, of_publisher, of_subscriber)
-
-
-def _told(functions: _Functions, first: Sequence[Any], second: Sequence[Any]) -> int | None:
-    """Return as bits the rules that report for certain; None where functions alone do not tell."""
-    bits = 0
-    for reporting, counted, exact, shift in functions:
-        found = reporting(first, second) & counted
-        if found:
-            if found & ~exact:
-                return None
-            bits |= found << shift
-    return bits
-
-
-def _outcomes(ends: _Ends) -> Outcomes | None:
-    """Return what is known of pairs of such profiles; None where functions do not tell all, or there are none yet."""
-    publisher, subscriber, offering, requesting = ends
-    if publisher.unread or publisher.refused or subscriber.unread or subscriber.refused:
-        return None
-    key = publisher.frame, subscriber.frame, offering, requesting
-    known = _OUTCOMES.get(key)
-    if known is None and (known := _new_outcomes(ends)):
-        keep(_OUTCOMES, key, known)
-    return known
-
-
-def _new_outcomes(ends: _Ends) -> Outcomes | None:
-    publisher, subscriber, offering, requesting = ends
-    pack = publisher.pack
-    if subscriber.needs or publisher.from_peers or subscriber.from_peers:
-        return None
-    # Where the rules of pairs have functions, others with as much in common are many.
-    at_once = None not in [rules(pack).ready(publisher, subscriber) for rules in (meeting_rules, pair_rules)]
-    assuming = read_in_worlds(pack, publisher.frame, 0) | read_in_worlds(pack, subscriber.frame, 1)
-
-    def functions(asked: Sequence[tuple[Any, int, bool]], first: QosProfile, second: QosProfile) -> _Functions | None:
-        """Take rules, the bits of those that count, and whether all that a rule says follows from the fact that it reports."""
-        made: list[_Function] = []
-        shift = 0
-        for rules, concerned, plain in asked:
-            function = rules.ready(first, second, at_once=at_once)
-            if function is None:
-                return None
-            reporting, counted, exact = function
-            if counted & concerned:
-                made.append(_Function(reporting, counted & concerned, exact if plain else 0, shift))
-            shift += len(rules.rules)
-        return tuple(made)
-
-    over_both = [(meeting_rules(pack), -1, False), (pair_rules(pack), -1, True)]
-    over_both += [(undecided_meetings(pack), assuming, False)] if assuming else []
-    of_pair = functions(over_both, publisher, subscriber)
-    of_ends = [
-        functions(
-            [
-                (of_one(pack, role, seen), -1, True),
-                (refusing_rules(pack, seen), -1, True),
-                (signal_rules(pack), -1, False),
-            ],
-            profile,
-            profile,
-        )
-        for profile, role, seen in ((publisher, PUBLISHER, offering), (subscriber, SUBSCRIBER, requesting))
-    ]
-    if of_pair is None or of_ends[0] is None or of_ends[1] is None:
-        return None
-    return Outcomes(of_pair, (of_ends[0], of_ends[1]), {NOTHING: QUIET})
+    return outcome(PairEnd(kinds[0], first, one.parts), PairEnd(kinds[1], second, other.parts), known)

@@ -25,7 +25,7 @@ from cqos_core.language.values import (
     is_plain,
 )
 from cqos_core.matching.pairing import group
-from cqos_core.matching.topic_shape import met
+from cqos_core.matching.topic_outcomes import met
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:

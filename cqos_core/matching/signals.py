@@ -6,13 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.evaluate import Signal
 from cqos_core.language.relation import positions
-from cqos_core.matching.judge import (
-    Violation,
-    ask,
-    signal_rules,
-    speaking_of,
-)
-from cqos_core.matching.outline import Outline
+from cqos_core.matching.hits import Hit
+from cqos_core.matching.judge import Violation, ask, signals_on, speaking_of
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -23,33 +18,34 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
 
 
-def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outline[int]]:
+def signal_hits(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Hit[int]]:
     """Yield what the rules over topics say; ``met_by`` has per publisher group the subscriber groups it meets, as bits."""
-    rules = signal_may_report(shape)
+    rules = _may_report(shape)
     for publishers, subscribers in _parts(shape, met_by) if rules else ():
         for bound in rules:
             within = {use.second for use in bound.bound.aggregate_uses}
             for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
-                outline = Outline[int](spoken)
+                hit = Hit[int](spoken)
                 if targets:
-                    outline.tags = shape.side(role)[targets[0]].tags
-                    outline.side(role).update(dict.fromkeys(targets))
-                if within != {True} and not outline.publishers:
-                    outline.publishers = dict.fromkeys(publishers)
-                if within != {False} and not outline.subscribers:
-                    outline.subscribers = dict.fromkeys(subscribers)
-                yield outline
+                    hit.tags = shape.side(role)[targets[0]].tags
+                    hit.side(role).update(dict.fromkeys(targets))
+                if within != {True} and not hit.publishers:
+                    hit.publishers = dict.fromkeys(publishers)
+                if within != {False} and not hit.subscribers:
+                    hit.subscribers = dict.fromkeys(subscribers)
+                yield hit
 
 
-def signal_may_report(shape: TopicShape) -> Sequence[BoundRule]:
+def _may_report(shape: TopicShape) -> Sequence[BoundRule]:
     """Return the rules over topics that may report; of several groups on one side, which may differ, all."""
-    rules = signal_rules(shape.pack)
+    signals = shape.pack.by_scope.get("signal", ())
     if max(len(shape.publishers), len(shape.subscribers)) > 1:
-        return rules.rules
+        return signals
     found = 0
-    for alike in (*shape.publishers, *shape.subscribers):
-        found |= rules.that_report(alike.profile, alike.profile)
-    return [rules.rules[position] for position in positions(found)]
+    for role in (PUBLISHER, SUBSCRIBER):
+        for alike in shape.side(role):
+            found |= signals_on(alike.profile, role, alike.observed)
+    return [signals[position] for position in positions(found)]
 
 
 def _parts(shape: TopicShape, met_by: Sequence[int]) -> list[tuple[list[int], list[int]]]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
-from cqos_core.language import answers
-from cqos_core.matching import derived_guarantees, judge, pair_outcomes, pair_verdicts
-from cqos_core.matching import topic_shape as shape
+from cqos_core.matching import derived_guarantees, judge, pair_outcomes
+from cqos_core.matching import topic_outcomes as shape
 from cqos_core.model import memory as memory_module
+from cqos_core.plugins import load_plugins
 from cqos_core.remote import asked
 from cqos_core.resolving import compared, endpoint_values, facts, families, participants, parts, profiles, qos_profile
 from cqos_core.resolving.reader import _plain_remembered
@@ -22,11 +22,10 @@ def forget() -> None:
         endpoint_values._SETTINGS,
         memory_module._NUMBERED,
         pair_outcomes._OUTCOMES,
-        pair_verdicts._READY,
+        pair_outcomes._KINDS,
         derived_guarantees._GIVEN,
         compared.COMPARED,
         asked._PARTS,
-        answers.ANSWERED,
         assumed._PLAIN,
         assumed._RESTING,
     )
@@ -44,19 +43,17 @@ def forget() -> None:
             facts._remembered,
         ),
         *(
-            judge.pair_rules,
-            judge.meeting_rules,
-            judge.undecided_meetings,
-            judge.signal_rules,
-            judge.of_one,
-            judge.refusing_rules,
+            judge.over_both,
+            judge.about_one,
             judge.refusing_values,
             judge.errors_that_read,
             assumed._without_assumption,
-            pair_verdicts._over_both,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(qos_profile._deciding, qos_profile._options, qos_profile._treated_as, _plain_remembered),
         *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
     ):
         remembered.cache_clear()
+    plugins = load_plugins()
+    for bound in (each for name in plugins.packs if (pack := plugins.pack(name)) for each in pack.judging_rules):
+        bound.bound.memory.clear()

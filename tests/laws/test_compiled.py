@@ -20,22 +20,20 @@ from cqos_core.matching import derived_guarantees, rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
+    about_one,
     apart,
     ask,
     ask_end,
     judge_endpoint,
     judge_pair,
-    meeting_rules,
-    of_one,
-    pair_rules,
+    over_both,
     passed_over,
-    signal_rules,
-    undecided_meetings,
     verdict_of,
     worst,
 )
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
+from cqos_core.packs.guarantee import FAULTS, RESTARTS_IN, Faults
 from cqos_core.resolving.qos_profile import _PROFILES, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
@@ -66,6 +64,13 @@ def plain(random: Random, policy: Policy) -> Any:
     words = [each for each in TEXTS.get(policy.domain.kind, ()) if can_be(policy, each)]
     known = [policy.domain.parse(each) for each in words] or [*policy.domain.candidates()]
     return random.choice(known)
+
+
+def another(random: Random, policy: Policy) -> Any:
+    """Return a value of a policy, also of a list of faults."""
+    if isinstance(policy.domain, Faults):
+        return tuple(random.sample(FAULTS, random.randrange(len(FAULTS))))
+    return plain(random, policy)
 
 
 def can_be(policy: Policy, text: str) -> bool:
@@ -143,7 +148,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 )
 def always(request, monkeypatch):
     """Compile rules for what two profiles have in common, when they are first asked; for all; and never."""
-    forget = (pair_rules, meeting_rules, undecided_meetings, signal_rules, of_one, judge_pair, apart, judge_endpoint)
+    forget = (over_both, about_one, judge_pair, apart, judge_endpoint)
     monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param[0])
     monkeypatch.setattr(rule_set, "_WORTH_COMPILING", request.param[1])
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
@@ -238,7 +243,7 @@ def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, mon
             for each in itertools.chain(*pack.guaranteed.values()):
                 said = ask(each, a.values, b.values)
                 result = True if said is None else None if each.rule.doubt else said.outcome.result
-                answers.ANSWERED.clear()
+                each.bound.memory.clear()
                 answered = asked.of(each.bound, a.values, b.values)
                 assert (None if answered is False and each.rule.doubt else answered) is result, each.rule.code
                 found[result] += 1
@@ -256,12 +261,14 @@ def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monk
     found = []
     random = Random(seed)  # noqa: S311 - no secrets
     may_change = [at for at, each in enumerate(pack.policies) if each.level != "option"]
+    beside_rules = [pack.vocabulary.indices["need", RESTARTS_IN.name], pack.find("broker", pack.implementation_option)]
+    beside_rules = [at for at in beside_rules if at is not None]
     for opened in (0.0, 0.1):
         _, others = with_much_in_common(random, pack, opened)
         for one, b in itertools.islice(others, 30 if EXPLORE else 2):
-            at = random.choice(may_change)
-            # Most guarantees do not read the one value in which these two differ.
-            for a in (one, one.with_values({at: plain(random, pack.policies[at])})):
+            # Most guarantees do not read the one value in which two of these differ; some rest on it without a rule that reads it.
+            others_at = (random.choice(may_change), *beside_rules)
+            for a in (one, *(one.with_values({at: another(random, pack.policies[at])}) for at in others_at)):
                 for each in derived_guarantees.give(a, b):
                     afresh = derived_guarantees._give(each.word, a, b)
                     given = (each.value, each.lost, each.cells)
@@ -311,14 +318,18 @@ def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 @pytest.mark.usefixtures("always")
 def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
-    rules = signal_rules(pack)
+    signals = pack.by_scope.get("signal", ())
     found = profiles(pack, seed, 12)
     for a in found:
         for b in found:
             sides = [(((each.values, 2),) if each else ()) for each in (a, b if a is not b else None)]
-            kept = [rules.of(each) for each in {a, b}]
-            for position, bound in enumerate(rules.rules):
-                if not any((certain | asked) >> position & 1 for certain, asked in kept):
+            kept = set()
+            for each, role in ((a, "publisher"), (b, "subscriber")):
+                rules = about_one(pack, role, False)
+                reporting = rules.that_report(each, each, rules.bits["signal"])
+                kept |= {id(bound) for at, bound in enumerate(rules.rules) if reporting >> at & 1}
+            for bound in signals:
+                if id(bound) not in kept:
                     for each in (a, b):
                         said = ask(bound, each.values, each.values, Signal(sides[0], sides[1]))
                         assert said is None or (said.unknown and said.failed is None)

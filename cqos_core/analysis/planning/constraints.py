@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cqos_core.language.formulas import Wanted
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import ask, passed_over, values_of_role
-from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 

@@ -9,7 +9,7 @@ from cqos_bulk.forms import Column, RuleForm, cell_of, failing, form_of, forms_o
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.spans import FALSE, TRUE, joined
 from cqos_core.language.values import Anything, Range, in_world, is_plain, worlds_of
-from cqos_core.matching.judge import ask, of_end, signal_rules
+from cqos_core.matching.judge import ask, of_end, signals_on
 from cqos_core.matching.pairing import equal_in_pairs
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -224,15 +224,13 @@ def _left_open(each: KnownProfile) -> bool:
 
 def _of_signals(profiles: FleetProfiles) -> tuple[list[int], set[int]]:
     """Return a number for what rules over topics read of each profile, and those that they report by themselves."""
-    rules = signal_rules(profiles.pack)
+    rules = profiles.pack.by_scope.get("signal", ())
     counted = [
         at
-        for at, bound in enumerate(rules.rules)
+        for at, bound in enumerate(rules)
         if bound.severity in profiles.severities and not _is_silent(bound, profiles.known)
     ]
-    read = dict.fromkeys(
-        at for pos in counted for at in (*rules.rules[pos].bound.own, *rules.rules[pos].bound.aggregated)
-    )
+    read = dict.fromkeys(at for pos in counted for at in (*rules[pos].bound.own, *rules[pos].bound.aggregated))
     mask = sum(1 << at for at in counted)
     numbers: dict[Any, int] = {}
     found, loud = [], set()
@@ -240,7 +238,7 @@ def _of_signals(profiles: FleetProfiles) -> tuple[list[int], set[int]]:
     for at, each in enumerate(profiles.known):
         profile = each.resolved.profile
         found.append(numbers.setdefault(tuple([profile.values[i] for i in read if i != name]), len(numbers)))
-        if rules.that_report(profile, profile) & mask:
+        if signals_on(profile, each.resolved.role, observed=False) & mask:
             loud.add(at)
     return found, loud
 

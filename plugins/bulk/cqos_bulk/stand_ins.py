@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.checking.partners import BusyTopics, reported_alone
 from cqos_core.checking.topic import TopicResult, settled
 from cqos_core.language.relation import positions
-from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 

@@ -1,4 +1,4 @@
-"""A topic as rules see it: groups of endpoints on both sides, without names. Results of a shape are cached.
+"""What rules say of a topic: of groups of endpoints on both sides, without names. Outcomes of a shape are cached.
 
 A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
 endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
@@ -17,34 +17,31 @@ from cqos_core.language import relation
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
 from cqos_core.matching.classes import Class, Classes, classes
+from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, OfEnds, called, reach
 from cqos_core.matching.judge import (
     Violation,
+    about_one,
     already_reported,
     ask,
-    is_silent,
     judge_endpoint,
-    meeting_rules,
     needs_misread,
     of_end,
-    pair_rules,
+    over_both,
     passed_over,
     read_in_worlds,
     undecided_meeting,
-    undecided_meetings,
     undecided_of,
     verdict_by,
 )
-from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_may_report, signal_outlines
+from cqos_core.matching.signals import signal_hits
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.qos_profile import QosProfile
@@ -66,7 +63,7 @@ class Apart:
     bound: BoundRule
     tags: frozenset[int]
     subscribers: Classes
-    hits: dict[int, int] = field(default_factory=dict)
+    missed: dict[int, int] = field(default_factory=dict)
 
 
 class Row(NamedTuple):
@@ -78,23 +75,28 @@ class Row(NamedTuple):
     codes: tuple[str, ...]
 
 
-class ShapeResult(NamedTuple):
+class TopicOutcome(NamedTuple):
     """What rules say of a shape.
 
     Attributes:
         met: per publisher group, the subscriber groups it meets, as bits.
         kept_apart: what keeps which groups from each other.
         rows: all pairs.
-        outlines: of its findings.
+        hits: what rules report.
     """
 
     met: tuple[int, ...]
     kept_apart: tuple[Apart, ...]
     rows: tuple[Row, ...]
-    outlines: tuple[Outline[int], ...]
+    hits: tuple[Hit[int], ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of one group and another one; of two that never meet it is unknown."""
+        return self.rows[0].verdict if self.rows else Verdict.UNKNOWN
 
 
-def judge_shape(shape: TopicShape) -> ShapeResult:
+def judge_shape(shape: TopicShape) -> TopicOutcome:
     """Judge a shape; the result is shared, so do not change it."""
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
@@ -135,23 +137,26 @@ class _Pairs:
         return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 
-_Outlines = dict[tuple[Any, ...], Outline[int]]
+_Hits = dict[tuple[Any, ...], Hit[int]]
 
 
-def _judge(shape: TopicShape) -> ShapeResult:
+def _judge(shape: TopicShape) -> TopicOutcome:
     if len(shape.publishers) == len(shape.subscribers) == 1 and _is_quiet(shape):
         return QUIET
-    outlines: _Outlines = {}
+    hits: _Hits = {}
     both = shape.publishers and shape.subscribers
-    pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    reporting = _may_report(shape) if both else 0
+    pairs = (
+        _met(shape, reporting) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    )
     if both:
         _end_segments(shape, pairs)
-        _undecided_meetings(shape, pairs, outlines)
-    _signal_rules(shape, pairs, outlines)
+        _undecided_meetings(shape, reporting, pairs, hits)
+    _signal_rules(shape, pairs, hits)
     if both:
-        _pair_rules(shape, pairs, outlines)
-    said = (*outlines.values(), *_endpoint_rules(shape))
-    return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
+        _pair_rules(shape, reporting, pairs, hits)
+    said = (*hits.values(), *_endpoint_rules(shape))
+    return TopicOutcome(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
 
 
 def _is_quiet(shape: TopicShape) -> bool:
@@ -159,10 +164,8 @@ def _is_quiet(shape: TopicShape) -> bool:
     (offering,), (requesting,) = shape.publishers, shape.subscribers
     publisher, subscriber = offering.profile, requesting.profile
     return (
-        not meeting_rules(shape.pack).that_report(publisher, subscriber)
-        and not pair_rules(shape.pack).that_report(publisher, subscriber)
-        and not (subscriber.needs or _assuming(shape))
-        and not signal_may_report(shape)
+        not over_both(shape.pack).that_report(publisher, subscriber)
+        and not subscriber.needs
         and _end_is_quiet(offering, PUBLISHER)
         and _end_is_quiet(requesting, SUBSCRIBER)
     )
@@ -170,23 +173,19 @@ def _is_quiet(shape: TopicShape) -> bool:
 
 def _end_is_quiet(alike: Alike, role: str) -> bool:
     profile = alike.profile
-    return not (
-        alike.carried
-        or alike.wired
-        or profile.unread
-        or profile.refused
-        or not is_silent(profile, role, alike.observed)
-    )
+    unusual = alike.carried or alike.wired or profile.unread or profile.refused
+    return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
 
 
-QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+QUIET: Final = TopicOutcome((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
 """One group on each side, compatible, without a finding."""
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
     """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
     sides = (tuple(Alike(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
-    return _met(TopicShape(pack, *sides)).met
+    shape = TopicShape(pack, *sides)
+    return _met(shape, _may_report(shape)).met
 
 
 _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
@@ -195,67 +194,63 @@ _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
 # Pairs
 
 
-def _met(shape: TopicShape) -> _Pairs:
+def _may_report(shape: TopicShape) -> int:
+    """Return as bits the rules over both ends that may report: of many combinations all, as each rule sorts them by what it reads."""
+    rules = over_both(shape.pack)
+    if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
+        return (1 << len(rules.rules)) - 1
+    found = 0
+    for first in shape.publishers:
+        for second in shape.subscribers:
+            found |= rules.that_report(first.profile, second.profile)
+    return found
+
+
+def _of_part(shape: TopicShape, reporting: int, part: str) -> Iterator[BoundRule]:
+    """Yield those of the rules that may report that are of a part: meeting conditions, or rules of pairs."""
+    rules = over_both(shape.pack)
+    return (rules.rules[position] for position in positions(reporting & rules.bits[part]))
+
+
+def _met(shape: TopicShape, reporting: int) -> _Pairs:
     """Find which groups form pairs, and what keeps the others apart."""
     everybody = (1 << len(shape.subscribers)) - 1
     native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
     pairs = _Pairs(
         [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
     )
-    for bound in _may_report(shape, meeting_rules(shape.pack)):
+    for bound in _of_part(shape, reporting, "meets"):
         subscribers = classes(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
             apart = Apart(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
-                hit = pairs.met[publisher] & missed
-                if hit:
-                    pairs.met[publisher] &= ~hit
-                    apart.hits[publisher] = hit
-            if apart.hits:
+                kept = pairs.met[publisher] & missed
+                if kept:
+                    pairs.met[publisher] &= ~kept
+                    apart.missed[publisher] = kept
+            if apart.missed:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
     return pairs
 
 
-def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
-    for position in positions(_assuming(shape)):
-        bound = shape.pack.by_scope["meets"][position]
+    assuming = 0
+    for side, groups in enumerate((shape.publishers, shape.subscribers)):
+        for alike in groups:
+            assuming |= read_in_worlds(shape.pack, alike.profile.frame, side)
+    for bound in _of_part(shape, reporting & assuming, "meets"):
         first, second = bound.bound.sides
         offering, requesting = classes(shape.publishers, first), classes(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
                 if spoken is not None:
-                    _outline(shape, pairs, outlines, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                    _note(shape, pairs, hits, _Said(publishers, subscribers, spoken, 0), pairs.met)
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
-
-
-def _assuming(shape: TopicShape) -> int:
-    """Return as bits the meeting conditions that may rest on assumptions."""
-    found = 0
-    for side, groups in enumerate((shape.publishers, shape.subscribers)):
-        for alike in groups:
-            found |= read_in_worlds(shape.pack, alike.profile.frame, side)
-    return found and found & _may_say(shape, undecided_meetings(shape.pack).may_report)
-
-
-def _may_say(shape: TopicShape, of_pair: Callable[[QosProfile, QosProfile], int]) -> int:
-    """Return as bits the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
-    if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
-        return -1
-    found = 0
-    for first in shape.publishers:
-        for second in shape.subscribers:
-            found |= of_pair(first.profile, second.profile)
-    return found
-
-
-def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
-    found = _may_say(shape, rules.that_report) & (1 << len(rules.rules)) - 1
-    return [rules.rules[position] for position in positions(found)]
 
 
 def _sizes(groups: Sequence[Alike]) -> list[int]:
@@ -267,18 +262,18 @@ def _sizes(groups: Sequence[Alike]) -> list[int]:
     return found
 
 
-def _pair_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
-    for bound in (*_may_report(shape, pair_rules(shape.pack)), *guarantees):
+    for bound in (*_of_part(shape, reporting, "pair"), *guarantees):
         asked = pairs.met
         if bound.rule.guarantee:
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
         columns = classes(shape.subscribers, bound.bound.sides[1])
         for each in _few(bound, _spoken(shape, bound, columns), columns):
-            _outline(shape, pairs, outlines, each, asked)
+            _note(shape, pairs, hits, each, asked)
             for publisher in each.publishers.members:
                 key = (publisher, each.spoken.unknown)
                 said[key] = said.get(key, 0) | each.subscribers.mask
@@ -379,22 +374,22 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_
     yield from later
 
 
-def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
+def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _Said, asked: Sequence[int]) -> None:
     """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
     if spoken.unknown and (
         already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
     ):
         return
-    hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
-    if not hits:
+    reached = {publisher: mask for publisher in publishers.members if (mask := asked[publisher] & subscribers.mask)}
+    if not reached:
         return
     code, tags = called(spoken), publishers.first.tags | subscribers.first.tags
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
-    outline = outlines.setdefault(key, Outline(spoken, tags=tags))
-    outline.more += combinations
-    outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
-    reach(outline, hits, subscribers.members)
+    hit = hits.setdefault(key, Hit(spoken, tags=tags))
+    hit.more += combinations
+    hit.pairs += sum(shape.publishers[publisher].size * pairs.weight(mask) for publisher, mask in reached.items())
+    reach(hit, reached, subscribers.members)
 
 
 def _split_segments(
@@ -402,17 +397,17 @@ def _split_segments(
 ) -> None:
     """Apply what is known of some subscribers to the segments of one publisher group."""
     for (before, known), present in list(segments.items()):
-        hit = present & mask
-        if not hit:
+        touched = present & mask
+        if not touched:
             continue
-        left = present & ~hit
+        left = present & ~touched
         if left:
             segments[before, known] = left
         else:
             del segments[before, known]
         worse = max(before, verdict, key=lambda each: each.rank)
         key = (worse, (*known, *(code for code in codes if code not in known)))
-        segments[key] = segments.get(key, 0) | hit
+        segments[key] = segments.get(key, 0) | touched
 
 
 def _rows(pairs: _Pairs) -> tuple[Row, ...]:
@@ -427,7 +422,7 @@ def _rows(pairs: _Pairs) -> tuple[Row, ...]:
 # Endpoints
 
 
-def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
+def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
     found = OfEnds[int]()
     for role in (PUBLISHER, SUBSCRIBER):
         for position, alike in enumerate(shape.side(role)):
@@ -443,17 +438,17 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
 # Signals
 
 
-def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
-    for outline in signal_outlines(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
-        outlines["signal", len(outlines)] = outline
-        if outline.spoken.refuses:
-            _refuse(pairs, outline)
+def _signal_rules(shape: TopicShape, pairs: _Pairs, hits: _Hits) -> None:
+    for hit in signal_hits(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
+        hits["signal", len(hits)] = hit
+        if hit.spoken.refuses:
+            _refuse(pairs, hit)
 
 
-def _refuse(pairs: _Pairs, outline: Outline[int]) -> None:
+def _refuse(pairs: _Pairs, hit: Hit[int]) -> None:
     """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
-    code = (outline.spoken.bound.rule.code,)
-    subscribers = sum(1 << position for position in outline.subscribers)
+    code = (hit.spoken.bound.rule.code,)
+    subscribers = sum(1 << position for position in hit.subscribers)
     for position, segments in enumerate(pairs.segments):
-        mask = pairs.met[position] if position in outline.publishers else subscribers
+        mask = pairs.met[position] if position in hit.publishers else subscribers
         _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)

@@ -1,4 +1,4 @@
-"""Outlines of findings: a rule and the groups of endpoints that it reports, before the message."""
+"""Hits: a rule, what it says, and the groups of endpoints that it says it of. Findings are made of them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_COMBINATIONS: Final = 25
 
 
 @dataclass(slots=True)
-class Outline(Generic[G]):
+class Hit(Generic[G]):
     """A finding before it has words: one rule, equal values on each side.
 
     Its groups are positions in a shape, or those of a topic once it is `placed`.
@@ -53,19 +53,19 @@ class Outline(Generic[G]):
         return self.publishers if role == PUBLISHER else self.subscribers
 
 
-def reach(outline: Outline[int], hits: Mapping[int, int], example: Sequence[int] = ()) -> None:
+def reach(hit: Hit[int], groups: Mapping[int, int], example: Sequence[int] = ()) -> None:
     """Add publisher groups, each with subscriber groups as bits; one of ``example``, if it is met, stands for them."""
-    publisher, hit = next(iter(hits.items()))
-    first = next((each for each in example if hit >> each & 1), (hit & -hit).bit_length() - 1)
-    outline.example = outline.example or {PUBLISHER: publisher, SUBSCRIBER: first}
-    outline.publishers.update(dict.fromkeys(hits))
-    reached = reduce(or_, hits.values())
-    outline.subscribers.update(dict.fromkeys(positions(reached & ~outline.reached)))
-    outline.reached |= reached
+    publisher, mask = next(iter(groups.items()))
+    first = next((each for each in example if mask >> each & 1), (mask & -mask).bit_length() - 1)
+    hit.example = hit.example or {PUBLISHER: publisher, SUBSCRIBER: first}
+    hit.publishers.update(dict.fromkeys(groups))
+    reached = reduce(or_, groups.values())
+    hit.subscribers.update(dict.fromkeys(positions(reached & ~hit.reached)))
+    hit.reached |= reached
 
 
-class OfEnds(dict[tuple[Any, ...], Outline[G]]):
-    """What rules say of single endpoints: an outline for equal values, beyond a few combinations one for all others."""
+class OfEnds(dict[tuple[Any, ...], Hit[G]]):
+    """What rules say of single endpoints: a hit for equal values, beyond a few combinations one for all others."""
 
     def __init__(self) -> None:
         self._listed = Counter[tuple[str, str, bool]]()
@@ -79,24 +79,24 @@ class OfEnds(dict[tuple[Any, ...], Outline[G]]):
             key = (*start, tags)
         elif key not in self:
             self._listed[start] += 1
-        outline = self.setdefault(key, Outline(spoken, tags=tags))
-        outline.more += further
-        outline.side(role)[members] = None
-        if further and not outline.example:
-            outline.example = {role: members}
+        hit = self.setdefault(key, Hit(spoken, tags=tags))
+        hit.more += further
+        hit.side(role)[members] = None
+        if further and not hit.example:
+            hit.example = {role: members}
 
 
-def placed(topic: MatchedTopic, outline: Outline[int]) -> Outline[EndpointGroup]:
-    """Return an outline with the groups of a topic."""
+def placed(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
+    """Return a hit with the groups of a topic."""
     groups: Mapping[str, Sequence[EndpointGroup]] = {PUBLISHER: topic.publishers, SUBSCRIBER: topic.subscribers}
-    return Outline(
-        outline.spoken,
-        {topic.publishers[at]: None for at in outline.publishers},
-        {topic.subscribers[at]: None for at in outline.subscribers},
-        outline.pairs,
-        outline.tags,
-        outline.more,
-        {role: groups[role][at] for role, at in outline.example.items()},
+    return Hit(
+        hit.spoken,
+        {topic.publishers[at]: None for at in hit.publishers},
+        {topic.subscribers[at]: None for at in hit.subscribers},
+        hit.pairs,
+        hit.tags,
+        hit.more,
+        {role: groups[role][at] for role, at in hit.example.items()},
     )
 
 
