@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import threading
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
@@ -32,6 +33,7 @@ _ENVIRONMENT: Final = {
 """Keeps what the user has configured for other programs away."""
 _SINCE: Final = (((3, 5), FAST_DDS[2]), ((3, 0), FAST_DDS[1]), ((0, 0), FAST_DDS[0]))
 """As which variant of the pack a version behaves."""
+_COMPILING: Final = threading.Lock()
 
 
 class _FastDds(Implementation):
@@ -54,7 +56,8 @@ class _FastDds(Implementation):
 
     def starter(self) -> Callable[[], Running]:
         """Run the program, compiled if it is not in the cache."""
-        program = str(_program())
+        with _COMPILING:  # pairs that run at the same time wait for one compilation
+            program = str(_program())
         return lambda: _started(program)
 
 
