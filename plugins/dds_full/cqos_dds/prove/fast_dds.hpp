@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #if __has_include(<fastdds/config.hpp>)
 #include <fastdds/config.hpp>
