@@ -51,9 +51,8 @@ def decode(kind: Any, data: bytes) -> Any:
     except DecodeError as error:
         if "alloc failed" in str(error):  # there is nothing wrong with the message
             raise MemoryError from None
-        if str(error).endswith(
-            "'"
-        ):  # protobuf before 7 gives no reason: ask for the memory, which raises MemoryError where it is lacking
+        # Protobuf before 7 gives no reason. Where there is not so much memory, this raises MemoryError.
+        if str(error).endswith("'"):
             bytearray(_MOST_OF_A_BYTE * len(data))
         name = kind.DESCRIPTOR.full_name
         message = f"the request is no {name}: it cannot be decoded, or a text in it is not UTF-8"
