@@ -54,10 +54,8 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only then
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
-# For newer Pythons, OR-tools has no wheel beside the protobuf of constraints.txt.
-SOLVER = ("repair",) if sys.version_info < (3, 13) else ()
 # What `test` and `lint` need beyond `demo` and `run`.
-EXTRAS = ("test", "lint", "web", "metrics", "otel", "source", "bulk", "spark", *SOLVER)
+EXTRAS = ("test", "lint", "web", "metrics", "otel", "source", "bulk", "spark", "repair")
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 
@@ -494,7 +492,7 @@ def install_venv_module() -> None:
 # Programs and headers that some tests need, the package of the system that has them, and what is left out without.
 PROGRAMS = (
     ("g++", "g++", "no pair runs on Fast DDS"),
-    ("fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
+    ("fastdds/config.hpp|fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
     ("spin", "spin", "SPIN gives no second opinion on MQTT"),
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
@@ -509,6 +507,7 @@ PROGRAMS = (
     ("zsh", "zsh", "completion is not tried in zsh"),
     ("fish", "fish", "completion is not tried in fish"),
     ("dot", "graphviz", "graphs are not read by Graphviz"),
+    ("systemd-analyze", "systemd", "the unit of the service is not read by systemd"),
 )
 INCLUDES = Path("/usr/include")
 SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"

@@ -50,11 +50,16 @@ def requirements(project):
 
 
 @cache
-def pins():
-    """The pinned versions by normalised name."""
+def every_pin():
+    """The lines of constraints.txt."""
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    pinned = [Requirement(line) for line in lines if line.strip() and not line.startswith("#")]
-    return {canonicalize_name(pin.name): pin for pin in pinned}
+    return [Requirement(line) for line in lines if line.strip() and not line.startswith("#")]
+
+
+@cache
+def pins():
+    """The pinned versions for this Python, by normalised name."""
+    return {canonicalize_name(pin.name): pin for pin in every_pin() if pin.marker is None or pin.marker.evaluate()}
 
 
 @cache
@@ -141,10 +146,6 @@ PINNED = pytest.mark.skipif(
 )
 
 
-LEFT_OUT = {"ortools"} if sys.version_info >= (3, 13) else set()
-"""What dev.py does not install: the pinned solver has no wheel for these Pythons, and later ones refuse our protobuf."""
-
-
 @PINNED
 @each_project
 def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
@@ -189,7 +190,7 @@ def imported(text):
 
 @PINNED
 def test_every_indirect_dependency_is_pinned():
-    passed_over = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS} | LEFT_OUT
+    passed_over = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS}
     waiting = [requirement for project in PROJECTS for requirement in requirements(project)]
     seen = set()
     while waiting:
@@ -229,8 +230,17 @@ def test_groups_are_pinned_and_no_pin_contradicts_another():
     assert not set(pinned_for_docs()) & set(pins())
 
 
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
+def test_each_python_has_one_pin_of_a_name(version):
+    here = [pin for pin in every_pin() if pin.marker is None or pin.marker.evaluate({"python_version": version})]
+    names = [canonicalize_name(pin.name) for pin in here]
+    assert sorted(names) == sorted({canonicalize_name(pin.name) for pin in every_pin()})
+    (family,) = {str(pin.specifier) for pin in here if pin.name.startswith("grpcio")}
+    assert family
+
+
 def test_constraints_are_plain_versions():
-    for pin in (*pins().values(), *pinned_for_docs().values()):
+    for pin in (*every_pin(), *pinned_for_docs().values()):
         assert pin.url is None
         assert [specifier.operator for specifier in pin.specifier] == ["=="], f"{pin} is no exact version"
 

@@ -16,6 +16,8 @@ from cqos_core.remote.refusal import Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem
 
 _MOST_PATHS: Final = 100
+_MOST_OF_A_BYTE: Final = 8
+"""Bytes that reading one byte of a message takes, in messages of many small parts."""
 _SEVERITIES: Final[Mapping[int, Severity]] = {
     report_pb2.SEVERITY_ERROR: Severity.ERROR,
     report_pb2.SEVERITY_WARNING: Severity.WARNING,
@@ -49,6 +51,9 @@ def decode(kind: Any, data: bytes) -> Any:
     except DecodeError as error:
         if "alloc failed" in str(error):  # there is nothing wrong with the message
             raise MemoryError from None
+        # Protobuf before 7 gives no reason. Where there is not so much memory, this raises MemoryError.
+        if str(error).endswith("'"):
+            bytearray(_MOST_OF_A_BYTE * len(data))
         name = kind.DESCRIPTOR.full_name
         message = f"the request is no {name}: it cannot be decoded, or a text in it is not UTF-8"
         raise Refused("INVALID_ARGUMENT", message) from None

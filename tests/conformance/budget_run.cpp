@@ -1,4 +1,4 @@
-// One end of a run on Fast DDS 2 that measures budgets, as budget_run.py is one on Cyclone DDS: it reads, or writes and
+// One end of a run on Fast DDS that measures budgets, as budget_run.py is one on Cyclone DDS: it reads, or writes and
 // prints what the loopback interface carried, in bytes by sample. Arguments: read|write KIND SIZE COUNT.
 
 #include <chrono>
@@ -10,22 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/TopicDataType.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
+#include "fast_dds.hpp"
 
-using namespace eprosima::fastdds::dds;
-using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
-using eprosima::fastrtps::types::ReturnCode_t;
-namespace rtps = eprosima::fastrtps::rtps;
 using Clock = std::chrono::steady_clock;
 
 static const auto PERIOD = std::chrono::milliseconds(20);
@@ -37,53 +23,30 @@ struct Bytes
 };
 
 // A sample of any size; a length of four bytes is a part of it.
-class BytesType : public TopicDataType
+class BytesType : public DataType<Bytes>
 {
 public:
 
     explicit BytesType(uint32_t size)
-        : size_(size)
+        : DataType("Blob", size + 4, false)
+        , size_(size)
     {
-        setName("Blob");
-        m_typeSize = size + 4;
-        m_isGetKeyDefined = false;
-        auto_fill_type_information(false);
-        auto_fill_type_object(false);
     }
 
-    bool serialize(void*, rtps::SerializedPayload_t* payload) override
+protected:
+
+    void write(const Bytes&, rtps::SerializedPayload_t& payload) override
     {
         const unsigned char encapsulation[4] = {0, 1, 0, 0};  // CDR, little endian
-        std::memset(payload->data, 1, size_ + 4);
-        std::memcpy(payload->data, encapsulation, 4);
-        payload->encapsulation = CDR_LE;
-        payload->length = size_ + 4;
-        return true;
+        std::memset(payload.data, 1, size_ + 4);
+        std::memcpy(payload.data, encapsulation, 4);
+        payload.encapsulation = CDR_LE;
+        payload.length = size_ + 4;
     }
 
-    bool deserialize(rtps::SerializedPayload_t*, void*) override
+    bool read(const rtps::SerializedPayload_t&, Bytes&) override
     {
         return true;
-    }
-
-    std::function<uint32_t()> getSerializedSizeProvider(void*) override
-    {
-        return [this]() { return m_typeSize; };
-    }
-
-    void* createData() override
-    {
-        return new Bytes();
-    }
-
-    void deleteData(void* data) override
-    {
-        delete static_cast<Bytes*>(data);
-    }
-
-    bool getKey(void*, rtps::InstanceHandle_t*, bool) override
-    {
-        return false;
     }
 
 private:
@@ -109,11 +72,11 @@ static DomainParticipant* join()
 {
     DomainParticipantQos qos;
     qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports.push_back(std::make_shared<UDPv4TransportDescriptor>());
+    qos.transport().user_transports.push_back(std::make_shared<rtps::UDPv4TransportDescriptor>());
     auto& builtin = qos.wire_protocol().builtin;
     // Discovery is quiet while samples are sent.
-    builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(2000, 0);
-    builtin.discovery_config.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(1000, 0);
+    builtin.discovery_config.leaseDuration = Duration_t(2000, 0);
+    builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(1000, 0);
     for (uint32_t index = 0; index < 2; ++index)
     {
         rtps::Locator_t peer;
@@ -151,7 +114,7 @@ static int read(DomainParticipant* participant, Topic* topic, bool reliable)
             break;
         }
         met = met || matched.current_count > 0;
-        while (reader->take_next_sample(&sample, &info) == ReturnCode_t::RETCODE_OK)
+        while (reader->take_next_sample(&sample, &info) == RETCODE_OK)
         {
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -178,11 +141,11 @@ static int write(DomainParticipant* participant, Topic* topic, bool reliable, in
     }
     std::this_thread::sleep_for(std::chrono::seconds(1));  // until discovery is quiet
     Bytes sample;
-    writer->write(&sample);
+    sent(writer, &sample);
     const long long before = carried();
     for (int number = 0; number < count; ++number)
     {
-        writer->write(&sample);
+        sent(writer, &sample);
         std::this_thread::sleep_for(PERIOD);
     }
     std::cout << static_cast<double>(carried() - before) / count << " 0" << std::endl;

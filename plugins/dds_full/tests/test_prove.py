@@ -40,6 +40,23 @@ def test_two_that_discover_each_other_and_do_not_match_are_given_up_at_once(name
     assert time.monotonic() - began < patience
 
 
+@pytest.mark.parametrize(
+    ("version", "variant"),
+    [
+        ("2.9.1", "fastdds_2_9"),
+        ("2.14.4", "fastdds_2_9"),
+        ("3.0.0", "fastdds_3_1"),
+        ("3.4.2", "fastdds_3_1"),
+        ("3.5.0", "fastdds_3_6"),
+        ("4", "fastdds_3_6"),
+        ("?", "fastdds_2_9"),
+    ],
+)
+def test_a_pair_is_judged_as_the_installed_version_of_fast_dds_behaves(version, variant, monkeypatch):
+    monkeypatch.setattr(fast.PROVER, "version", lambda: version)
+    assert fast.PROVER.assumes["implementation"] == variant
+
+
 def test_fast_dds_reports_incompatible_values_behind_a_split_of_partitions():
     """The fact behind the words of DDS403: only a split alone is reported by no status."""
     if (why := fast.PROVER.missing()) and os.environ.get("CI") != "true":

@@ -168,6 +168,15 @@ QUEUED_BYTES: Final = Policy(
     zero="no_limit",
     stronger="higher",
 )
+GROWS: Final = Policy(
+    "queue_grows",
+    Flag(),
+    None,
+    "Whether the queue of a connected client has room for as many messages more as may be on their way to it, whose bytes do not count. Mosquitto "
+    "does so from 2.0.13 on.",
+    "Mosquitto 2.0.13, db__ready_for_queue; seen by running 2.0.11 and 2.0.21",
+    level="broker",
+)
 QUEUES_QOS0: Final = Policy(
     "queue_qos0_messages",
     Flag(),

@@ -276,6 +276,8 @@ _FILLS: Final = (
     *("qos", "max_payload", "taken_every", "granted_qos", "maximum_qos"),
     *("max_queued_messages", "max_queued_bytes", "queue_qos0_messages"),
 )
+# In bytes, some brokers do not count what is on its way.
+_FILLS_BYTES: Final = (*_FILLS, "queue_grows", "max_inflight_messages", "receive_maximum")
 # What all topics of a client bring together; the broker has one queue for each client.
 QUEUE_LASTS: Final = Policy(
     "queue_lasts",
@@ -318,7 +320,7 @@ BURST_BYTES: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
-    follows=_FILLS,
+    follows=_FILLS_BYTES,
     together=True,
 )
 WAITING: Final = Policy(
@@ -340,6 +342,6 @@ WAITING_BYTES: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
-    follows=_FILLS,
+    follows=_FILLS_BYTES,
     together=True,
 )

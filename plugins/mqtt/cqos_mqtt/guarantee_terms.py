@@ -45,7 +45,7 @@ from cqos_mqtt.endpoint_policies import (
 )
 from cqos_mqtt.kinds import EACH
 from cqos_mqtt.policies import PERIOD
-from cqos_mqtt.rules import EFFECTIVE, IS_EMPTY, ROOM
+from cqos_mqtt.rules import EFFECTIVE, IS_EMPTY, has_room
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -119,7 +119,7 @@ RETAINED_OUTLIVES_OUTAGE: Final = define(
 OUTLIVES_OUTAGE: Final = define("outlives_outage", NEVER_EXPIRES | outlasts(offered(EXPIRY), OUTAGE))
 
 BURST_FITS: Final = (requested(BURSTS) == 0) | define(
-    "burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))
+    "burst_fits", has_room(requested(BURSTS)) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))
 )
 # Only an endless queue has room whatever the program does.
 WAITING_FITS: Final = define(
@@ -130,7 +130,7 @@ WAITING_FITS: Final = define(
         & define(
             "queue_has_room",
             (requested(WAITING) == 0)
-            | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
+            | (has_room(requested(WAITING)) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
         )
     ),
 )

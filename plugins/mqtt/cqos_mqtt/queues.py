@@ -15,7 +15,14 @@ from cqos_core.model.grouping import grouped
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_condition, broker, is_plain
-from cqos_mqtt.broker_policies import QUEUED, QUEUED_BYTES, QUEUES_QOS0
+from cqos_mqtt.broker_policies import (
+    GROWS,
+    INFLIGHT,
+    QUEUED,
+    QUEUED_BYTES,
+    QUEUES_QOS0,
+)
+from cqos_mqtt.connection_policies import RECEIVE_MAXIMUM
 from cqos_mqtt.endpoint_policies import (
     BURST_BYTES,
     BURSTS,
@@ -278,9 +285,9 @@ def _facts(streams: Sequence[Alike], client: QosProfile) -> dict[str, Value]:
     return {
         QUEUE_LASTS.name: _over(kept, lambda most: _over(size, lambda most_bytes: _lasts(streams, most, most_bytes))),
         BURSTS.name: _messages(at_once),
-        BURST_BYTES.name: _bytes(at_once, size),
+        BURST_BYTES.name: _queued_bytes(at_once, size, client),
         WAITING.name: _messages(between),
-        WAITING_BYTES.name: _bytes(between, size),
+        WAITING_BYTES.name: _queued_bytes(between, size, client),
     }
 
 
@@ -312,17 +319,46 @@ def _messages(amounts: Sequence[Amount]) -> Value:
     return _between(doubtful, least, min(most, INFINITE))
 
 
-def _bytes(amounts: Sequence[Amount], kept: Value) -> Value:
-    """Return how many bytes wait when the last message comes: Mosquitto keeps it while these are fewer than the limit."""
+def _queued_bytes(amounts: Sequence[Amount], kept: Value, client: QosProfile) -> Value:
+    """Return how many bytes count when the last message comes: Mosquitto keeps it while these are fewer than the limit."""
     if kept == INFINITE or not amounts:
         return 0
-    return _between(
-        (stream for stream, number in amounts if None in {number, stream.size} or not stream.sure),
-        _before_the_last([(each.size or 0, number or 0) for each, number in amounts if each.sure]),
-        INFINITE
-        if any(None in {number, each.size} for each, number in amounts)
-        else _before_the_last([(each.size or 0, number or 0) for each, number in amounts]),
+    with_window = _bytes(amounts, 0)
+    grows = _value(client, GROWS)
+    if grows == 0:
+        return with_window
+    window = _over(
+        _value(client, RECEIVE_MAXIMUM), lambda most: _over(_value(client, INFLIGHT), lambda own: min(most, own))
     )
+    without = _over(window, lambda number: _bytes(amounts, number))
+    if grows == 1 or with_window == without:
+        return without
+    return Depends(f"whether `{GROWS.name}` holds for the broker", (("false", with_window), ("true", without)))
+
+
+def _bytes(amounts: Sequence[Amount], beside: int) -> Value:
+    """Return how many bytes wait when the last message comes, with so many messages beside the queue, whichever these are."""
+    sure = [(each.size or 0, number or 0) for each, number in amounts if each.sure]
+    doubtful = [stream for stream, number in amounts if None in {number, stream.size} or not stream.sure]
+    least = _before_the_last(_others(sure, beside, largest=True))
+    if any(None in {number, each.size} for each, number in amounts):
+        most = INFINITE
+    else:
+        all_of_them = [(each.size or 0, number or 0) for each, number in amounts]
+        most = _before_the_last(_others(all_of_them, beside, largest=False))
+    if doubtful or least == most:
+        return _between(doubtful, least, most)
+    return Depends("which messages are on their way", (("the largest", least), ("the smallest", most)))
+
+
+def _others(amounts: Sequence[tuple[int, int]], beside: int, *, largest: bool) -> list[tuple[int, int]]:
+    """Return sizes and numbers of messages without so many of the largest, or of the smallest."""
+    left: list[tuple[int, int]] = []
+    for size, number in sorted(amounts, reverse=largest):
+        taken = min(number, beside)
+        beside -= taken
+        left.append((size, number - taken))
+    return left
 
 
 def _before_the_last(amounts: Sequence[tuple[int, int]]) -> int:

@@ -9,7 +9,7 @@ A stated QoS is no requirement, so its loss is a note: the option `implied_needs
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
     WORDS,
@@ -32,6 +32,7 @@ from cqos_mqtt.broker_policies import (
     BROKER_ALIASES,
     BROKER_PACKET_SIZE,
     GRANTED_QOS,
+    GROWS,
     IDENTIFIER_AVAILABLE,
     IMPLEMENTATION,
     INFLIGHT,
@@ -72,6 +73,9 @@ from cqos_mqtt.endpoint_policies import (
 from cqos_mqtt.policies import COMMAND, SIZE, VERSION
 from cqos_mqtt.session_rules import SESSIONS, WILL
 from cqos_mqtt.subscription_rules import FILTERS
+
+if TYPE_CHECKING:
+    from cqos_core.packs import Condition, Operand
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
 GRANTED: Final = define("granted", least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS)))
@@ -316,7 +320,14 @@ RETAINED: Final = (
 
 SMALL_WINDOW: Final = 10
 
-ROOM: Final = define("room", least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED))
+WINDOW: Final = define("window", least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)))
+ROOM: Final = define("room", WINDOW + broker(QUEUED))
+
+
+def has_room(messages: Operand) -> Condition:
+    """So many messages have room for a connected client: on their way, and in a queue that may grow by as many."""
+    return (messages <= ROOM) | (as_condition(broker(GROWS)) & (messages <= define("larger_room", ROOM + WINDOW)))
+
 
 FLOW: Final = (
     forbids(
@@ -342,7 +353,7 @@ FLOW: Final = (
         ~as_condition(requested(WORDS["loss_free"].need))
         & (EFFECTIVE >= "1")
         & (
-            (requested(BURSTS) > ROOM)
+            ~has_room(requested(BURSTS))
             | define("burst_over_bytes", (requested(BURSTS) > 0) & (requested(BURST_BYTES) >= broker(QUEUED_BYTES)))
         ),
         code="MQTT704",

@@ -25,7 +25,6 @@ _LOOPBACK: Final = (
 
 class _Cyclone(Implementation):
     title = "Cyclone DDS"
-    name = "cyclonedds"
 
     def missing(self) -> str | None:
         """Say how to install Cyclone DDS, where it is not there."""
@@ -50,6 +49,10 @@ class _Cyclone(Implementation):
     def version(self) -> str:
         """Return the version of the Python package, which brings the library."""
         return self._version() or "?"
+
+    def implementation(self) -> str:
+        """Return its name in the pack."""
+        return "cyclonedds"
 
     @staticmethod
     def _version() -> str | None:

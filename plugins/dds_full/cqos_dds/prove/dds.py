@@ -23,7 +23,6 @@ class Implementation(ABC):
     """An implementation of DDS whose ends are programs."""
 
     title: ClassVar[str]
-    name: ClassVar[str]
     recover: ClassVar[float] = 2.0
     """Seconds after which a writer has sent again what was lost."""
     faults: ClassVar[frozenset[str]] = frozenset(
@@ -33,7 +32,11 @@ class Implementation(ABC):
     @property
     def assumes(self) -> Mapping[str, str]:
         """Options with which the pack judges as this implementation behaves, for the type that the programs send."""
-        return {"implementation": self.name, "extensibility": "final"}
+        return {"implementation": self.implementation(), "extensibility": "final"}
+
+    @abstractmethod
+    def implementation(self) -> str:
+        """Return the value of the option ``implementation`` for what is installed."""
 
     @abstractmethod
     def missing(self) -> str | None:

@@ -1,4 +1,4 @@
-// One end of a pair on Fast DDS 2: it reads settings and commands as cqos_dds/prove/stage.py writes them.
+// One end of a pair on Fast DDS: it reads settings and commands as cqos_dds/prove/stage.py writes them.
 
 #include <atomic>
 #include <chrono>
@@ -15,26 +15,8 @@
 #include <thread>
 #include <vector>
 
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/log/Log.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/TopicDataType.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
+#include "fast_dds.hpp"
 
-using namespace eprosima::fastdds::dds;
-using eprosima::fastdds::rtps::test_UDPv4TransportDescriptor;
-using eprosima::fastrtps::c_TimeInfinite;
-using eprosima::fastrtps::Duration_t;
-using eprosima::fastrtps::types::ReturnCode_t;
-namespace rtps = eprosima::fastrtps::rtps;
 using Clock = std::chrono::steady_clock;
 
 static const long long INFINITE = 0x7fffffffffffffffLL;  // nanoseconds
@@ -125,100 +107,83 @@ struct Sample
     int32_t value = 0;
 };
 
-class SampleType : public TopicDataType
+class SampleType : public DataType<Sample>
 {
 public:
 
     SampleType(const std::string& name, bool keyed)
+        : DataType(name, 4 + (keyed ? 8 : 4), keyed)
+        , keyed_(keyed)
     {
-        setName(name.c_str());
-        m_typeSize = 4 + (keyed ? 8 : 4);
-        m_isGetKeyDefined = keyed;
-        auto_fill_type_information(false);
-        auto_fill_type_object(false);
     }
 
-    bool serialize(void* data, rtps::SerializedPayload_t* payload) override
+protected:
+
+    void write(const Sample& sample, rtps::SerializedPayload_t& payload) override
     {
-        const Sample* sample = static_cast<Sample*>(data);
         const unsigned char encapsulation[4] = {0, 1, 0, 0};  // CDR, little endian
-        std::memcpy(payload->data, encapsulation, 4);
-        payload->encapsulation = CDR_LE;
-        payload->length = 4;
-        if (m_isGetKeyDefined)
+        std::memcpy(payload.data, encapsulation, 4);
+        payload.encapsulation = CDR_LE;
+        payload.length = 4;
+        if (keyed_)
         {
-            append(payload, sample->instance);
+            append(payload, sample.instance);
         }
-        append(payload, sample->value);
-        return true;
+        append(payload, sample.value);
     }
 
-    bool deserialize(rtps::SerializedPayload_t* payload, void* data) override
+    bool read(const rtps::SerializedPayload_t& payload, Sample& sample) override
     {
-        Sample* sample = static_cast<Sample*>(data);
-        const bool little = payload->length > 1 && (payload->data[1] & 1) != 0;
+        const bool little = payload.length > 1 && (payload.data[1] & 1) != 0;
         uint32_t at = 4;
-        if (m_isGetKeyDefined)
+        if (keyed_)
         {
-            sample->instance = read(payload, at, little);
+            sample.instance = number_at(payload, at, little);
             at += 4;
         }
-        if (payload->length < at + 4)
+        if (payload.length < at + 4)
         {
-            return m_isGetKeyDefined && payload->length >= at;  // only the key: the instance was disposed
+            return keyed_ && payload.length >= at;  // only the key: the instance was disposed
         }
-        sample->value = read(payload, at, little);
+        sample.value = number_at(payload, at, little);
         return true;
     }
 
-    std::function<uint32_t()> getSerializedSizeProvider(void*) override
+    bool find_key(const Sample& sample, rtps::InstanceHandle_t& handle) override
     {
-        return [this]() { return m_typeSize; };
-    }
-
-    void* createData() override
-    {
-        return new Sample();
-    }
-
-    void deleteData(void* data) override
-    {
-        delete static_cast<Sample*>(data);
-    }
-
-    bool getKey(void* data, rtps::InstanceHandle_t* handle, bool) override
-    {
-        if (!m_isGetKeyDefined)
+        if (!keyed_)
         {
             return false;
         }
-        const uint32_t instance = static_cast<uint32_t>(static_cast<Sample*>(data)->instance);
+        const uint32_t instance = static_cast<uint32_t>(sample.instance);
         for (int at = 0; at < 16; ++at)
         {
-            handle->value[at] = at < 4 ? static_cast<unsigned char>(instance >> (24 - 8 * at)) : 0;
+            handle.value[at] = at < 4 ? static_cast<unsigned char>(instance >> (24 - 8 * at)) : 0;
         }
         return true;
     }
 
 private:
 
-    static void append(rtps::SerializedPayload_t* payload, int32_t value)
+    static void append(rtps::SerializedPayload_t& payload, int32_t value)
     {
         for (int at = 0; at < 4; ++at)
         {
-            payload->data[payload->length++] = static_cast<unsigned char>(static_cast<uint32_t>(value) >> (8 * at));
+            payload.data[payload.length++] = static_cast<unsigned char>(static_cast<uint32_t>(value) >> (8 * at));
         }
     }
 
-    static int32_t read(const rtps::SerializedPayload_t* payload, uint32_t from, bool little)
+    static int32_t number_at(const rtps::SerializedPayload_t& payload, uint32_t from, bool little)
     {
         uint32_t value = 0;
-        for (uint32_t at = 0; at < 4 && from + at < payload->length; ++at)
+        for (uint32_t at = 0; at < 4 && from + at < payload.length; ++at)
         {
-            value |= static_cast<uint32_t>(payload->data[from + at]) << (little ? 8 * at : 24 - 8 * at);
+            value |= static_cast<uint32_t>(payload.data[from + at]) << (little ? 8 * at : 24 - 8 * at);
         }
         return static_cast<int32_t>(value);
     }
+
+    bool keyed_;
 };
 
 // --- QoS
@@ -372,40 +337,28 @@ static std::string complaint()
 // --- the end
 
 static std::atomic<bool> cut{false};
-static std::atomic<bool> discovered{false};
+static std::atomic<bool> other_end_seen{false};
 static bool announced = false;
 static bool connected = false;
 static std::set<int> named;
 
 // Notices that the other end is there, whether the two match or not.
-class Discovery : public DomainParticipantListener
+class Discovery : public DiscoveryListener
 {
-public:
+protected:
 
-    void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& other) override
+    void discovered(const std::string& topic) override
     {
-        notice(other.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER, other.info.topicName().to_string());
-    }
-
-    void on_publisher_discovery(DomainParticipant*, rtps::WriterDiscoveryInfo&& other) override
-    {
-        notice(other.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER, other.info.topicName().to_string());
-    }
-
-private:
-
-    static void notice(bool there, const std::string& topic)
-    {
-        if (there && topic == decoded(settings["topic"]))
+        if (topic == decoded(settings["topic"]))
         {
-            discovered = true;
+            other_end_seen = true;
         }
     }
 };
 
 static void watch(bool matched, const IncompatibleQosStatus& incompatible)
 {
-    if (discovered && !announced)
+    if (other_end_seen && !announced)
     {
         announced = true;
         say("seen");
@@ -437,7 +390,7 @@ static DomainParticipant* join()
 {
     const int domain = length("domain", 0);
     DomainParticipantQos qos;
-    auto transport = std::make_shared<test_UDPv4TransportDescriptor>();
+    auto transport = std::make_shared<rtps::test_UDPv4TransportDescriptor>();
     transport->interfaceWhiteList.emplace_back("127.0.0.1");
     transport->messages_filter_ = [](rtps::CDRMessage_t&) { return cut.load(); };
     qos.transport().use_builtin_transports = false;
@@ -534,8 +487,8 @@ public:
             Sample sample;
             sample.instance = value % instances;
             sample.value = value;
-            const bool sent = writer_->write(&sample);
-            say(sent ? "sent" : "unsent", std::to_string(value), sent ? "" : "timeout");
+            const bool taken = sent(writer_, &sample);
+            say(taken ? "sent" : "unsent", std::to_string(value), taken ? "" : "timeout");
         }
         say("done");
     }
@@ -555,8 +508,11 @@ public:
         group(outer);
         DataReaderQos qos;
         common(qos);
-        qos.type_consistency().representation.m_value = representations();
-        qos.reliable_reader_qos().disable_positive_ACKs.enabled = number("disable_positive_acks", 0) != 0;
+        accept(qos, representations());
+        if (number("disable_positive_acks", 0) != 0)
+        {
+            acknowledge_nothing(qos);
+        }
         if (has("time_based_filter"))
         {
             qos.time_based_filter().minimum_separation = duration("time_based_filter");
@@ -597,7 +553,7 @@ public:
         due_ += pause_;
         Sample sample;
         SampleInfo info;
-        while (reader_->take_next_sample(&sample, &info) == ReturnCode_t::RETCODE_OK)
+        while (reader_->take_next_sample(&sample, &info) == RETCODE_OK)
         {
             if (info.valid_data)
             {
@@ -669,7 +625,7 @@ static int play()
     const std::string name = is("type", "") || !has("type") ? "cqos::Sample" : decoded(settings["type"]);
     TypeSupport type(new SampleType(name, number("keyed", 0) != 0));
     Topic* topic = nullptr;
-    if (participant != nullptr && type.register_type(participant) == ReturnCode_t::RETCODE_OK)
+    if (participant != nullptr && type.register_type(participant) == RETCODE_OK)
     {
         topic = participant->create_topic(decoded(settings["topic"]), name, TOPIC_QOS_DEFAULT);
     }

@@ -167,6 +167,8 @@ def _room(plan: Plan, lasts: int, *, is_slow: bool) -> tuple[int, int]:
     window = min(window, _limit(of_broker.INFLIGHT, values, _PLENTY))
     size = known(of.PAYLOAD, plan.publisher.values)
     room = _limit(of_broker.QUEUED, values, 0)
+    if is_slow and known(of_broker.GROWS, values):
+        room += window
     if (total := _limit(of_broker.QUEUED_BYTES, values, 0)) < INFINITE:
         room = min(room, total // max(size, 1) if isinstance(size, int) else 0)
     arrive = ceil(min(lasts, ENDLESS) / _period(plan)) + (not is_slow)
