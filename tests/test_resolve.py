@@ -713,7 +713,7 @@ participants:
 """
     (finding,) = [each for each in check(text.encode()).findings if each.code == "MQTT616"]
     (fix,) = [each for each in finding.remedies if each.policy == "need.duplicate_free"]
-    assert sorted(edit.place.line for edit in fix.edits) == [8, 9]
+    assert sorted(edit.place.line or 0 for edit in fix.edits) == [8, 9]
 
 
 def test_what_is_said_of_a_setting_names_the_endpoint_that_states_it_and_its_place():

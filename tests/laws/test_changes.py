@@ -120,7 +120,7 @@ OVERLAYS = st.builds(
 @st.composite
 def calm(draw, words: Vocabulary, more: Sequence[Endpoint]) -> System:
     """A system in which most edits of endpoints touch their topics only."""
-    system = draw(systems(words, rich=draw(st.booleans()), opened=draw(st.booleans())))
+    system: System = draw(systems(words, rich=draw(st.booleans()), opened=draw(st.booleans())))
     for each in system.participants.values():
         each.starts_after, each.template = (), draw(st.sampled_from([None, None, "t1"]))
     ends = [*system.endpoints, *(replace(each, id=f"f{at}") for at, each in enumerate(more) if draw(st.booleans()))]

@@ -89,7 +89,7 @@ def test_what_is_remembered_of_a_pair_is_what_its_rules_say(pack, seed):
     for publisher, subscriber in pairs:
         sides = zip((publisher, subscriber), ("publisher", "subscriber"), strict=True)
         here, there = (PairEnd(kind_of(each, role, seen), each, None) for (each, seen), role in sides)
-        alone = ((Alike(*each, frozenset(), False, 1),) for each in (publisher, subscriber))
+        alone = ((Alike(each, seen, frozenset(), False, 1),) for each, seen in (publisher, subscriber))
         found.append(outcome(here, there))
         assert said(found[-1]) == said(judge_shape(TopicShape(pack, *alone)))
     assert len({id(each) for each in found}) < len(pairs) / 2
