@@ -100,6 +100,13 @@ CODES: Final = (
         "The node fails when it loads the plugin.",
     ),
     CodeInfo(
+        "ROS984",
+        "perhaps-one-topic",
+        "warning",
+        "A topic without publisher and one without subscriber differ in their namespace only, and a node is not known that may be a partner.",
+        "Endpoints match on equal names only. With all nodes known, this is CQ403.",
+    ),
+    CodeInfo(
         "ROS983",
         "processes-not-read",
         "note",

@@ -49,6 +49,27 @@ def open_ends(found: Join) -> Iterator[ImportNote]:
             yield note("ROS973", message, endpoint.place, f"did you mean `{near[0]}`?")
         elif not all(filled.optional for filled, _, _ in members):
             yield note("ROS977", _open(topic, role, members), members[0][2].place)
+    yield from _perhaps_meant(found, topics)
+
+
+def _perhaps_meant(found: Join, topics: dict[str, dict[str, list[Found]]]) -> Iterator[ImportNote]:
+    """Yield pairs of topics with one side each that differ in their namespace only, where a node that is not known may be the partner."""
+    unknown = [node.placed.address for node in found.nodes if node.opaque]
+    lonely: dict[tuple[str, str | None, str], list[Found]] = {}
+    for topic, sides in topics.items() if unknown else ():
+        (role, members), *others = sides.items()
+        ends = [each for each in members if not each[0].optional]
+        if ends and not others and not any(fnmatchcase(topic, pattern) for pattern in _ELSEWHERE):
+            lonely.setdefault((without_namespace(topic), ends[0][2].type, role), []).append(ends[0])
+    for (name, kind, role), subscribed in sorted(lonely.items(), key=str):
+        published = lonely.get((name, kind, PUBLISHER), [])
+        if role == SUBSCRIBER and len(subscribed) == len(published) == 1:
+            (_, _, here), (_, _, there) = subscribed[0], published[0]
+            message = (
+                f"`{here.participant}` subscribes to `{here.topic}` and `{there.participant}` publishes `{there.topic}`: the names differ "
+                f"only in their namespace, so they never meet; perhaps `{unknown[0]}`, of which nothing is known, publishes `{here.topic}`"
+            )
+            yield note("ROS984", message, here.place, f"if one topic is meant, remap `{here.topic}` to `{there.topic}`")
 
 
 def _other(missing: str) -> str:

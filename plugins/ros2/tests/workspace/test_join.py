@@ -308,7 +308,11 @@ def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_names
     amcl = '<node pkg="nav2_amcl" exec="amcl"/>\n'
     assert [code for code, *_ in findings(joined(launch_of(bridge, amcl)))] == ["CQ403", "ROS976"]
     driver = '<node pkg="other" exec="driver" name="driver"/>\n'
-    assert findings(joined(launch_of(bridge, amcl, driver))) == []
+    ((code, _, message),) = findings(joined(launch_of(bridge, amcl, driver)))
+    assert code == "ROS984"
+    assert message.endswith("perhaps `/driver`, of which nothing is known, publishes `/scan`")
+    same = '<node pkg="nav2_amcl" exec="amcl"><remap from="scan" to="/front/scan"/></node>\n'
+    assert findings(joined(launch_of(bridge, same, driver))) == []
 
 
 def test_a_node_that_is_partly_known_may_have_any_topic_below_its_own_name(joined, findings):
