@@ -185,7 +185,7 @@ class TestProblems:
                 " options, severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
             "CQ011 cqos.toml:2:11: `fail_on` must be error or warning, found `eror`; did you mean `error`?",
-            "CQ011 cqos.toml:3: `show[1]` must be notes, not-checked or subscribers, found `all`",
+            "CQ011 cqos.toml:3: `show[1]` must be notes, not-checked, subscribers or coverage, found `all`",
             (
                 "CQ006 cqos.toml:4:1: the configuration has no key `description` (allowed: extends, protocol, options,"
                 " severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"

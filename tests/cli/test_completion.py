@@ -26,7 +26,7 @@ def complete(forked):
     ("words", "expected"),
     [
         (["ch"], ["plain,check"]),
-        (["check", "--requ"], ["plain,--require-pairs"]),
+        (["check", "--require-p"], ["plain,--require-pairs"]),
         (["check", "--select", "ROS10"], [f"plain,ROS10{n}" for n in range(1, 6)]),
         (["check", "--ignore", "CQ405,ros101"], ["plain,CQ405,ROS101"]),
         (["check", "--protocol", "mq"], ["plain,mqtt"]),

@@ -71,22 +71,23 @@ SENDER_COMES_BACK: Final = define(
 )
 
 
-def session_outlasts(side: Callable[[Term], Operand], time: Operand) -> Condition:
+def session_outlasts(side: Callable[[Term], Operand], time: Operand, name: str) -> Condition:
     """Whether the session of a client lasts longer than a time: as long as it asks for, or in 3.1.1 as long as the broker keeps it."""
-    of_5_0 = outlasts(side(SESSION_EXPIRY), time)
-    return (in_3_1_1(side) & outlasts(broker(SESSION_EXPIRY_3_1_1), time)) | (~in_3_1_1(side) & of_5_0)
+    asked = define(f"{side.__name__}_asks_beyond_{name}", outlasts(side(SESSION_EXPIRY), time))
+    kept = define(f"kept_in_3_1_1_beyond_{name}", outlasts(broker(SESSION_EXPIRY_3_1_1), time))
+    return (in_3_1_1(side) & kept) | (~in_3_1_1(side) & asked)
 
 
 SESSIONS_OUTLAST_OUTAGE: Final = define("sessions_outlast_outage", outlasts(broker(BROKER_SESSION_EXPIRY), OUTAGE))
 BRIDGES_OUTAGE: Final = define(
     "bridges_outage",
-    SESSIONS_OUTLAST_OUTAGE & session_outlasts(subscriber, OUTAGE),
+    SESSIONS_OUTLAST_OUTAGE & session_outlasts(subscriber, OUTAGE, "outage"),
 )
 SESSION_LASTS: Final = define("session_lasts", COMES_BACK & BRIDGES_OUTAGE)
 SENDER_BRIDGES_OUTAGE: Final = define(
     "sender_bridges_outage",
     offered(IS_WILL)
-    | (SESSIONS_OUTLAST_OUTAGE & define("sender_outlasts_outage", session_outlasts(publisher, OUTAGE))),
+    | (SESSIONS_OUTLAST_OUTAGE & define("sender_outlasts_outage", session_outlasts(publisher, OUTAGE, "outage"))),
 )
 QUEUE_BRIDGES_OUTAGE: Final = define(
     "queue_bridges_outage", (requested(QUEUE_LASTS) == "infinite") | (OUTAGE <= requested(QUEUE_LASTS))

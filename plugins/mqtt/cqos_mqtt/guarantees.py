@@ -87,7 +87,7 @@ REPAIRED_PERIOD: Final = define("repaired_period", topic(PERIOD) + REPAIR)
 WAITS_LONG_ENOUGH: Final = define(
     "waits_long_enough",
     define("sessions_outlast_absence", outlasts(broker(BROKER_SESSION_EXPIRY), OFFLINE))
-    & session_outlasts(subscriber, OFFLINE),
+    & session_outlasts(subscriber, OFFLINE, "absence"),
 )
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.
