@@ -161,9 +161,11 @@ function durationControl(setting: Setting, spelling: Spelling, ids: Ids, commit:
   number.addEventListener('change', send);
   unit.addEventListener('change', () => {
     isTyped = false;
-    number.disabled = isWord();
     if (isWord()) {
-      number.value = '';
+      number.value = ''; // first: a browser may commit what was typed when the field is disabled
+    }
+    number.disabled = isWord();
+    if (number.disabled) {
       send();
     } else if (number.value.trim() === '') {
       number.focus();
