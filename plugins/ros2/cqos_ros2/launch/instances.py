@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -45,6 +46,8 @@ NODES: Final[dict[str, InstanceKind]] = {
     "LoadComposableNodes": "component",
     "Node": "node",
 }
+_SHELL: Final = re.compile(r"[;&|]|\$\(|`")
+"""What makes a command line more than one command."""
 _RUN: Final = len(("ros2", "run", "PACKAGE", "EXECUTABLE"))
 MOST_INSTANCES: Final = 5_000
 _MOST_PARAMETERS: Final = 10_000
@@ -116,6 +119,10 @@ def _process(action: Action, run: Launch) -> None:
 def _run_by_ros2(process: Instance, action: Action, run: Launch) -> Instance | None:
     """Return the node that ``ros2 run PACKAGE EXECUTABLE`` starts; None of any other command line."""
     stated = [word for each in process.arguments for word in (each.split() if isinstance(each, str) else [each])]
+    if any(isinstance(each, str) and _SHELL.search(each) for each in stated):
+        return None
+    if stated[:3] == ["ros2", "run", "--prefix"]:
+        del stated[2:4]
     command, options = stated[:_RUN], stated[_RUN:]
     if command[:2] != ["ros2", "run"] or len(command) < _RUN or str(command[2]).startswith("-"):
         return None
@@ -147,7 +154,9 @@ def _node(action: Action, kind: InstanceKind, run: Launch) -> Instance:
     if isinstance(unknown, Unknown):
         node.parameters.append(unknown)
     # An autostart is a transition that the launch emits.
-    run.found.emits = run.found.emits or bool(fields.get("autostart"))
+    starts = fields.get("autostart")
+    starts = condition(run.perform(starts), node.place) if starts is not None else False
+    run.found.emits = run.found.emits or starts is not False
     executable = fields.get(
         "executable", fields.get("node_executable", fields.get("plugin", fields.get("node_plugin")))
     )

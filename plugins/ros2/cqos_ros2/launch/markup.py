@@ -197,9 +197,10 @@ def _node(kind: str) -> Callable[[Tag], _Made]:
             "parameters": _parameters(tag),
             "arguments": _words(tag, "args"),
             "ros_arguments": _words(tag, "ros_args"),
+            "autostart": tag.text("autostart"),
             "additional_env": {child.attributes.get("name", ""): child.text("value") for child in tag.named("env")},
         }
-        inside = [action(child) for child in tag.children if child.name.replace("_", "-") == "composable-node"]
+        inside = [action(child) for child in tag.children if child.name.replace("_", "-") in _COMPONENTS]
         return kind, {**fields, "composable_node_descriptions": inside or None}
 
     return made
@@ -223,9 +224,11 @@ def _words(tag: Tag, name: str) -> list[Any] | None:
     return [word for word in words if word]
 
 
+_COMPONENTS: Final = frozenset(("composable-node", "composable-lifecycle-node"))
 _TAGS: Final[dict[str, Callable[[Tag], _Made]]] = {
     "append-env": _plain("AppendEnvironmentVariable", name="name", value="value"),
     "arg": _plain("DeclareLaunchArgument", name="name", default_value="default"),
+    "composable-lifecycle-node": _node("ComposableLifecycleNode"),
     "composable-node": _node("ComposableNode"),
     "executable": _plain("ExecuteProcess", cmd="cmd", name="name"),
     "group": _group,

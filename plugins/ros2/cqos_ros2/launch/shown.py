@@ -134,15 +134,19 @@ def program(process: Instance) -> str:
     return _cut(" ".join(map(shown, process.arguments)))
 
 
+def full_name(node: Instance, unnamed: str = "") -> str:
+    """Return the full name of a node; of one without a name the package and executable stand for it, or what is given."""
+    unnamed = unnamed or f"({shown(node.package)}/{shown(node.executable)})"
+    name = unnamed if node.name is None else shown(node.name)
+    return f"{shown(node.namespace).rstrip('/')}/{name.lstrip('/')}"
+
+
 def title(instance: Instance) -> str:
     """Return a node as a reader knows it: its full name, kind and program."""
     if instance.kind == "process":
         return f"runs {program(instance)}"
-    name = "(its own name)" if instance.name is None else shown(instance.name)
-    space = shown(instance.namespace)
-    full = f"{space.rstrip('/')}/{name.lstrip('/')}"
     kind = instance.kind.replace("_", " ")
-    return f"{full}  {kind} {shown(instance.package)} {shown(instance.executable)}"
+    return f"{full_name(instance, '(its own name)')}  {kind} {shown(instance.package)} {shown(instance.executable)}"
 
 
 def _parameters(each: Parameters) -> str:

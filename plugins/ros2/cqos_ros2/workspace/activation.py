@@ -34,8 +34,6 @@ class Activation(NamedTuple):
         placed = node.placed
         if placed.depth or not node.filled.lifecycle or placed.address in self.managed or not self.lists_known:
             return False
-        if self.managers and placed.instance.kind != "lifecycle_node":
-            return True
         return not self.others and placed.file is not None and not placed.file.sources
 
 
@@ -51,6 +49,7 @@ def activation(found: Join) -> Activation:
         lists_known = lists_known and names is not None
         managers.append((node, {expand(str(name), placed.namespace, placed.name): str(name) for name in names or ()}))
     launched = found.launched
-    unknown = found.placing.unknown or found.placing.undecided or any(node.opaque for node in found.nodes)
+    placing = found.placing
+    unknown = placing.unknown or placing.undecided or placing.later or any(node.opaque for node in found.nodes)
     processes = any(started(each) is None for each in launched.instances)
     return Activation(managers, lists_known, bool(launched.emits or launched.remarks or unknown or processes))

@@ -20,7 +20,13 @@ def agreed(found: Mapping[str, FilledNode]) -> FilledNode:
     first = next(iter(found.values()))
     if len(found) == 1:
         return first
-    result = FilledNode(activates=first.activates, at_start=first.at_start)
+    every = found.values()
+    starts = [node.at_start for node in every]
+    at_start = (
+        starts[0] if all(each == starts[0] for each in starts) else Unknown("it depends on the ROS 2 distribution")
+    )
+    result = FilledNode(activates=first.activates, at_start=at_start, lifecycle=all(node.lifecycle for node in every))
+    result.notes += dict.fromkeys(each for node in every for each in node.notes)
     sides = {distro: _by_key(node.endpoints) for distro, node in found.items()}
     for key in dict.fromkeys(key for side in sides.values() for key in side):
         there = [distro for distro, side in sides.items() if key in side]

@@ -59,7 +59,7 @@ CODES: Final = (
         "ROS976",
         "lifecycle-node-not-activated",
         "warning",
-        "No lifecycle manager of the launch activates a lifecycle node.",
+        "Nothing in a launch activates a lifecycle node, or only when a program asks.",
         "A lifecycle node publishes only while it is active.",
     ),
     CodeInfo(

@@ -11,7 +11,7 @@ from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import EVERY_OTHER, MESSAGE, Part, Place
 from cqos_ros2.launch.findings import findings as launch_findings
-from cqos_ros2.launch.shown import assumptions, program, title
+from cqos_ros2.launch.shown import assumptions, full_name, program
 from cqos_ros2.names import expand
 from cqos_ros2.nodes.filling import MISSPELT, VERBS
 from cqos_ros2.nodes.library import LEARNED
@@ -24,6 +24,7 @@ from cqos_ros2.workspace.middleware import unread_configurations
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
 from cqos_ros2.workspace.placing import started
+from cqos_ros2.workspace.unread_nodes import number_of_nodes, unread_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -33,10 +34,20 @@ if TYPE_CHECKING:
 
 _LAUNCH_CODES = {"two-nodes-of-one-name": "ROS970", "section-names-no-node": "ROS971"}
 _NAMED = 5
+_NOT_KNOWN = frozenset(("ROS978", "ROS979", "ROS980"))
 
 
 def notes(found: Join) -> list[ImportNote]:
-    """Return all that the join reports."""
+    """Return all that the join reports; the first note about what is not known lists the nodes that are not."""
+    made = [*_all_notes(found)]
+    unread = unread_nodes(found)
+    at = next((at for at, each in enumerate(made) if unread and each.code in _NOT_KNOWN), None)
+    if at is not None:
+        made[at] = replace(made[at], parts=(*unread, *made[at].parts), total=number_of_nodes(found))
+    return made
+
+
+def _all_notes(found: Join) -> list[ImportNote]:
     return [
         *_of_launch(found),
         *_remaps(found),
@@ -173,8 +184,8 @@ def _lifecycle(found: Join) -> Iterator[ImportNote]:
             listed_at = manager.filled.activates
             place = listed_at.place if listed_at is not None else None
             yield note("ROS975", message, place or manager.placed.place, advice)
-        if manager.filled.at_start is False:
-            waiting = sorted(names.keys() & running)
+        waiting = sorted(names.keys() & running)
+        if waiting and manager.filled.at_start is False:
             message = f"`{manager.placed.address}` activates {_few(waiting)} only when a program asks for it"
             advice = f"set `autostart: true` of `{manager.placed.address}`, unless a program or a person starts them"
             yield replace(note("ROS976", message, manager.placed.place, advice), severity="note")
@@ -214,12 +225,13 @@ def _unknown_nodes(found: Join) -> Iterator[ImportNote]:
     if opaque:
         names = [f"`{each.placed.address}` ({each.placed.cause})" for each in opaque]
         message = f"nothing is known of the endpoints of {plural(len(opaque), 'node')}: {_few_texts(names)}"
-        unread = [Part("node", each.placed.address, each.placed.cause, each.placed.place) for each in opaque]
-        yield note("ROS978", message, opaque[0].placed.place, unread=unread, total=len(found.nodes))
+        yield note("ROS978", message, opaque[0].placed.place)
     for instance, unknown in found.placing.unknown:
-        unread = [Part("node", title(instance), unknown.cause, instance.place)]
-        place = unknown.place or instance.place
-        yield note("ROS979", f"a node is not known: {unknown.cause}", place, unread=unread, total=1)
+        yield note("ROS979", f"a node is not known: {unknown.cause}", unknown.place or instance.place)
+    if found.placing.later:
+        names = [f"`{full_name(each)}`" for each in found.placing.later]
+        message = f"{plural(len(names), 'node')} {'starts' if len(names) == 1 else 'start'} on an event of the launch: {_few_texts(names)}"
+        yield note("ROS979", message, found.placing.later[0].place)
 
 
 def _not_known_of_nodes(found: Join) -> Iterator[ImportNote]:
@@ -241,9 +253,7 @@ def _not_known_of_nodes(found: Join) -> Iterator[ImportNote]:
     if differing:
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in differing))
         message = f"{plural(len(differing), 'endpoint')} of {_few_texts(names)} depend on the ROS 2 distribution, which is not stated"
-        advice = "state it, for instance `--option ros2.distro=jazzy`"
-        unread = _by_node(differing, "it depends on the ROS 2 distribution")
-        yield note("ROS979", message, differing[0].placed.place, advice, unread)
+        yield note("ROS979", message, differing[0].placed.place, "state it, for instance `--option ros2.distro=jazzy`")
     if others:
         message = (
             f"where the sources in the workspace say nothing, facts of other versions stand: {_few_texts([*others])}"
@@ -252,21 +262,12 @@ def _not_known_of_nodes(found: Join) -> Iterator[ImportNote]:
     for (cause, place), nodes in _once(causes).items():
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place
-        unread = _by_node(nodes, cause)
-        yield note("ROS979", f"{_few_texts(names)}: {cause}", at, unread=unread)  # type: ignore[arg-type]
+        yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
     values = grouped((part, node) for node in found.nodes for part in _open_values(node))
     for (cause, place), nodes in _once(values).items():
         names = list(dict.fromkeys(f"`{each.placed.address}`" for each in nodes))
         at = place if place is not None else nodes[0].placed.place
         yield note("ROS979", f"{_few_texts(names)}: {cause}", at)  # type: ignore[arg-type]
-
-
-def _by_node(nodes: Iterable[JoinedNode], cause: str) -> list[Part]:
-    """Return what is left out of nodes of which something is known; one that stands there twice lacks two endpoints."""
-    return [
-        Part("partly known node", own[0].placed.address, cause, own[0].placed.place, len(own))
-        for own in grouped((id(each), each) for each in nodes).values()
-    ]
 
 
 def _open_names(node: JoinedNode) -> Iterator[tuple[str, object]]:
@@ -319,9 +320,7 @@ def _not_decided(found: Join) -> Iterator[ImportNote]:
         if nodes:
             compared = listed([f"`{each}`" for each in values], "and")
             message = f"{plural(len(nodes), 'node')} {'depends' if len(nodes) == 1 else 'depend'} on `{subject}`, which is not decided (compared with {compared})"
-            cause = f"whether it starts depends on `{subject}`"
-            unread = [Part("node", title(each), cause, each.place) for each in nodes]
-            yield note("ROS980", message, nodes[0].place, unread=unread, total=len(nodes))
+            yield note("ROS980", message, nodes[0].place)
     missing = sorted({each.package for each in found.launched.remarks if each.package})
     if missing:
         message = f"the launch includes files of packages that are not in the workspace: {_few_texts(missing)}"
@@ -333,10 +332,11 @@ def _not_decided(found: Join) -> Iterator[ImportNote]:
         place = found.launched.remarks[0].place
         yield note("ROS980", message, place, "check with a workspace that has them", unread)
     for unknown, advice in found.workspace.passed_over():
-        unread = [Part("package or folder", "", unknown.cause, unknown.place)]
+        unread = [Part("folder", "", unknown.cause, unknown.place)]
         yield note("ROS980", unknown.cause, unknown.place, advice, unread)
     for remark in found.launched.remarks:
         if not remark.package:
             what = f" {remark.what}" if remark.what else ""
-            unread = [Part(remark.about, remark.what, remark.cause, remark.place)]
+            is_file = remark.place is not None and remark.what == found.workspace.short(remark.place.source)
+            unread = [Part(remark.about, "" if is_file else remark.what, remark.cause, remark.place)]
             yield note("ROS980", f"{remark.about}{what}: {remark.cause}", remark.place, unread=unread)

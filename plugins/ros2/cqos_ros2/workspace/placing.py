@@ -108,6 +108,7 @@ class Placing:
         nodes: those that are placed.
         unknown: nodes whose package, executable or name is not known, each with the cause.
         undecided: nodes that start under a condition that is not decided.
+        later: nodes that start on an event of the launch.
     """
 
     def __init__(self, launched: Launched, workspace: Workspace, library: Library) -> None:
@@ -115,6 +116,7 @@ class Placing:
         self.nodes: list[Placed] = []
         self.unknown: list[tuple[Instance, Unknown]] = []
         self.undecided: list[Instance] = []
+        self.later: list[Instance] = []
         self._library = library
         self._reader = ParameterReader(launched, workspace)
         instances = [each for each in map(started, launched.instances) if each is not None]
@@ -123,7 +125,9 @@ class Placing:
         for number, instance in enumerate(instances):
             if instance.guards:
                 self.undecided.append(instance)
-            elif not instance.after.startswith("event"):
+            elif instance.after.startswith("event"):
+                self.later.append(instance)
+            else:
                 self._add(instance, number)
 
     def _add(self, instance: Instance, number: int) -> None:

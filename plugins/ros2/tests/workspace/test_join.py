@@ -462,11 +462,11 @@ UNREAD = {
     "a node without a node file": ('<node pkg="other" exec="driver" name="driver"/>', [("node", "/driver", 1)]),
     "a node whose package is not known": (
         '<node pkg="$(env PACKAGE)" exec="talker" name="t"/>',
-        [("node", "/t  node ? talker", 1)],
+        [("node", "/t", 1)],
     ),
     "a node under a condition that is not decided": (
         '<node pkg="bot" exec="talker" name="t" if="$(env TALKS)"/>',
-        [("node", "/t  node bot talker", 1)],
+        [("node", "/t", 1)],
     ),
     "a process": (
         '<executable cmd="python3 play.py /scan"/>',
@@ -499,3 +499,67 @@ def test_ros2_run_starts_a_node_like_any_other(joined, command):
     system = joined(launch_of(f'<executable cmd="{command}"/>\n', node("listener", more="")))
     assert unread(system) == []
     assert ("/talker", "/news" if "news" in command else "/chatter") in topics(system)
+
+
+@pytest.mark.parametrize(
+    ("command", "processes"),
+    [
+        ("ros2 run --prefix nice bot talker", []),
+        ("ros2 run bot talker; ros2 topic pub /a std_msgs/msg/String", ["process"]),
+        ("ros2 run bot talker &amp; true", ["process"]),
+        ("ros2 topic pub /a std_msgs/msg/String", ["process"]),
+    ],
+)
+def test_a_command_line_is_a_node_only_if_it_runs_nothing_else(joined, command, processes):
+    system = joined(launch_of(f'<executable cmd="{command}" shell="true"/>\n', node("listener", more="")))
+    assert [kind for kind, *_ in unread(system)] == processes
+
+
+def test_nodes_that_are_not_known_are_counted_once_each(joined):
+    other = '<node pkg="other" exec="driver"/>\n'
+    undecided = '<node pkg="bot" exec="talker" name="t" if="$(env ONE)"/>\n'
+    system = joined(launch_of(node(), other, other, undecided))
+    assert unread(system) == [("node", "/(other/driver)", 1), ("node", "/(other/driver)#2", 1), ("node", "/t", 1)]
+    assert check(system).coverage.totals == {"node": 4}
+
+
+EVENT = """from launch import LaunchDescription
+from launch.actions import RegisterEventHandler
+from launch.event_handlers import OnProcessStart
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    first = Node(package="bot", executable="listener", name="listener")
+    then = Node(package="bot", executable="talker", name="talker")
+    return LaunchDescription([first, RegisterEventHandler(OnProcessStart(target_action=first, on_start=[then]))])
+"""
+
+
+def test_a_node_that_starts_on_an_event_is_not_known(tmp_path, started):
+    folder = tmp_path / "src" / "bot"
+    (folder / "launch").mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>bot</name></package>", encoding="utf-8")
+    (folder / "bot.node.yaml").write_text(TALKER, encoding="utf-8")
+    (folder / "launch" / "bot.launch.py").write_text(EVENT, encoding="utf-8")
+    report = check(started(tmp_path, str(folder / "launch" / "bot.launch.py")))
+    assert [(each.kind, each.name) for each in report.coverage.unread] == [("node", "/talker")]
+    assert report.coverage.totals == {"node": 2}
+
+
+@pytest.mark.parametrize(
+    ("nodes", "expected"),
+    [
+        ((SERVER,), ["ROS976"]),
+        ((SERVER, "<lifecycle_transition/>\n"), []),
+        ((SERVER, '<executable cmd="ros2 lifecycle set /map_server activate"/>\n'), []),
+        ((SERVER, '<node pkg="other" exec="other"/>\n'), []),
+        ((SERVER.replace("<node", "<lifecycle_node").replace("/>", ' autostart="true"/>'),), []),
+        ((SERVER.replace("<node", "<lifecycle_node").replace("/>", ' autostart="false"/>'),), ["ROS976"]),
+        ((MANAGER.format("amcl"), SERVER, '<executable cmd="ros2 lifecycle set /map_server activate"/>\n'), ["ROS975"]),
+    ],
+)
+@pytest.mark.parametrize("distro", ["humble", "jazzy", ""])
+def test_what_activates_a_lifecycle_node(joined, findings, nodes, expected, distro):
+    found = [code for code, *_ in findings(joined(launch_of(*nodes), distro)) if code.startswith("ROS97")]
+    assert found == expected
