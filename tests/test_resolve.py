@@ -8,7 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core import Broker, Cases, Endpoint, Fact, Participant, Place, Profile, ProfileRef, Setting, check, check_pair
+from cqos_core import (
+    Broker,
+    Cases,
+    Endpoint,
+    Fact,
+    Participant,
+    Place,
+    Profile,
+    ProfileRef,
+    Setting,
+    System,
+    Topic,
+    check,
+    check_pair,
+)
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import EVERY_OTHER
 from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, forbids, parse, requires, stated
@@ -762,3 +776,26 @@ def test_no_pair_is_compatible_beside_a_name_that_is_not_understood(name, stated
         assert report.verdict == "unknown", str(report)
         assert "CQ202" in report.groups[0].codes
     assert checked(writer("box", care="plain"), reader("box", care="signed", wrapping="x")).verdict == "incompatible"
+
+
+def of_unknown(where, reported):
+    """A system in which something is not known, at a topic, a participant or an option; ``reported`` by its reader, or not."""
+    unknown = Setting("", Place("f.yml", 3, 1), unknown="nobody knows", reported=reported)
+    system = System(protocol="ros2", participants={"a": Participant("a")})
+    if where == "topic":
+        system.topics["t"] = Topic("t", {"period": unknown})
+    elif where == "option":
+        system.options["ros2"] = {"rmw": unknown}
+    else:
+        system.participants["a"].settings["domain"] = unknown
+    system.endpoints.append(Endpoint(id="p", role="publisher", topic="t", participant="a"))
+    system.endpoints.append(Endpoint(id="q", role="subscriber", topic="t", participant="a"))
+    return system
+
+
+@pytest.mark.parametrize("where", ["topic", "participant", "option"])
+def test_what_a_reader_reports_of_one_system_hides_nothing_in_another(where):
+    alone = [each.code for each in check(of_unknown(where, "")).findings]
+    assert "CQ217" in alone
+    assert "CQ217" not in [each.code for each in check(of_unknown(where, "CQ041")).findings]
+    assert [each.code for each in check(of_unknown(where, "")).findings] == alone

@@ -1,5 +1,7 @@
 """A session's report equals that of a fresh check, whatever was edited, and only what an edit touches is judged again."""
 
+from dataclasses import replace
+
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -16,13 +18,16 @@ from cqos_core.model.system import (
     Participant,
     Profile,
     ProfileRef,
+    Role,
     Route,
     Setting,
     System,
     TeamRule,
     Topic,
 )
+from cqos_core.packs import forbids, parse
 from tests.effort import EXAMPLES
+from tests.worlds import POST
 
 PARTICIPANTS = ("a", "b", "c")
 TOPICS = ("scan", "/scan", "Scan", "map", "/tf_static", "bad name")
@@ -324,6 +329,19 @@ def test_what_is_set_and_taken_away_leaves_nothing_behind():
     session.put_broker(Broker("hub"))
     session.remove_broker("hub")
     assert session.system == before
+
+
+def test_the_place_of_a_default_is_that_of_a_fresh_check():
+    forbidden = forbids(parse("participant(town) < 5"), code="POST801", name="near", because="it is near")
+    pack = replace(POST, rules=(forbidden,))
+    system = cqos.System(protocol="post", participants={name: cqos.Participant(name) for name in "ab"})
+    for number, (owner, topic) in enumerate((("a", "x"), ("a", "y"), ("b", "x"))):
+        role: Role = "publisher" if owner == "a" else "subscriber"
+        place = cqos.Place("f.yml", number + 1)
+        system.endpoints.append(Endpoint(id=f"e{number}", role=role, topic=topic, participant=owner, place=place))
+    session = cqos.Session(system, packs=[pack])
+    session.put(replace(system.endpoints[0], settings={"copies": cqos.Setting("7")}))
+    assert session.report() == cqos.check(session.system, packs=[pack])
 
 
 def test_the_session_keeps_a_copy():

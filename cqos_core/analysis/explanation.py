@@ -298,7 +298,7 @@ class _Pair:
             for at_best, _ in of_end(members.profile, members.first.role, members.observed, members.wired)
         )
         undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
-        drafts = [
+        hits = [
             Hit(spoken, {ends[0]: None}, {ends[1]: None}, 1)
             for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
             if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
@@ -306,9 +306,9 @@ class _Pair:
         for members in ends:
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
                 if not spoken.unknown or spoken.failed is not None:
-                    drafts.append(Hit(spoken))
-                    drafts[-1].side(members.first.role)[members] = None
-        found += (one.finding for one in one_per_cause([make(topic, draft) for draft in drafts]))
+                    hits.append(Hit(spoken))
+                    hits[-1].side(members.first.role)[members] = None
+        found += (one.finding for one in one_per_cause([make(topic, hit) for hit in hits]))
         if reasons:
             result = check_topic([replace(end.first, external=False) for end in ends])
             found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]

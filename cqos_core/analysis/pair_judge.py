@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import timedelta
 from functools import partial
+from threading import Lock
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -103,6 +104,7 @@ class StatedPairs:
         self._resolver: Resolver | None = None
         self._like: dict[Role, tuple[ProfileParts, Resolved]] = {}
         self._left = 0
+        self._turn = Lock()  # what resolves a side collects what is to be said of it
 
     def offer(self, settings: Settings) -> _Side:
         """Return what a publisher states."""
@@ -151,9 +153,10 @@ class StatedPairs:
         return None if offering is None or requesting is None else (offering, requesting)
 
     def _end(self, side: _Side, role: Role) -> Resolved | None:
-        if side.end is None or side.end.parts is None or role not in self._like:
+        known = self._like.get(role)
+        if side.end is None or side.end.parts is None or known is None:
             return None
-        like = self._like[role][1]
+        like = known[1]
         endpoint = pair_end(role, dict(side.stated), like.endpoint.topic or "")
         naming = Naming(like.key, like.shown)
         made = Resolved.of(endpoint, like.participant, naming, role, role, external=like.external)
@@ -162,16 +165,19 @@ class StatedPairs:
 
     def _first(self, offer: _Side, request: _Side) -> PairReport:
         """Report on two sides that may be new; where anything is unusual the pair is explained at once."""
-        if not (self._resolved(offer, PUBLISHER) and self._resolved(request, SUBSCRIBER)):
+        with self._turn:
+            is_known = self._resolved(offer, PUBLISHER) and self._resolved(request, SUBSCRIBER)
+        if not is_known:
             pipeline = self.pipeline(offer, request)
             preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
             ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
             if ends is None or ends[1].like.needs:
                 return explained(pipeline, PUBLISHER, SUBSCRIBER)
-            self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
-            self._like.clear()
-            self._take(offer, PUBLISHER, ends[0])
-            self._take(request, SUBSCRIBER, ends[1])
+            with self._turn:
+                self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
+                self._like.clear()
+                self._take(offer, PUBLISHER, ends[0])
+                self._take(request, SUBSCRIBER, ends[1])
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
         return self._lazy(outcome(offer.end, request.end).verdict, offer, request)

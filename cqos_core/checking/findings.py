@@ -259,25 +259,25 @@ def sides_of(
     ]
 
 
-def shown(draft: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
-    """Return the groups that show what a draft says: where its values differ, only an example can."""
-    if not draft.more:
-        return [*draft.publishers], [*draft.subscribers]
-    one = {role: [members.only([members.first])] for role, members in draft.example.items()}
+def shown(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+    """Return the groups that show what a hit says: where its values differ, only an example can."""
+    if not hit.more:
+        return [*hit.publishers], [*hit.subscribers]
+    one = {role: [members.only([members.first])] for role, members in hit.example.items()}
     return one.get(PUBLISHER, []), one.get(SUBSCRIBER, [])
 
 
-def _sides(draft: Hit[EndpointGroup]) -> list[Side]:
-    found = sides_of(draft.spoken, draft.publishers, draft.subscribers)
+def _sides(hit: Hit[EndpointGroup]) -> list[Side]:
+    found = sides_of(hit.spoken, hit.publishers, hit.subscribers)
     # No single change fixes further combinations of values.
-    return [replace(side, facts=()) for side in found] if draft.more else found
+    return [replace(side, facts=()) for side in found] if hit.more else found
 
 
-def make(topic: MatchedTopic, draft: Hit[EndpointGroup]) -> Made:
+def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
     """Turn what a rule says of groups of a topic into a finding."""
-    spoken = draft.spoken
+    spoken = hit.spoken
     bound = spoken.bound
-    publishers, subscribers = shown(draft)
+    publishers, subscribers = shown(hit)
     example = sides_of(spoken, publishers, subscribers, for_words=True)
     rule = bound.rule
     because: tuple[str, ...] = ()
@@ -289,8 +289,8 @@ def make(topic: MatchedTopic, draft: Hit[EndpointGroup]) -> Made:
     worlds = _worlds(spoken)
     notes = because if not worlds else ()
     message = headline(spoken, example, topic.shown, because)
-    if draft.more:
-        message = f"{_further(draft)}, for instance: {message}"
+    if hit.more:
+        message = f"{_further(hit)}, for instance: {message}"
     finding = Finding(
         code="CQ701" if spoken.failed else rule.code,
         name="rule-failed" if spoken.failed else rule.name,
@@ -299,26 +299,26 @@ def make(topic: MatchedTopic, draft: Hit[EndpointGroup]) -> Made:
         source=topic.pack.id,
         topic=topic.shown,
         verdict=_verdict(spoken),
-        sides=later(_sides, draft),
-        remedies=() if spoken.failed or draft.more else later(_remedies, (topic, draft)),
+        sides=later(_sides, hit),
+        remedies=() if spoken.failed or hit.more else later(_remedies, (topic, hit)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
         help=_next_step(worlds) or rule.help or None,
-        pairs=draft.pairs,
+        pairs=hit.pairs,
         worlds=worlds,
     )
-    cause = because if bound.scope == "pair" and not draft.more else ()
+    cause = because if bound.scope == "pair" and not hit.more else ()
     word = (rule.guarantee or "") if cause and not spoken.failed else ""
-    return Made(finding, _merge_key(draft, finding, because), draft.tags, cause, word)
+    return Made(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
 
 
-def _further(draft: Hit[EndpointGroup]) -> str:
+def _further(hit: Hit[EndpointGroup]) -> str:
     """How many combinations are put together here."""
-    what = "combination of values" if draft.more == 1 else "combinations of values"
-    if draft.spoken.unknown:
-        return f"{draft.more} further {what} {'is' if draft.more == 1 else 'are'} not known to fit"
-    return f"{draft.more} further {what} {'breaks' if draft.more == 1 else 'break'} the rule"
+    what = "combination of values" if hit.more == 1 else "combinations of values"
+    if hit.spoken.unknown:
+        return f"{hit.more} further {what} {'is' if hit.more == 1 else 'are'} not known to fit"
+    return f"{hit.more} further {what} {'breaks' if hit.more == 1 else 'break'} the rule"
 
 
 def _severity(spoken: Violation) -> Severity:
@@ -335,25 +335,25 @@ def _verdict(spoken: Violation) -> Verdict | None:
     return None if verdict is Verdict.COMPATIBLE else verdict
 
 
-def _merge_key(draft: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
+def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
     """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
-    rule = draft.spoken.bound.rule
-    if draft.more:
+    rule = hit.spoken.bound.rule
+    if hit.more:
         return ("own", object())
     if because:
         # What is not known may lead to other verdicts elsewhere, and then it is another finding.
-        return ("cause", rule.code, because, tuple(finding.worlds.items()), draft.tags)
-    endpoints = [e for members in (*draft.publishers, *draft.subscribers) for e in members.endpoints]
+        return ("cause", rule.code, because, tuple(finding.worlds.items()), hit.tags)
+    endpoints = [e for members in (*hit.publishers, *hit.subscribers) for e in members.endpoints]
     if any(each.kin.template is not None for each in endpoints):
         templates = frozenset(each.kin.template or each.id for each in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
-        return ("template", rule.code, templates, values, draft.tags)
+        return ("template", rule.code, templates, values, hit.tags)
     if any(endpoint.visiting for endpoint in endpoints):
         # For a subscriber of many topics, equal findings on all of them are reported once.
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
-        wanting = frozenset(e.id for members in draft.subscribers for e in members.endpoints)
-        return ("meeting", rule.code, wanting, values, draft.tags)
-    if draft.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
+        wanting = frozenset(e.id for members in hit.subscribers for e in members.endpoints)
+        return ("meeting", rule.code, wanting, values, hit.tags)
+    if hit.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
         # What is wrong with a service is stated once, though it has several topics.
         stated = frozenset(e.stated_id for e in endpoints)
         return (
@@ -361,9 +361,9 @@ def _merge_key(draft: Hit[EndpointGroup], finding: Finding, because: tuple[str, 
             rule.code,
             stated,
             tuple((f.policy, f.value) for s in finding.sides for f in s.facts),
-            draft.tags,
+            hit.tags,
         )
-    # A new object equals nothing else; an id would be used again once the draft is gone.
+    # A new object equals nothing else; an id would be used again once the hit is gone.
     return ("own", object())
 
 
@@ -489,8 +489,8 @@ def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Res
 def _remedies(of: tuple[MatchedTopic, Hit[EndpointGroup]]) -> tuple[Remedy, ...]:
     from cqos_core.checking.fixes import remedies
 
-    topic, draft = of
-    return remedies(topic, draft.spoken, list(draft.publishers), list(draft.subscribers))
+    topic, hit = of
+    return remedies(topic, hit.spoken, list(hit.publishers), list(hit.subscribers))
 
 
 def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:

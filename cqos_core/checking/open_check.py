@@ -89,8 +89,8 @@ class OpenCheck:
 
     @property
     def endpoints(self) -> list[Resolved]:
-        """All endpoints."""
-        return [*chain.from_iterable(self._parts.values())]
+        """All endpoints, in the order of the system."""
+        return [*chain.from_iterable(self._parts.get(each.id, ()) for each in self._system().endpoints)]
 
     def parts(self, name: str) -> Sequence[Resolved]:
         """Return what a stated endpoint amounts to, by its id."""

@@ -263,11 +263,11 @@ def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: in
     )
 
 
-def _split_finding(topic: MatchedTopic, draft: Hit[EndpointGroup], *, quiet: bool) -> Made:
-    made = make(topic, draft)
-    rule = draft.spoken.bound.rule
-    publishers, subscribers = shown(draft)
-    sides = sides_of(draft.spoken, publishers, subscribers, for_words=True)
+def _split_finding(topic: MatchedTopic, hit: Hit[EndpointGroup], *, quiet: bool) -> Made:
+    made = make(topic, hit)
+    rule = hit.spoken.bound.rule
+    publishers, subscribers = shown(hit)
+    sides = sides_of(hit.spoken, publishers, subscribers, for_words=True)
     subjects = " and ".join(subject(side) for side in reversed(sides))
     behind = judge_pair(publishers[0].profile, subscribers[0].profile)
     latent = tuple(
@@ -281,14 +281,14 @@ def _split_finding(topic: MatchedTopic, draft: Hit[EndpointGroup], *, quiet: boo
         if side.facts and not quiet
     )
     message = f"{subjects} on topic `{topic.shown}` never meet{f' ({values})' if values else ''}: {rule.because}"
-    if draft.more:
-        message = f"{draft.more} further combinations of values keep endpoints apart, for instance: {message}"
+    if hit.more:
+        message = f"{hit.more} further combinations of values keep endpoints apart, for instance: {message}"
     if quiet:
         message = f"some endpoints on topic `{topic.shown}` never meet: {rule.because}"
     finding = replace(
         made.finding,
         message=message,
-        severity=Severity.NOTE if quiet else Severity(draft.spoken.bound.severity),
+        severity=Severity.NOTE if quiet else Severity(hit.spoken.bound.severity),
         verdict=None,
         sides=tuple(replace(side, facts=()) for side in made.finding.sides) if quiet else made.finding.sides,
         remedies=(),

@@ -18,6 +18,7 @@ from cqos_core.resolving.reader import depends
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -305,9 +306,16 @@ def refusing_values(pack: RulePack, bound: BoundRule, role: str, at: int, read: 
     for index, value in zip(bound.bound.own, read, strict=True):
         if index not in absent:
             values[index] = value
-    values[at] = depends(pack, option, map(option.domain.format, option.domain.candidates()))
-    worlds = _answer(bound, tuple(values), tuple(values)).outcome.worlds
+    values[at] = _any_of(pack, option)
+    both = tuple(values)
+    worlds = _answer(bound, both, both).outcome.worlds
     return frozenset(world.partition("=")[2] for world, result in worlds if result is (bound.rule.kind == "forbids"))
+
+
+@lru_cache
+def _any_of(pack: RulePack, option: Policy) -> Value:
+    """Return the value of an option that may be any of its candidates."""
+    return depends(pack, option, map(option.domain.format, option.domain.candidates()))
 
 
 @lru_cache(maxsize=_FRAMES)

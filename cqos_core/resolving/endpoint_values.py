@@ -259,6 +259,8 @@ class EndpointValues:
             self._remarks()
             own = as_object(endpoint).settings
             key = (*key, stated(own))
+            if (found := self._own.get(key)) is not None:
+                return found
             recognised = self._kept.name(whose, name, {**own, name: setting})
         is_short = len(name) + len(text) <= LONGEST_REMEMBERED and not (unknown or beside)
         found = OwnSetting(recognised, self._remarks(), is_of_any_system=is_short)

@@ -51,6 +51,9 @@ class Layer(NamedTuple):
 
     @property
     def texts(self) -> tuple[object, ...]:
-        """What they are stated as, without where."""
-        stated = [(index, stated.text, stated.setting.unknown) for index, stated in self.settings.items()]
+        """What they are stated as, and which finding reports what is not known; without where."""
+        stated = [
+            (index, each.text, each.setting.unknown, each.code or each.setting.reported)
+            for index, each in self.settings.items()
+        ]
         return (*stated, self.unread) if self.unread else tuple(stated)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pickle
+import sys
 from datetime import timedelta
 from random import Random
+from threading import Thread
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
@@ -127,3 +129,26 @@ def test_what_is_no_setting_is_refused_every_time():
             cqos.PairJudge("ros3")
         with pytest.raises(cqos.CqosError, match="another judge"):
             judge.verdict(cqos.PairJudge("dds").profile({}), {})
+
+
+def test_threads_that_share_a_judge_get_their_own_findings():
+    found: list[tuple[str, list[str]]] = []
+
+    def ask(number: int, depth: str) -> None:
+        for each in range(60):
+            offered = {"reliability": "reliable", "depth": depth.format(number * 1_000 + each)}
+            report = cqos.check_pair("ros2", offered, {"depth": "7"})
+            found.append((depth, [finding.code for finding in report.findings]))
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [Thread(target=ask, args=(number, depth)) for number, depth in enumerate(("x{}", "{}", "{}"))]
+        for each in threads:
+            each.start()
+        for each in threads:
+            each.join()
+    finally:
+        sys.setswitchinterval(before)
+    assert len(found) == 180
+    assert {("CQ203" in codes) == (depth == "x{}") for depth, codes in found} == {True}
