@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -105,8 +107,14 @@ class RulePack(PackContents):
 
     def is_fixed(self, broker: Broker) -> bool:
         """Whether a broker has a preset whose values its users cannot change."""
-        names = [self.preset_names.get(normalise(ref.name)) for ref in broker.profiles]
+        named = [self.preset_names.get(normalise(ref.name)) for ref in broker.profiles]
+        names = named or self.presets_at(broker.id)
         return any(name is not None and self.presets[name].fixed for name in names)
+
+    def presets_at(self, address: str) -> list[str]:
+        """Return the presets that a broker at an address has for certain, where it names none."""
+        host = re.sub(r":\d+$", "", address.rpartition("://")[2].lower())
+        return [name for name, each in self.presets.items() if any(fnmatchcase(host, at) for at in each.hosts)]
 
     @cached_property
     def needs(self) -> Mapping[str, tuple[int, Plain]]:

@@ -241,7 +241,7 @@ UnaffectedModel: Final = create_model(
     "UnaffectedModel", __base__=_Model, **_keys_of(Unaffected, guarantee=Word, faults=tuple[Fault, ...])
 )
 PresetModel: Final = create_model(
-    "PresetModel", __base__=_Model, **_keys_of(Preset, settings=_Settings, needs=_Least | None, fixed=None)
+    "PresetModel", __base__=_Model, **_keys_of(Preset, settings=_Settings, needs=_Least | None, fixed=None, hosts=None)
 )
 ConventionModel: Final = create_model("ConventionModel", __base__=_Model, **_keys_of(Convention, settings=_Settings))
 DialectModel: Final = create_model("DialectModel", __base__=_Model, **_keys_of(Dialect))

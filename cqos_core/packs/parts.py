@@ -29,6 +29,7 @@ class Preset:
         needs: option and the least value of it that has this preset, for instance ``("distro", "iron")``; None: always.
         aliases: other spellings; compared normalised.
         fixed: its users cannot change these values, such as limits of a cloud service, so no fix does.
+        hosts: patterns of addresses at which a broker has these values for certain, where it names no profile.
     """
 
     settings: Mapping[str, str]
@@ -37,6 +38,7 @@ class Preset:
     aliases: tuple[str, ...] = ()
     level: Literal["endpoint", "broker"] = ENDPOINT
     fixed: bool = False
+    hosts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

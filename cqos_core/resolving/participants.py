@@ -11,7 +11,7 @@ from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.rows import kinds_of
-from cqos_core.model.system import PUBLISHER, Broker, Setting
+from cqos_core.model.system import PUBLISHER, Broker, ProfileRef, Setting
 from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.parts import Surroundings
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
-    from cqos_core.model.system import Overlay, Participant, Place, ProfileRef, Settings, System
+    from cqos_core.model.system import Overlay, Participant, Place, Settings, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
@@ -203,10 +203,8 @@ class Participants:
             own, unread = self._reader.recognise(
                 Whose(pack, ("broker",), None, owner, "broker", [broker.id]), broker.settings
             )
-            known = (
-                Layer("explicit", own, unread=unread),
-                *self._profiles_of_broker(broker.profiles, pack, {broker.id}),
-            )
+            refs = broker.profiles or tuple(ProfileRef(name, broker.place) for name in pack.presets_at(broker.id))
+            known = (Layer("explicit", own, unread=unread), *self._profiles_of_broker(refs, pack, {broker.id}))
             self._layers_of_brokers[id(pack), broker.id] = known
         return known
 

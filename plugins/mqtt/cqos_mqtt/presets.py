@@ -10,9 +10,9 @@ from typing import Final
 from cqos_core.packs import Preset
 
 
-def a_broker(doc: str, *aliases: str, fixed: bool = False, **limits: str) -> Preset:
-    """Write one broker: what it can do, its clause, and whether its users cannot change that."""
-    return Preset(limits, doc, aliases=aliases, level="broker", fixed=fixed)
+def a_broker(doc: str, *aliases: str, fixed: bool = False, hosts: tuple[str, ...] = (), **limits: str) -> Preset:
+    """Write one broker: what it can do, its clause, whether its users cannot change that, and at which addresses it is for certain."""
+    return Preset(limits, doc, aliases=aliases, level="broker", fixed=fixed, hosts=hosts)
 
 
 def sparkplug(doc: str, qos: str, *, retain: bool = False) -> Preset:
@@ -65,6 +65,7 @@ BROKERS: Final = {
         "A cloud broker without QoS 2: AWS IoT Core (AWS IoT Core message broker and protocol limits and quotas).",
         "cloud_without_qos_2",
         fixed=True,
+        hosts=("*.iot.*.amazonaws.com", "*.iot.*.amazonaws.com.cn"),
         implementation="aws_iot_core",
         maximum_qos="1",
         session_expiry_interval="7d",

@@ -535,3 +535,27 @@ def test_a_system_file_describes_a_broker_that_a_bridge_names(tmp_path):
     report = cqos.check(tmp_path / "all.yaml")
     assert "MQTT201" in {each.code for each in report.findings}
     assert "up/sensor" in {each.topic for each in report.groups}
+
+
+@pytest.mark.parametrize(
+    ("address", "codes"),
+    [
+        ("x1-ats.iot.eu-west-1.amazonaws.com:8883", {"MQTT201"}),
+        ("x1.iot.cn-north-1.amazonaws.com.cn", {"MQTT201"}),
+        ("x1.iot.amazonaws.com.example:8883", set()),
+        ("mqtt.example.com", set()),
+    ],
+)
+def test_a_cloud_broker_is_known_by_its_address(address, codes):
+    text = f"listener 1883\nconnection cloud\naddress {address}\ntopic position out 2\n"
+    found = {each.code for each in cqos.check(text.encode(), importer="mosquitto").findings}
+    assert found & {"MQTT201"} == codes
+
+
+def test_what_a_system_states_of_a_cloud_broker_comes_before_its_address():
+    text = b"""cqos: 1
+protocol: mqtt
+brokers: {"x1.iot.eu-west-1.amazonaws.com:8883": {maximum_qos: 2}}
+participants: {pub: {publishes: {t: {qos: 2}}}, sub: {subscribes: {t: {qos: 2}}}}
+"""
+    assert "MQTT201" not in {each.code for each in cqos.check(text).findings}
