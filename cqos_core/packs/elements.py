@@ -13,10 +13,12 @@ from cqos_core.model.system import Place
 from cqos_core.packs.foreign import FileReading
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from cqos_core.importers.tree import Node
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import System
+    from cqos_core.model.system import Part, System
 
 
 class ElementReading(FileReading):
@@ -43,9 +45,16 @@ class ElementReading(FileReading):
         """Collect a problem."""
         super().problem(code, message, self.place(where), advice)
 
-    def note(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
-        """Report something that is no reason to stop, with the severity of its code."""
-        super().note(code, message, self.place(where), advice)
+    def note(
+        self,
+        code: str,
+        message: str,
+        where: Node | Place | Element,
+        advice: str | None = None,
+        unread: Iterable[Part] = (),
+    ) -> None:
+        """Report something that is no reason to stop, with the severity of its code, and what is not read for it."""
+        super().note(code, message, self.place(where), advice, unread)
 
     def finish(self) -> System:
         """Return the system.

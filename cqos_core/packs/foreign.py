@@ -15,12 +15,12 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.system import ImportNote, Participant, Setting, System, numbered
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.tree import Node
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Place, Room, Settings
+    from cqos_core.model.system import Part, Place, Room, Settings
 
 
 class FileReading(Reading):
@@ -71,11 +71,15 @@ class FileReading(Reading):
             raise InputError(self.problems)
         return self.system
 
-    def note(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:
-        """Report something that is no reason to stop, with the severity of its code."""
+    def note(
+        self, code: str, message: str, where: Node | Place, advice: str | None = None, unread: Iterable[Part] = ()
+    ) -> None:
+        """Report something that is no reason to stop, with the severity of its code, and what is not read for it."""
         info = self.codes[code]
         if self.is_new(message, where):
-            self.notes.append(ImportNote(code, info.severity, message, self.place(where), advice or info.help or None))
+            advice = advice or info.help or None
+            made = ImportNote(code, info.severity, message, self.place(where), advice, parts=tuple(unread))
+            self.notes.append(made)
 
     def is_new(self, message: str, where: Node | Place) -> bool:
         """Whether a message is reported for the first time at a place, to which references may lead several times."""

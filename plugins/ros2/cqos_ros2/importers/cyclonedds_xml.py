@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
-from cqos_core.model.system import Overlay, Setting
+from cqos_core.model.system import Overlay, Part, Setting
 from cqos_core.packs.elements import ElementReading
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.policies import PARTICIPANT_LEASE
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _DURATION: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(ns|us|ms|s|min|hr|day)", re.IGNORECASE)
 _UNITS: Final = {"hr": "h", "day": "d"}
+_DECIDING: Final = frozenset(("domain/partitioning", "discovery/tag"))
+"""Parts that keep endpoints apart whatever they state; the others are about the network, which no check covers."""
 _ANY: Final = frozenset(("", "any", "*", "default"))
 
 
@@ -56,7 +58,10 @@ class _File(ElementReading):
         if self.unread:
             first = min(self.unread.values(), key=lambda place: place.line or 0)
             paths = listed(map(shown, sorted(self.unread)), "and")
-            self.note("ROS965", f"parts of the configuration of Cyclone DDS that are not read: {paths}", first)
+            message = f"parts of the configuration of Cyclone DDS that are not read: {paths}"
+            deciding = [each for each in sorted(self.unread) if each.lower() in _DECIDING]
+            parts = [Part("element", each, "it decides who meets whom", self.unread[each], 0) for each in deciding]
+            self.note("ROS965", message, first, unread=parts)
         return self.finish()
 
     def domain(self, domain: Element) -> tuple[str, Setting | None]:

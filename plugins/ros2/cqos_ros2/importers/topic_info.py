@@ -16,7 +16,7 @@ from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, endpoint_id
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Part, Participant, Place, Setting, endpoint_id
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
 
@@ -305,7 +305,9 @@ class _Writer(RosFile):
             if count != roles[role]:
                 message = f"{count} {role}s of `{topic}` are counted, {roles[role]} shown"
                 advice = None if snapshot.blocks else "take the snapshot with `--verbose`"
-                self.note("ROS903", message, place, advice)
+                hidden = count - roles[role]
+                unread = [Part("endpoint", f"{role} of {topic}", "it is counted and not shown", place, hidden)]
+                self.note("ROS903", message, place, advice, unread if hidden > 0 else ())
         if snapshot.whole and SUBSCRIBER not in snapshot.counts:
             message = f"the snapshot of `{topic}` ends before its subscriptions: the output is cut off"
             self.note("ROS904", message, snapshot.place)

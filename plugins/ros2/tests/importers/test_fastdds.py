@@ -291,6 +291,19 @@ class TestLeaseOfParticipants:
         assert self.verdict(xml, rmw="cyclonedds") == expected
         assert self.verdict(xml, rmw="fastdds") == "compatible"
 
+    @pytest.mark.parametrize(
+        ("inner", "unread"),
+        [
+            ("<General><Interfaces/></General><Discovery><Peers/></Discovery>", []),
+            ("<Partitioning><IgnoredPartitions/></Partitioning>", ["Domain/Partitioning"]),
+            ("<Discovery><Tag>a</Tag></Discovery>", ["Discovery/Tag"]),
+        ],
+    )
+    def test_what_may_keep_endpoints_apart_is_not_read(self, inner, unread):
+        xml = f"<CycloneDDS><Domain>{inner}</Domain></CycloneDDS>"
+        found = check(xml.encode(), importer="cyclonedds").coverage.unread
+        assert [(each.name, each.endpoints) for each in found] == [(name, 0) for name in unread]
+
     def test_a_lease_of_one_domain_is_not_known_for_all(self):
         xml = '<CycloneDDS><Domain Id="3"><Discovery><LeaseDuration>300 s</LeaseDuration></Discovery></Domain></CycloneDDS>'
         assert self.verdict(xml, rmw="cyclonedds") == "unknown"

@@ -295,6 +295,8 @@ def test_counts_that_disagree_are_a_note():
         "ROS903 note 4:18 2 publishers of `/t` are counted, 1 shown",
         "ROS903 note 19:21 1 subscribers of `/t` are counted, 0 shown",
     ]
+    hidden = [(part.kind, part.name, part.endpoints) for each in system.notes for part in each.parts]
+    assert hidden == [("endpoint", "publisher of /t", 1), ("endpoint", "subscriber of /t", 1)]
 
 
 def test_without_verbose_nothing_is_shown():
