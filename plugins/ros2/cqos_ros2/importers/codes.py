@@ -100,6 +100,7 @@ OBSERVED: Final = (
         "note",
         "The description of the recording has a newer version than any that C-QoS knows.",
         "It is read like the newest known one.",
+        leaves_out="file",
     ),
     CodeInfo(
         "ROS915",
@@ -254,6 +255,7 @@ CONFIGURED: Final = (
         "note",
         "A Fast DDS profile has a setting that can keep endpoints of one topic apart and is not judged.",
         "Whether the endpoints that it covers match is unknown. Partitions of the default profile and ownership are judged.",
+        leaves_out="setting",
     ),
     CodeInfo(
         "ROS964",
