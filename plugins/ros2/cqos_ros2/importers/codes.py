@@ -255,7 +255,6 @@ CONFIGURED: Final = (
         "note",
         "A Fast DDS profile has a setting that can keep endpoints of one topic apart and is not judged.",
         "Whether the endpoints that it covers match is unknown. Partitions of the default profile and ownership are judged.",
-        leaves_out="setting",
     ),
     CodeInfo(
         "ROS964",
