@@ -15,10 +15,11 @@ from cqos_core.formatters.json_report import report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
 from cqos_core.formatters.sarif import render_sarif
+from cqos_core.formatters.several import together
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.report import Report, Verdict, plural
 from cqos_core.model.style import Style
-from cqos_core.model.system import Part
+from cqos_core.model.system import Part, Place
 from cqos_pictures.page import render_html
 from tests.command import run
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
@@ -131,6 +132,15 @@ def test_a_file_that_cannot_be_read_is_not_covered(tmp_path):
     done = run(["check", "a.yaml", "b.yaml", "--each", "--format", "json"], tmp_path)
     assert done.code == 2
     assert [each["kind"] for each in json.loads(done.out)["coverage"]["unread"]] == ["file"]
+
+
+def test_an_event_that_was_not_read_hides_no_endpoint_of_another_system():
+    event = Coverage(
+        1, unclear=("Other",), unread=(Part("event", place=Place("a.bpmn", element="Other"), endpoints=0),)
+    )
+    parts = [Report(Verdict.COMPATIBLE, coverage=each) for each in (event, Coverage(1, unclear=("Other",)))]
+    told = [*wording.coverage(together(parts))]
+    assert told[1:] == ["not read: event (a.bpmn)", "not known whole: `Other`"]
 
 
 def test_a_report_without_endpoints_says_that_it_has_none():

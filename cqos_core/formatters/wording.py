@@ -193,10 +193,10 @@ def coverage(report: Report) -> Iterator[str]:
         yield clean(
             f"not read: {each.kind}{name}{cause}{f' ({position(each.place)})' if each.place is not None else ''}"
         )
-    said = {each.place.element for each in covered.unread if each.place is not None}
-    for name in covered.unclear:
-        if name not in said:
-            yield clean(f"not known whole: `{name}`")
+    # Ids are unique in one system only.
+    for one in report.parts or (report,):
+        said = {each.place.element for each in one.coverage.unread if each.place is not None}
+        yield from (clean(f"not known whole: `{name}`") for name in one.coverage.unclear if name not in said)
 
 
 def beside(report: Report) -> str:
