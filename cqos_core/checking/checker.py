@@ -145,18 +145,28 @@ def assemble(
         unmatched=unmatched,
         hypothetical=hypothetical,
         assumed=later(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
-        coverage=covered(system, endpoints, context),
+        coverage=covered(system, resolved, context),
     )
 
 
-def covered(system: System, endpoints: Sequence[Resolved], context: Context) -> Coverage:
-    """Return how much of its inputs a system of these endpoints was made from."""
+def covered(system: System, resolved: ResolvedSystem, context: Context) -> Coverage:
+    """Return how much of its inputs a system was made from."""
+    endpoints = resolved.endpoints
     unclear = later(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))
-    unread = tuple(part for note in system.notes for part in note.parts or _left_out(note, context))
+    of_notes = (part for note in system.notes for part in note.parts or _left_out(note, context))
+    unread = (*of_notes, *_packless(resolved))
     totals: Counter[str] = Counter()
     for note in system.notes:
         totals.update({part.kind: note.total for part in note.parts[:1] if note.total})
     return Coverage(len(endpoints), unclear, unread, totals)
+
+
+def _packless(resolved: ResolvedSystem) -> Iterator[Part]:
+    """Yield the endpoints that no pack judges."""
+    for protocol, endpoints in sorted(resolved.packless.items()):
+        cause = f"no installed pack judges protocol `{protocol}`" if protocol else "no protocol is stated"
+        for endpoint in sorted(endpoints, key=attrgetter("id")):
+            yield Part("endpoint", endpoint.id, cause, endpoint.place)
 
 
 def _left_out(note: ImportNote, context: Context) -> Iterator[Part]:

@@ -44,7 +44,6 @@ from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
-from cqos_core.model.coverage import joined
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
@@ -402,14 +401,18 @@ class _Check:
         return missed
 
     def _too_little_read(self) -> bool:
-        """Whether less was read of the inputs than the caller requires."""
-        required, covered = self.options.require_coverage, joined(each.report.coverage for each in self.reports)
-        missed = required is not None and covered.percent < required
-        if missed:
+        """Whether less was read of a system than the caller requires."""
+        required = self.options.require_coverage
+        if required is None:
+            return False
+        # Each by itself: a system of which little was read must not hide behind others.
+        missed = [each for each in self.reports if each.report.coverage.percent < required]
+        for each in missed:
             self._fault(
-                f"coverage is {covered.percent} %, less than the {required} % required; list the rest with --show coverage"
+                f"{each.path}: coverage is {each.report.coverage.percent} %, less than the {required} % required; "
+                "list the rest with --show coverage"
             )
-        return missed
+        return bool(missed)
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""

@@ -22,10 +22,8 @@ def render_github(report: Report, style: Style) -> str:
     places = Places(findings, style.sources)
     commands = [_command(finding, places, style) for finding in findings]
     # No name from an input stands in the last line, which is no command: it could make it one.
-    return (
-        "\n".join([*commands, f"{report.verdict_words}{wording.beside(report)}: {wording.counts(report, style)}"])
-        + "\n"
-    )
+    counts = wording.counts(report, style, asks=False)
+    return "\n".join([*commands, f"{report.verdict_words}{wording.beside(report)}: {counts}"]) + "\n"
 
 
 def _command(finding: Finding, places: Places, style: Style) -> str:

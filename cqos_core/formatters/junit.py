@@ -60,7 +60,8 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
     suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
     ET.SubElement(suite, "system-out").text = _lines(
         [
-            f"{report.verdict_words}{wording.beside(report)}: {wording.counts(report, style)}",
+            f"{report.verdict_words}{wording.beside(report)}: {wording.counts(report, style, asks=False)}",
+            *(wording.coverage(report) if report.coverage.unread else ()),
             *wording.assumed(report),
             *(f"not checked: {item}" for item in report.not_checked),
         ]

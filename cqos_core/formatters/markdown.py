@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _MOST: Final = 200  # causes: a summary of GitHub may have 1 MiB
 # What is markup, a mention, an emoji or an address that becomes a link.
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>&#|~@!$:]|(?<=www)\.", re.IGNORECASE)
+_MOST_UNREAD: Final = 100  # parts of one system: as above
 _NAME = re.compile(r"`([^`]+)`")
 
 
@@ -26,14 +27,14 @@ def render_markdown(report: Report, style: Style) -> str:
     """Return a heading and a table of findings for each system that was checked by itself."""
     lines = [line for part in report.parts or (report,) for line in _section(part, style)]
     if report.parts:
-        total = wording.total(report, style, terminal.paint(color=False))
+        total = wording.total(report, style, terminal.paint(color=False), asks=False)
         lines = [f"**{as_markdown(total)}**", "", *lines]
     lines += [f"- {as_markdown(each)}" for each in wording.assumed(report)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
 def _section(report: Report, style: Style) -> Iterator[str]:
-    counts = as_markdown(wording.counts(report, style))
+    counts = as_markdown(wording.counts(report, style, asks=False))
     yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
     yield from ("", f"**{report.verdict_words}**{wording.beside(report)}: {counts}", "")
     found = causes([each for each in wording.shown(report, style) if each.accepted is None], style)
@@ -42,6 +43,12 @@ def _section(report: Report, style: Style) -> Iterator[str]:
         yield from (*_rows(found[:_MOST], style), "")
     if rest := sum(len(cause.findings) for cause in found[_MOST:]):
         yield from (f"{rest} more findings are not listed.", "")
+    if report.coverage.unread:
+        covered = [*wording.coverage(report)]
+        yield from (f"- {as_markdown(each)}" for each in covered[:_MOST_UNREAD])
+        if rest := len(covered[_MOST_UNREAD:]):
+            yield f"- {rest} more are not listed."
+        yield ""
 
 
 def _rows(found: Sequence[Cause], style: Style) -> Iterator[str]:

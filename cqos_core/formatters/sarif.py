@@ -49,10 +49,12 @@ def render_sarif(report: Report, style: Style) -> str:
         ],
         "properties": {
             "verdict": report.verdict.value,
+            "verdictWords": report.verdict_words,
             "topics": report.topics,
             "pairs": report.pair_count,
             "notChecked": list(report.not_checked),
             "assumed": [*wording.assumed(report)],
+            "coverage": report.coverage.to_dict(),
         },
     }
     log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}

@@ -146,8 +146,11 @@ def assumed(report: Report) -> Iterator[str]:
         yield clean(f"assumed: {each.option} {', '.join(others)}{' or ' if others else ''}{last}")
 
 
-def counts(report: Report, style: Style) -> str:
-    """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``."""
+def counts(report: Report, style: Style, *, asks: bool = True) -> str:
+    """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``.
+
+    ``asks``: what was not read is listed only where --show asks for it, so the option is named until it was given.
+    """
     parts = [plural(report.topics, "topic"), f"{plural(report.pair_count, 'pair')} judged"]
     if report.hypothetical:
         parts.append(f"{plural(report.hypothetical, 'hypothetical pair')} tried")
@@ -159,7 +162,8 @@ def counts(report: Report, style: Style) -> str:
         parts.append(f"{accepted} accepted")
     counted = ", ".join(parts if report.findings else [*parts, "no findings"])
     unread = ", ".join(not_read(report))
-    return f"{counted}; not read: {unread} (listed with --show coverage)" if unread else counted
+    hidden = " (listed with --show coverage)" if asks and not style.coverage else ""
+    return f"{counted}; not read: {unread}{hidden}" if unread else counted
 
 
 def not_read(report: Report) -> list[str]:
@@ -180,14 +184,19 @@ def coverage(report: Report) -> Iterator[str]:
     known = covered.endpoints - len(covered.unclear)
     missing = sum(each.endpoints for each in covered.unread)
     more = f", and at least {plural(missing, 'endpoint')} not read" if missing else ""
-    yield f"coverage: {covered.percent} %: {known} of {plural(covered.endpoints, 'endpoint')} known whole{more}"
+    if covered.endpoints:
+        yield f"coverage: {covered.percent} %: {known} of {plural(covered.endpoints, 'endpoint')} known whole{more}"
+    else:
+        yield "coverage: no endpoint was read"
     for each in covered.unread:
         name, cause = (f" `{each.name}`" if each.name else ""), (f": {each.cause}" if each.cause else "")
         yield clean(
             f"not read: {each.kind}{name}{cause}{f' ({position(each.place)})' if each.place is not None else ''}"
         )
-    for name in covered.unclear:
-        yield clean(f"not known whole: `{name}`")
+    # Ids are unique in one system only.
+    for one in report.parts or (report,):
+        said = {each.place.element for each in one.coverage.unread if each.place is not None}
+        yield from (clean(f"not known whole: `{name}`") for name in one.coverage.unclear if name not in said)
 
 
 def beside(report: Report) -> str:
@@ -218,9 +227,11 @@ def conclusion(report: Report, style: Style, paint: Paint) -> list[str]:
     return [total(report, style, paint)] if report.parts else [*verdict(report, style, paint)]
 
 
-def total(report: Report, style: Style, paint: Paint) -> str:
-    """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
+def total(report: Report, style: Style, paint: Paint, *, asks: bool = True) -> str:
+    """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line; ``asks`` as in `counts`."""
     parts = sorted(report.parts, key=lambda part: (-part.verdict.rank, part.verdict_words))
     verdicts = Counter((part.verdict, part.verdict_words) for part in parts)
     counted = ", ".join(paint(f"{number} {words}", each) for (each, words), number in verdicts.items())
-    return f"total: {plural(len(report.parts), 'system')}: {counted}{beside(report)}: {counts(report, style)}"
+    return (
+        f"total: {plural(len(report.parts), 'system')}: {counted}{beside(report)}: {counts(report, style, asks=asks)}"
+    )

@@ -271,8 +271,11 @@ class _Builder:
         for kind in ("profile", "topic", "broker", "bridge", "chain", "link", "participant"):
             among = getattr(system, f"{kind}s")
             for name, stated in getattr(foreign, f"{kind}s").items():
-                if kind == "broker" and name in among and is_only_named(stated):
-                    continue  # an address of a bridge or a client, which another file describes
+                if kind == "broker" and name in among:
+                    if is_only_named(stated):
+                        continue  # an address of a bridge or a client, which another file describes
+                    if is_only_named(among[name]):
+                        del self.places[kind, name]
                 if self.claim(kind, name, stated.place or Place("")):
                     among[name] = stated
         system.endpoints += foreign.endpoints

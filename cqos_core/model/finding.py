@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.dataclass import dataclass
 
@@ -18,9 +18,14 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
 
 
+_HISSING: Final = ("s", "x", "ch", "sh")
+
+
 def plural(count: int, noun: str) -> str:
-    """Return ``1 pair``, ``2 pairs``."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+    """Return ``1 pair``, ``2 pairs``, ``2 processes``."""
+    if count == 1:
+        return f"{count} {noun}"
+    return f"{count} {noun}{'es' if noun.endswith(_HISSING) else 's'}"
 
 
 class TextEnum(str, Enum):

@@ -22,18 +22,15 @@ if TYPE_CHECKING:
 _WrongNames = Mapping[tuple["NameProblem", str, str], Sequence["Endpoint"]]
 
 
-def left_over(
-    resolved: ResolvedSystem, packless: Mapping[str, Sequence[Endpoint]], names: _WrongNames, known: Collection[str]
-) -> Iterator[Finding]:
+def left_over(resolved: ResolvedSystem, names: _WrongNames, known: Collection[str]) -> Iterator[Finding]:
     """Say what nothing judges.
 
     Args:
-        resolved: what packs judge.
-        packless: endpoints without a pack, by protocol.
+        resolved: what packs judge, and what none does.
         names: what is wrong with names, by the name and the pack, with all endpoints that use it.
         known: packs to suggest.
     """
-    yield from _packless(packless, known)
+    yield from _packless(resolved.packless, known)
     yield from _wrong_names(names, resolved.packs)
     yield from _needs_without_pack(resolved.system, resolved.endpoints)
 

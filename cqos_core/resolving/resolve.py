@@ -76,7 +76,6 @@ class Resolver:
         self.reaching: set[str] = set()
         self.completed = self._joint = False
         self._chosen: dict[str | None, RulePack | None] = {}
-        self._packless: dict[str, list[Endpoint]] = {}
         self._implied: list[Endpoint] = []
         self._facts: dict[int, Settings] = {}
         self._topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
@@ -215,7 +214,7 @@ class Resolver:
         family = self._family_of(endpoint)
         if family is None:
             endpoint = as_object(endpoint)
-            self._packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
+            self.result.packless.setdefault(self._protocol_of(endpoint) or "", []).append(endpoint)
             self.reader.remarks += 1
             return
         if family.needs_in_vain:
@@ -259,10 +258,10 @@ class Resolver:
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
-        if self._packless or self._name_problems or any(each.needs for each in kinds_of(self.system.endpoints)):
+        if self.result.packless or self._name_problems or any(each.needs for each in kinds_of(self.system.endpoints)):
             from cqos_core.resolving.left_over import left_over
 
-            self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
+            self.result.findings += left_over(self.result, self._name_problems, self.known)
         if self.system.overlays:
             self.overlays.report()
         self.participants.report()

@@ -224,10 +224,11 @@ class Resolved:
 
 @dataclass(slots=True)
 class ResolvedSystem:
-    """All endpoints that a pack judges, and what was found on the way."""
+    """All endpoints that a pack judges, and what was found on the way; ``packless`` are those that none judges, by protocol."""
 
     system: System
     endpoints: list[Resolved] = field(default_factory=list)
     participants: dict[tuple[str, int], ResolvedParticipant] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     packs: dict[str, RulePack] = field(default_factory=dict)
+    packless: dict[str, list[Endpoint]] = field(default_factory=dict)

@@ -41,7 +41,7 @@ def render_html(report: Report, style: Style) -> str:
     name = wording.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
     sheet, script = data_file("style.css"), data_file("script.js")
     values = {
-        "title": f"{name}: {report.verdict}",
+        "title": f"{name}: {report.verdict_words}",
         "name": name,
         **_head(report),
         "version": style.tool_version,

@@ -189,12 +189,15 @@ class _Reader(Document):
     def reached_by(self, address: str, server: MappingNode, where: Node, name: str) -> Setting:
         """Return the broker at an address, with the defaults of its variables; unknown where one of them has none."""
         variables = self.a_map(stated(server, "variables"), "variables")
-        defaults = {key.text: self.a_text(self.a_map(node, key.text), "default") for key, node in entries_of(variables)}
+        stating = {key.text: self.a_map(node, key.text) for key, node in entries_of(variables)}
+        defaults = {key: self.a_text(each, "default") for key, each in stating.items()}
         filled = _filled(address, {key: text for key, text in defaults.items() if text})
         open_ = _PARAMETER.search(filled)
         if open_ is None:
             return self.broker(_host(filled) or name, where)
-        cause = f"the variable `{open_[1]}` of server `{name}` has no default"
+        default = stated(stating[open_[1]], "default") if open_[1] in stating else None
+        has = "an empty default" if isinstance(default, ScalarNode) else "no default"
+        cause = f"the variable `{open_[1]}` of server `{name}` has {has}"
         return Setting(_host(address), self.place(where), unknown=cause)
 
     # Channels and operations

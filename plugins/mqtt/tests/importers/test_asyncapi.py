@@ -337,11 +337,13 @@ PLAIN = SERVER.format(title="Display", url="mqtt.example.com:1883", variables="{
         ("{host: {default: other.example.com}, port: {default: '1883'}}", "unknown", 0),
         ("{host: {description: where it is}, port: {default: '1883'}}", "unknown", 1),
         ("{port: {default: '1883'}}", "unknown", 1),
+        ("{host: {default: ''}, port: {default: '1883'}}", "unknown", 1),
     ],
 )
 def test_variables_of_a_server_have_their_defaults(variables, verdict, pairs):
     sensor = SERVER.format(title="Sensor", url="{host}:{port}", variables=variables, verb="subscribe")
     report = check(sensor.encode(), PLAIN.encode())
     assert (report.verdict, report.pair_count) == (verdict, pairs)
-    open_ = "the variable `host` of server `p` has no default"
+    has = "an empty default" if "''" in variables else "no default"
+    open_ = f"the variable `host` of server `p` has {has}"
     assert any(open_ in each.message for each in report.findings) is (verdict == "unknown" and pairs == 1)

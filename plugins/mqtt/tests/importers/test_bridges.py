@@ -526,6 +526,21 @@ def test_files_that_are_included_are_joined_as_files_that_are_named(tmp_path):
     assert {each.topic for each in included.groups} == {"sensor", "up/sensor"}
 
 
+def test_a_broker_that_a_system_file_only_names_is_as_an_included_file_describes_it(tmp_path):
+    (tmp_path / "near.conf").write_text(NEAR + "max_qos 1\n", encoding="utf-8")
+    for stated in ("", "brokers: {near: {}}\n", "brokers: {near: }\n"):
+        text = FAR_CLIENTS.format(include=f"include: near.conf\n{stated}").replace("broker: far", "broker: near")
+        (tmp_path / "all.yaml").write_text(text, encoding="utf-8")
+        broker = cqos.read(tmp_path / "all.yaml").brokers["near"]
+        assert broker.settings["maximum_qos"].text == "1", stated
+    (tmp_path / "second.yaml").write_text(
+        "cqos: 1\nprotocol: mqtt\nbrokers: {near: {maximum_qos: 2}}\n", encoding="utf-8"
+    )
+    (tmp_path / "all.yaml").write_text(text.replace("near.conf", "[near.conf, second.yaml]"), encoding="utf-8")
+    with pytest.raises(cqos.CqosError, match="broker `near` is stated twice, first at"):
+        cqos.read(tmp_path / "all.yaml")
+
+
 def test_a_system_file_describes_a_broker_that_a_bridge_names(tmp_path):
     (tmp_path / "near.conf").write_text(NEAR, encoding="utf-8")
     stated = 'include: near.conf\nbrokers: {"far.example:1883": {maximum_qos: 1}}\n'

@@ -100,6 +100,7 @@ OBSERVED: Final = (
         "note",
         "The description of the recording has a newer version than any that C-QoS knows.",
         "It is read like the newest known one.",
+        leaves_out="file",
     ),
     CodeInfo(
         "ROS915",

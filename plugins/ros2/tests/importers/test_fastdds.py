@@ -250,6 +250,13 @@ class TestWhatKeepsEndpointsApart:
         assert checked(xml, subscribes="/scan: default", rmw="fastdds").verdict == verdict
         assert checked(xml, subscribes="/scan: default", rmw="cyclonedds").verdict == "compatible"
 
+    def test_what_is_not_judged_makes_the_coverage_less_with_fast_dds_only(self):
+        xml = ends(partition("left"), partition("right"))
+        fast, other = (checked(xml, subscribes="/scan: default", rmw=rmw) for rmw in ("fastdds", "cyclonedds"))
+        assert "ROS963" in {finding.code for finding in other.findings}
+        assert (fast.coverage.percent, other.coverage.percent) == (0, 100)
+        assert other.verdict_words == "compatible"
+
     def test_different_partitions_are_named(self):
         report = checked(
             ends(partition("left"), partition("right"), name=""), subscribes="/scan: default", rmw="fastdds"

@@ -477,6 +477,12 @@ def test_layouts_of_another_version(version, text, code):
     assert codes == ([] if code is None else [code])
 
 
+@pytest.mark.parametrize(("version", "unread"), [(9, []), (10, ["file"])])
+def test_a_newer_recording_is_not_read_whole(version, unread):
+    report = check(minimal("[]", f"  version: {version}\n").encode())
+    assert [each.kind for each in report.coverage.unread] == unread
+
+
 def test_odd_profiles_are_warnings():
     system = bag(minimal("[{history: keep_last, depth: 1, colour: red, durability: ~}]"))
     assert said(system) == [
