@@ -484,7 +484,7 @@ def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says(
     delay = 7.0
     assert PACK.presets["mosquitto"].settings["keep_alive_delay"] == f"{delay:g}s"
     most, least = asyncio.run(show())  # the last packet came between the two
-    assert most > 1.5
+    assert most > 1.0  # it counts whole seconds, so half of one may be missing
     assert least <= 1.5 + delay
 
 
