@@ -61,5 +61,5 @@ inside '
   for _ in $(seq 300); do grep -q http /tmp/modeler.txt && break; sleep 0.1; done
   address=$(grep -o "http://[^#]*" /tmp/modeler.txt)
   python3 -c "import sys, urllib.request; page = urllib.request.urlopen(sys.argv[1]).read(); assert b\"<title>\" in page" "$address"
-  kill -INT $!; wait $!'
+  kill -TERM $!; wait $! || [ $? -eq 143 ]'
 echo "bare machine ($release): cqos modeler serves its page"
