@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers import yaml_form as form
 from cqos_core.importers.forms import TextEntry, settings_at
-from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind
+from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind, pattern_of
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Place, ProfileRef, Room
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class Maker:
         kind = self._kinds.get(key)
         if kind is None:
             like = self._object(stated, "", None, {}, place)
-            kind = self._kinds[key] = TextKind(like, self._pattern(names), place.source)
+            kind = self._kinds[key] = TextKind(like, pattern_of(names, self._patterns), place.source)
         return (kind, name, topic, (place.line, place.column, line, *spots), *texts)
 
     def _object(self, stated: Entry, name: str, topic: str | None, settings: Settings, place: Place) -> Endpoint:
@@ -140,14 +140,6 @@ class Maker:
             made.protocol = stated.get(form.PROTOCOL)
             made.label = stated.get(form.LABEL)
         return made
-
-    def _pattern(self, names: tuple[str, ...]) -> Pattern:
-        """Return the one pattern of settings with these names."""
-        found = self._patterns.get(names)
-        if found is None:
-            said = tuple([(name, "", "", False) for name in names]), ()
-            found = self._patterns[names] = Pattern(said, [*range(len(names))])
-        return found
 
 
 def profiles(entry: Entry) -> tuple[ProfileRef, ...]:

@@ -47,6 +47,15 @@ class Pattern:
         return tuple(settings), self.said[1]
 
 
+def pattern_of(names: tuple[str, ...], known: dict[tuple[str, ...], Pattern]) -> Pattern:
+    """Return the one pattern of settings with these names, whose texts all differ; ``known`` has those that were made."""
+    found = known.get(names)
+    if found is None:
+        said = tuple([(name, "", "", False) for name in names]), ()
+        found = known[names] = Pattern(said, [*range(len(names))])
+    return found
+
+
 class RowKind(ABC):
     """What rows of one file share, which differ in id, label, topic, place and the texts of some settings. Importers derive from it.
 

@@ -405,7 +405,7 @@ class ImportNote:
     Attributes:
         parts: those of the input that it says are not read although they may decide. A note needs none whose code is about such a
             part (`CodeInfo.leaves_out`): it stands for one.
-        total: how many such parts the input has, read or not, where that is known.
+        total: how many parts of the kind of the first one the input has, read or not, where that is known.
     """
 
     code: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos.v1 import system_pb2
-from cqos_core.model.rows import FIRST_TEXT, EndpointList, Pattern, RowKind
+from cqos_core.model.rows import FIRST_TEXT, EndpointList, Pattern, RowKind, pattern_of
 from cqos_core.model.settings import Setting
 
 if TYPE_CHECKING:
@@ -71,15 +71,8 @@ class EndpointRows:
         kind = self._kinds.get(alike)
         if kind is None:
             like = system_pb2.Endpoint(**{field.name: value for field, value in shared})
-            kind = self._kinds[alike] = MessageKind(self._read(like), self._pattern(names))
+            kind = self._kinds[alike] = MessageKind(self._read(like), pattern_of(names, self._patterns))
         return (kind, message.id, own.get(_TOPIC), own.get(_LABEL), *[texts[name] for name in names])
-
-    def _pattern(self, names: tuple[str, ...]) -> Pattern:
-        found = self._patterns.get(names)
-        if found is None:
-            said = tuple([(name, "", "", False) for name in names]), ()
-            found = self._patterns[names] = Pattern(said, [*range(len(names))])
-        return found
 
 
 def endpoints_of(messages: Iterable[system_pb2.Endpoint], read: _Read) -> list[Endpoint]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import EVERY_OTHER, Broker, Cases, ImportNote, Part, Place, ProfileRef, Room, Setting
+from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Part, Place, ProfileRef, Room, Setting
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
@@ -135,7 +135,7 @@ class _Reader(FileReading):
         """Say why Mosquitto does not start; what the line would state is not known, all else is read."""
         message = f"Mosquitto refuses `{f'{line.name} {line.value}'.strip()}`: {error.args[0]}"
         advice = f"write `{line.name} {line.value[1:].lstrip()}`" if line.value.startswith("=") else None
-        self.notes.append(ImportNote("MQTT940", "error", message, line.place, advice, parts=unread))
+        self.note("MQTT940", message, line.place, advice, unread)
         if line.name in _DIRECTIVES:
             cause = f"Mosquitto refuses `{line.value}`"
             self.state(line, Setting(line.value, line.place, unknown=cause, reported="MQTT940"))
@@ -263,7 +263,7 @@ class _Reader(FileReading):
                 continue
             if line.name not in {"topic", "pattern"}:
                 message = f"an acl_file has lines of user, topic and pattern, not of {shown(line.name)}"
-                self.notes.append(ImportNote("MQTT940", "error", message, line.place))
+                self.note("MQTT940", message, line.place)
                 raise UnclearAccessError(f"Mosquitto refuses its line {shown(line.name)}")
             first, _, rest = line.value.partition(" ")
             access, topic = (first, rest.strip()) if first in _ACCESS and rest.strip() else ("readwrite", line.value)
@@ -308,7 +308,7 @@ def _number(least: int, most: int, none: int | None = None) -> Callable[[str], s
 def _queue(most: int) -> Callable[[str], str]:
     """Return a reader of how much a queue holds: of 0, and of what is below, as much as there is."""
     take = _number(0, most, 0)
-    return lambda text: "unlimited" if text.removeprefix("-").isdecimal() and text.startswith("-") else take(text)
+    return lambda text: "unlimited" if text.startswith("-") and text[1:].isdecimal() else take(text)
 
 
 def _flag(text: str) -> str:

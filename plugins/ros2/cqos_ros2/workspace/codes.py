@@ -100,11 +100,13 @@ CODES: Final = (
         "The node fails when it loads the plugin.",
     ),
     CodeInfo(
-        "ROS984",
-        "perhaps-one-topic",
-        "warning",
-        "A topic without publisher and one without subscriber differ in their namespace only, and a node is not known that may be a partner.",
-        "Endpoints match on equal names only. With all nodes known, this is CQ403.",
+        "ROS982",
+        "middleware-configuration-not-read",
+        "note",
+        "A launch configures the middleware of nodes by a variable of the environment.",
+        "What the variable or its file says may keep nodes apart, drop samples or replace their quality of service. No verdict counts it.",
+        help="compare the file by hand; C-QoS reads profiles of Fast DDS and Connext and `cyclonedds.xml` as files of their own",
+        leaves_out="variable",
     ),
     CodeInfo(
         "ROS983",
@@ -115,13 +117,11 @@ CODES: Final = (
         help="start it as a node of a package, so that a node file can say what it does",
     ),
     CodeInfo(
-        "ROS982",
-        "middleware-configuration-not-read",
-        "note",
-        "A launch configures the middleware of nodes by a variable of the environment.",
-        "What the variable or its file says may keep nodes apart, drop samples or replace their quality of service. No verdict counts it.",
-        help="compare the file by hand; C-QoS reads profiles of Fast DDS and Connext and `cyclonedds.xml` as files of their own",
-        leaves_out="variable",
+        "ROS984",
+        "perhaps-one-topic",
+        "warning",
+        "A topic without publisher and one without subscriber differ in their namespace only, and a node is not known that may be a partner.",
+        "Endpoints match on equal names only. With all nodes known, this is CQ403.",
     ),
 )
 _BY_CODE: Final = {each.code: each for each in CODES}

@@ -24,7 +24,7 @@ from cqos_ros2.workspace.middleware import unread_configurations
 from cqos_ros2.workspace.naming import source_of, unmatched
 from cqos_ros2.workspace.open_ends import open_ends
 from cqos_ros2.workspace.placing import started
-from cqos_ros2.workspace.unread_nodes import number_of_nodes, unread_nodes
+from cqos_ros2.workspace.unread_nodes import NODE, number_of_nodes, unread_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -43,7 +43,8 @@ def notes(found: Join) -> list[ImportNote]:
     unread = unread_nodes(found)
     at = next((at for at, each in enumerate(made) if unread and each.code in _NOT_KNOWN), None)
     if at is not None:
-        made[at] = replace(made[at], parts=(*unread, *made[at].parts), total=number_of_nodes(found))
+        total = number_of_nodes(found) if unread[0].kind == NODE else 0
+        made[at] = replace(made[at], parts=(*unread, *made[at].parts), total=total)
     return made
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import Part, numbered
 from cqos_ros2.launch.shown import full_name
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cqos_ros2.launch.started import Instance
     from cqos_ros2.workspace.joining import Join, JoinedNode
 
-_BY_DISTRIBUTION = "some of its endpoints depend on the ROS 2 distribution"
+NODE: Final = "node"
+_BY_DISTRIBUTION: Final = "some of its endpoints depend on the ROS 2 distribution"
 
 
 def unread_nodes(found: Join) -> list[Part]:
@@ -28,7 +29,7 @@ def unread_nodes(found: Join) -> list[Part]:
         *[(instance, "it starts on an event of the launch") for instance in found.placing.later],
         *[(instance, _condition(instance)) for instance in found.placing.undecided],
     ]
-    parts = [Part("node", numbered(full_name(each), numbers), cause, each.place) for each, cause in unknown]
+    parts = [Part(NODE, numbered(full_name(each), numbers), cause, each.place) for each, cause in unknown]
     for node in found.nodes:
         causes = [] if _is_unknown(node) else [*dict.fromkeys(_gaps(node))]
         if causes:

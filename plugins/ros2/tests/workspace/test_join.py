@@ -523,6 +523,13 @@ def test_nodes_that_are_not_known_are_counted_once_each(joined):
     assert check(system).coverage.totals == {"node": 4}
 
 
+def test_nodes_of_which_something_is_known_are_no_share_of_all(joined):
+    slam = '<node pkg="slam_toolbox" exec="async_slam_toolbox_node" name="slam"/>\n'
+    covered = check(joined(launch_of(node(), slam))).coverage
+    assert [each.kind for each in covered.unread] == ["partly known node"]
+    assert covered.totals == {}
+
+
 EVENT = """from launch import LaunchDescription
 from launch.actions import RegisterEventHandler
 from launch.event_handlers import OnProcessStart
