@@ -23,12 +23,10 @@ if TYPE_CHECKING:
     from cqos_core.model.changes import Changes, Counts
     from cqos_core.model.coverage import Coverage
     from cqos_core.model.difference import Diff, Different, Missing, Named
+    from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
         Assumption,
-        Edit,
-        Fact,
-        Finding,
         Group,
         Guarantee,
         GuaranteeCell,
@@ -36,30 +34,24 @@ if TYPE_CHECKING:
         Pair,
         PairReport,
         PolicyComparison,
-        Remedy,
         Report,
-        Severity,
-        Side,
-        Verdict,
     )
+    from cqos_core.model.settings import Cases, Place, Setting
     from cqos_core.model.system import (
         Acceptance,
         Bound,
         Bridge,
         Broker,
-        Cases,
         Endpoint,
         ImportNote,
         Overlay,
         Part,
         Participant,
-        Place,
         Profile,
         ProfileRef,
         Room,
         Route,
         Scope,
-        Setting,
         System,
         TeamRule,
         Topic,
@@ -67,8 +59,10 @@ if TYPE_CHECKING:
 
 _HOMES: Final = (
     "model.problems",
+    "model.finding",
     "model.report",
     "model.coverage",
+    "model.settings",
     "model.system",
     "model.difference",
     "model.changes",

@@ -18,7 +18,7 @@ from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import Context, context, with_options
 from cqos_core.model.exact_places import exact_places
-from cqos_core.model.report import Edit
+from cqos_core.model.finding import Edit
 from cqos_core.model.system import System
 from cqos_core.plugins import Plugins
 
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.analysis.planning.plan import RepairPlan
     from cqos_core.files.applying import Edited
     from cqos_core.model.difference import Diff
-    from cqos_core.model.report import PairReport, Remedy, Report
+    from cqos_core.model.finding import Remedy
+    from cqos_core.model.report import PairReport, Report
     from cqos_core.packs.pack import RulePack
 
 

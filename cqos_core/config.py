@@ -23,8 +23,8 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from cqos_core.files.ignoring import Patterns
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Acceptance, Settings, System, TeamRule
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Acceptance, System, TeamRule
 
 NAME: Final = "cqos.toml"
 SHARED_NAME: Final = "pyproject.toml"

@@ -42,9 +42,9 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.files.reading import read
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.report import Finding, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

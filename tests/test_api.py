@@ -385,7 +385,10 @@ def test_public_names_are_those_that_type_checkers_read():
 
 
 def test_what_public_values_are_made_of_is_public_too():
-    homes = [vars(importlib.import_module(f"cqos_core.{home}")) for home in ("model.report", "model.system")]
+    homes = [
+        vars(importlib.import_module(f"cqos_core.{home}"))
+        for home in ("model.finding", "model.report", "model.settings", "model.system")
+    ]
     known = {name: each for home in homes for name, each in home.items() if is_dataclass(each)}
     for name in set(known) & set(cqos.__all__):
         words = {word for part in fields(known[name]) for word in re.findall(r"\w+", str(part.type))}

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.analysis.baseline import read_baseline, write_baseline
+from cqos_core.model.finding import Finding, Severity, Side, Verdict
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.model.system import Place
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Place
 
 
 def finding(code="ROS101", topic="scan", members=("a", "b"), **more):

@@ -12,7 +12,7 @@ from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.cli.explain import explain
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 
 FILE = """
 cqos: 1

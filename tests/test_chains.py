@@ -14,8 +14,8 @@ from cqos_core.behaviour.paths.time_ranges import TimeRange, read_range
 from cqos_core.cli.explain import explain
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.finding import Verdict
 from cqos_core.model.problems import InputError, InvalidValueError
-from cqos_core.model.report import Verdict
 
 MS = 1_000_000
 FILE = """

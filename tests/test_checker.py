@@ -14,18 +14,9 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.codes import CODES
-from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.system import (
-    Acceptance,
-    Bound,
-    Endpoint,
-    ImportNote,
-    Overlay,
-    Participant,
-    Place,
-    Setting,
-    TeamRule,
-)
+from cqos_core.model.finding import Severity, Verdict
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import Acceptance, Bound, Endpoint, ImportNote, Overlay, Participant, TeamRule
 from cqos_core.packs.meeting import Meeting, NameContext, Naming
 from cqos_core.packs.rule import forbids
 from tests.worlds import (
@@ -46,7 +37,8 @@ from tests.worlds import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
 
 # Every code of the core, with a system that has the finding and a twin that does not
 

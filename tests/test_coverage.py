@@ -17,9 +17,11 @@ from cqos_core.formatters.markdown import render_markdown
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.several import together
 from cqos_core.model.coverage import Coverage
-from cqos_core.model.report import Report, Verdict, plural
+from cqos_core.model.finding import Verdict, plural
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Part, Place
+from cqos_core.model.system import Part
 from cqos_pictures.page import render_html
 from tests.command import run
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing

@@ -157,8 +157,9 @@ def test_changed_copies_are_new_values() -> None:
 
 
 def test_pickled_values_are_equal() -> None:
-    from cqos_core.model.report import Severity
-    from cqos_core.model.system import Endpoint, Setting
+    from cqos_core.model.finding import Severity
+    from cqos_core.model.settings import Setting
+    from cqos_core.model.system import Endpoint
 
     values = [Setting("reliable"), Endpoint(id="a", role="publisher", topic="t", participant="p"), Severity.NOTE]
     assert pickle.loads(pickle.dumps(values)) == values  # noqa: S301 - written here

@@ -9,8 +9,8 @@ import pytest
 
 from cqos_core.bpmn import read
 from cqos_core.model.excerpt import Excerpt, exact, span
+from cqos_core.model.settings import Place
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Place
 
 CASES = Path(__file__).parent / "importers" / "cases" / "bpmn"
 EXAMPLES = Path(__file__).parents[1] / "examples"

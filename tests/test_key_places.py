@@ -1,7 +1,7 @@
 """The place of a key beside its value, also in a file that is one long line."""
 
 from cqos_core.model.excerpt import exact
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from tests.growth.linear import assert_linear
 
 

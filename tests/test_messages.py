@@ -13,7 +13,9 @@ import cqos_core as cqos
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context
+from cqos_core.model import finding as f
 from cqos_core.model import report as r
+from cqos_core.model import settings as t
 from cqos_core.model import system as s
 from cqos_core.remote import asked, messages
 from cqos_core.remote.messages import (
@@ -38,12 +40,12 @@ text = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
 texts = st.lists(text, max_size=3).map(tuple)
 number = st.integers(0, 2**31)
 places = st.builds(
-    s.Place, text, st.none() | st.integers(1, 9), st.none() | st.integers(1, 9), st.none() | text, st.none() | text
+    t.Place, text, st.none() | st.integers(1, 9), st.none() | st.integers(1, 9), st.none() | text, st.none() | text
 )
-facts = st.builds(r.Fact, text, text, text, st.none() | places)
-sides = st.builds(r.Side, text, texts, text, st.lists(facts, max_size=2).map(tuple), st.none() | places)
+facts = st.builds(f.Fact, text, text, text, st.none() | places)
+sides = st.builds(f.Side, text, texts, text, st.lists(facts, max_size=2).map(tuple), st.none() | places)
 remedies = st.builds(
-    r.Remedy,
+    f.Remedy,
     st.sampled_from(["publisher", "subscriber"]),
     texts,
     text,
@@ -53,12 +55,12 @@ remedies = st.builds(
     st.none() | number,
     st.none() | number,
 )
-verdicts = st.sampled_from(list(r.Verdict))
+verdicts = st.sampled_from(list(f.Verdict))
 findings = st.builds(
-    r.Finding,
+    f.Finding,
     text,
     text,
-    st.sampled_from(list(r.Severity)),
+    st.sampled_from(list(f.Severity)),
     text,
     text,
     st.none() | text,
@@ -99,7 +101,7 @@ def test_a_report_comes_back_as_it_was(report):
 def test_what_a_message_adds_up_is_what_the_report_says(report):
     message = report_message(report)
     assert message.counts.pairs == report.pair_count == sum(group.pairs for group in message.groups)
-    assert message.counts.errors == report.count(r.Severity.ERROR)
+    assert message.counts.errors == report.count(f.Severity.ERROR)
     assert message.counts.accepted == sum(finding.accepted is not None for finding in report.findings)
     for finding, sent in zip(report.findings, message.findings, strict=True):
         assert (from_message(sent.place) if sent.HasField("place") else None) == finding.place
@@ -162,8 +164,8 @@ def test_an_endpoint_of_a_system_is_that_of_its_message_alone(field):
 
 
 def test_every_kind_of_value_in_a_system_comes_back():
-    place = s.Place("a.yaml", 3, 4, "e", "p.q")
-    stated = {"b": s.Setting("1", place), "a": s.Setting("2"), "": s.Setting("")}
+    place = t.Place("a.yaml", 3, 4, "e", "p.q")
+    stated = {"b": t.Setting("1", place), "a": t.Setting("2"), "": t.Setting("")}
     system = s.System(
         name="all",
         protocol="ros2",
@@ -265,7 +267,7 @@ def test_every_kind_of_value_in_a_system_comes_back():
 
 
 def test_half_a_character_is_replaced_since_no_message_can_carry_it():
-    report = r.Report(r.Verdict.UNKNOWN, (r.Group("\ud800", ("a\udfff",), (), r.Verdict.UNKNOWN, "ros2"),))
+    report = r.Report(f.Verdict.UNKNOWN, (r.Group("\ud800", ("a\udfff",), (), f.Verdict.UNKNOWN, "ros2"),))
     back = report_value(report_message(report))
     assert (back.groups[0].topic, back.groups[0].publishers) == ("?", ("a?",))
 
@@ -311,7 +313,7 @@ def test_everything_wrong_with_a_system_is_named_with_its_field():
 
 
 def test_a_finding_alone_travels_too():
-    finding = r.Finding("ROS101", "weaker", r.Severity.ERROR, "m")
+    finding = f.Finding("ROS101", "weaker", f.Severity.ERROR, "m")
     assert from_message(to_message(finding, report_pb2.Finding)) == finding
     assert list(itertools.islice(from_message(report_pb2.Report(verdict=report_pb2.VERDICT_COMPATIBLE)).pairs, 1)) == []
 

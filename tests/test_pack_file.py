@@ -16,8 +16,9 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Setting
 from cqos_core.model.source import Source
-from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.model.system import Endpoint, Participant, System
 from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack

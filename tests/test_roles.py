@@ -10,7 +10,8 @@ import pytest
 from cqos_core import Session, check
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.problems import PackError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, System, TeamRule
 from cqos_core.packs.rule import forbids, requires
 from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import cqos_core as cqos
+from cqos_core.model.settings import Setting
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -20,7 +21,6 @@ from cqos_core.model.system import (
     ProfileRef,
     Role,
     Route,
-    Setting,
     System,
     TeamRule,
     Topic,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.analysis.system_fixes import fix_system
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 from cqos_core.model.system import Acceptance
 from tests.worlds import CONTEXT, POST, reader, world, writer
 

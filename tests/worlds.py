@@ -30,7 +30,8 @@ from cqos_core.language.expression import topic as of_topic
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import Function
-from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import Endpoint, Participant, Profile, ProfileRef, System, Topic
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
@@ -40,8 +41,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.language.domains import SettingValue
-    from cqos_core.model.report import Fact, Finding, Report
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.finding import Fact, Finding
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Role
 
 # What an endpoint sets
 

@@ -11,13 +11,16 @@ import os
 from collections.abc import Iterable
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Finding, Severity
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.report import Finding, Report, Severity
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import Report
 
 VERSION: Final = 1
 """Of the file's form."""

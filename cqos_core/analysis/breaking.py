@@ -17,8 +17,8 @@ from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.matching.wire import topics
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Finding, TextEnum, Verdict
 from cqos_core.model.remarks import core_finding
-from cqos_core.model.report import Finding, TextEnum, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

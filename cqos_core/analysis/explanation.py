@@ -29,18 +29,11 @@ from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.matching.topic_outcomes import QUIET
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.later import later
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
-from cqos_core.model.report import (
-    Guarantee,
-    GuaranteeCell,
-    HopReport,
-    PairReport,
-    PolicyComparison,
-    Severity,
-    Verdict,
-)
+from cqos_core.model.report import Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 from cqos_core.resolving.compared import compared
@@ -51,7 +44,8 @@ if TYPE_CHECKING:
     from cqos_core.behaviour.paths.delivery_paths import Pair
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Assumption, Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Assumption, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolve import Resolver

@@ -21,15 +21,8 @@ from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import PairReport
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    ProfileRef,
-    Setting,
-    System,
-)
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, System
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.meeting import Naming
 from cqos_core.plugins import load_plugins
@@ -39,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Verdict
+    from cqos_core.model.finding import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.parts import ProfileParts

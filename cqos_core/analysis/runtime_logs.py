@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Verdict
 from cqos_core.model.grouping import grouped
-from cqos_core.model.report import Pair, Verdict
+from cqos_core.model.report import Pair
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Misfit, Occurrence
     from cqos_core.packs.pack import RulePack

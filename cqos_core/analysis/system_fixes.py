@@ -9,14 +9,14 @@ from cqos_core.checking.checker import check_system
 from cqos_core.files.exporting import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity
-from cqos_core.model.system import Place, Setting
+from cqos_core.model.finding import Severity
+from cqos_core.model.settings import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Remedy
+    from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.system import System
 
 Wanted: TypeAlias = Literal["first", "configuration"]

@@ -15,8 +15,8 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.judge import apart
 from cqos_core.model.codes import CODES
+from cqos_core.model.finding import Finding, Remedy, Severity, Side
 from cqos_core.model.grouping import grouped
-from cqos_core.model.report import Finding, Remedy, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Verdict
+    from cqos_core.model.finding import Verdict
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 

@@ -13,7 +13,7 @@ from cqos_core.model.remarks import core_finding
 
 if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.system import System
 
 UNMET = frozenset({"BP109", "BP114"})

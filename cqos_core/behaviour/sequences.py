@@ -8,7 +8,7 @@ from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.matching.judge import apart
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity, Side, Verdict
+from cqos_core.model.finding import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
     from cqos_core.behaviour.drawn import Drawn
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
 OWNER: Final = "bpmn"

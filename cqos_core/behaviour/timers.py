@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.counting import added
 from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
+from cqos_core.model.finding import Fact, Side
 from cqos_core.model.grouping import grouped
-from cqos_core.model.report import Fact, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.behaviour.counting import Rate
     from cqos_core.behaviour.drawn import Drawn
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
 MEAN_PERIOD = "mean_period_at_least"

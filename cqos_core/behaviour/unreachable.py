@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.drawn import behaviour_finding
-from cqos_core.model.report import Severity, Side
+from cqos_core.model.finding import Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.drawn import Drawn
     from cqos_core.behaviour.reach import Reached
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
 
 _LONGEST = 6
 _COMPLETE = "all files of the system are given"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeVar
 from cqos_core.bpmn.names import shown
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
+from cqos_core.model.settings import Place
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

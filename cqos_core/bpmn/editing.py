@@ -13,7 +13,7 @@ from cqos_core.model.source import Replacement
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 _QOS: Final = NAMESPACES["qos"]
 _BOUND: Final = re.compile(rf"""\sxmlns:([^\s=:]+)\s*=\s*["']{re.escape(_QOS)}["']""")

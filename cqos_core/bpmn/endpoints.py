@@ -15,7 +15,8 @@ from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, required, word
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.rows import add_rows, as_object
-from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
+from cqos_core.model.system import Endpoint, ProfileRef, Room
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.target import Shape
     from cqos_core.model.rows import Row
-    from cqos_core.model.system import Participant, Place, Role, Settings
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Participant, Role
 
     class Topics(Protocol):
         """Tells the topics of events by their references to signals."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.bpmn.names import fold
 from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind
-from cqos_core.model.system import Place, ProfileRef
+from cqos_core.model.settings import Place
+from cqos_core.model.system import ProfileRef
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,7 +15,7 @@ from cqos_core.bpmn.document import (
 from cqos_core.bpmn.names import number, shown
 from cqos_core.bpmn.qos import read_qos
 from cqos_core.bpmn.words import extension_children, word
-from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element

@@ -9,7 +9,7 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.element import Element
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 
 @dataclass(frozen=True, slots=True)

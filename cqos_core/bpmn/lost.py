@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from cqos_core.bpmn.document import EXTENSIONS, split
 from cqos_core.bpmn.names import POLICIES, POLICY_NAMES, key, shown
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.packs.qos_keys import looks_like_qos
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.settings import Place, Settings
 
 Unknown: TypeAlias = "tuple[str, Setting]"
 """The name of a policy, or ``*``, and a setting that is not known."""

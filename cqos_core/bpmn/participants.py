@@ -20,7 +20,8 @@ from cqos_core.bpmn.words import (
     word,
 )
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
+from cqos_core.model.system import Participant, Room
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Sequence
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
 
 _MULTIPLICITY: Final = f"{BPMN}participantMultiplicity"
 

@@ -11,7 +11,7 @@ from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.names import POLICIES, key, number, same_value, shown
 from cqos_core.bpmn.words import QOS, qos_settings
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.system import Cases, Setting
+from cqos_core.model.settings import Cases, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
 
 _ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))
 _CODED = frozenset({"reliability", "durability"})

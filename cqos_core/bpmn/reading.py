@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.element import Element
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 MOST_COPIES: Final = 100_000
 """How often altogether an event or process may count again for a further participant."""

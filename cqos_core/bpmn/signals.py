@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.settings import Place, Settings
 
 _INSTANCE_SCOPES = {"processInstance"}
 

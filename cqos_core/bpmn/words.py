@@ -15,14 +15,15 @@ from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
 from cqos_core.bpmn.names import shown
 from cqos_core.importers.reading import listed
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.system import Acceptance, Bound, Place, Setting, TeamRule
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import Acceptance, Bound, TeamRule
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
 
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
 
 QOS = f"{{{NAMESPACES['qos']}}}"
 _PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}

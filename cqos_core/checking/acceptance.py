@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from cqos_core.checking.findings import Again, Made, anew
 from cqos_core.checking.team import topic_spellings
 from cqos_core.language.name_index import NameIndex
+from cqos_core.model.finding import Finding, Severity
 from cqos_core.model.remarks import core_finding
-from cqos_core.model.report import Finding, Severity
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
+from cqos_core.model.finding import Severity
 from cqos_core.model.memory import keep
-from cqos_core.model.report import Assumption, Severity
+from cqos_core.model.report import Assumption
 from cqos_core.resolving.facts import options_behind, options_in_words, steered_by_options
 from cqos_core.resolving.parts import INDEX_OF
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet
 
     from cqos_core.language.policy import Policy
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack

@@ -17,10 +17,11 @@ from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.code_info import CodeInfo
 from cqos_core.model.coverage import Coverage
+from cqos_core.model.finding import Finding, Severity, Side, Verdict, plural
 from cqos_core.model.later import later
 from cqos_core.model.memory import uncollected
-from cqos_core.model.remarks import core_finding, plural
-from cqos_core.model.report import Finding, Group, Report, Severity, Side, Verdict
+from cqos_core.model.remarks import core_finding
+from cqos_core.model.report import Group, Report
 from cqos_core.model.system import Part
 from cqos_core.resolving.starts import unknown_starts
 

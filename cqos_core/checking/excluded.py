@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.findings import UNMET
 from cqos_core.language.policy import ENDPOINT, TOPIC
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.checking.findings import Made
-    from cqos_core.model.report import Finding, Group
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Group
     from cqos_core.packs.pack import RulePack
 
 _GAPS = frozenset({"BP101", "BP103"})

@@ -11,9 +11,9 @@ from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.pairing import member_ids
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.later import later
 from cqos_core.model.remarks import VERBS
-from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import bare_fact, fact
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.hits import Hit
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.model.report import Remedy
+    from cqos_core.model.finding import Remedy
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolved import Resolved

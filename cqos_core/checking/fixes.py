@@ -13,8 +13,8 @@ from cqos_core.language.solve import restated, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.matching.pairing import member_ids
+from cqos_core.model.finding import Finding, Remedy
 from cqos_core.model.remarks import VERBS
-from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.rewrites import edits_of
 

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Group, Report, Verdict
+    from cqos_core.model.finding import Verdict
+    from cqos_core.model.report import Group, Report
     from cqos_core.model.system import Endpoint, System
     from cqos_core.resolving.resolved import Resolved
 

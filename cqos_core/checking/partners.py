@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pairing import bridges_of
 from cqos_core.model.codes import CODES
+from cqos_core.model.finding import Finding, Severity, Side
 from cqos_core.model.remarks import core_finding
-from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.spelling import TypedNames, typing_errors
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 

@@ -21,18 +21,20 @@ from cqos_core.files.reading import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
 from cqos_core.model.exact_places import exact_places
+from cqos_core.model.finding import Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Report, Verdict
-from cqos_core.model.system import NAMED, Participant, Setting, System
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import NAMED, Participant, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.checking.topic import TopicResult
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved

@@ -14,9 +14,9 @@ from cqos_core.language.vocabulary import role_of, scope_of
 from cqos_core.matching.hits import OfEnds
 from cqos_core.matching.judge import ask_end
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Finding, Severity
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
-from cqos_core.model.report import Finding, Severity
 from cqos_core.packs.bound_rule import BoundRule
 from cqos_core.packs.rule import requires
 from cqos_core.resolving.participants import packs_in_use

@@ -17,7 +17,8 @@ from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import bridges_of, group
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
+from cqos_core.model.finding import Finding, Severity, Side, Verdict
+from cqos_core.model.report import Group
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

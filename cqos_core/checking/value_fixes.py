@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.matching.pairing import MatchedTopic, TopicKey
-    from cqos_core.model.report import Finding, Remedy
+    from cqos_core.model.finding import Finding, Remedy
     from cqos_core.resolving.resolved import Resolved
 
 

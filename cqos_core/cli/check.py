@@ -45,9 +45,8 @@ from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Severity, plural
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity
 from cqos_core.model.style import Style
 from cqos_core.plugins import load_plugins
 
@@ -63,8 +62,9 @@ if TYPE_CHECKING:
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.finding import Edit
     from cqos_core.model.problems import Problem
-    from cqos_core.model.report import Edit, Report
+    from cqos_core.model.report import Report
     from cqos_core.model.source import Replacement
     from cqos_core.model.system import System
 

@@ -24,7 +24,7 @@ from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
 from cqos_core.files.folders import write_folder
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import click
 
 from cqos_core.cli.parameters import Run
 from cqos_core.model.entrance import ProblemWithLines
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

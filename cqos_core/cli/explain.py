@@ -22,7 +22,8 @@ from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.pair import SECTIONS, endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.report import Group, Report, Severity
+from cqos_core.model.finding import Severity
+from cqos_core.model.report import Group, Report
 from cqos_core.model.style import Style
 from cqos_core.resolving.pair_names import pair_named
 

@@ -15,8 +15,9 @@ from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import colored, emit, width
 from cqos_core.files.opening import STDIN, STDIN_NAME
 from cqos_core.formatters.misfits import misfits_as_json, misfits_as_text
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import Group, Report, Severity, Verdict
+from cqos_core.model.report import Group, Report
 from cqos_core.model.style import Style
 from cqos_core.packs.logs import Occurrence, misfits
 from cqos_core.plugins import load_plugins

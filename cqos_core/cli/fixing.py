@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.files.units import Unit
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_core.model.system import System
 
 

@@ -13,8 +13,8 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit, say, write_new_file
 from cqos_core.files.loading import Loaded, load_paths, protocols_of
 from cqos_core.formatters.configuration import configuration
+from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 
 

@@ -17,8 +17,7 @@ from cqos_core.cli.streams import colored, emit, replace_files, say, width
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict, plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -26,9 +26,8 @@ from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.files.opening import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint
+from cqos_core.model.finding import Severity, plural
 from cqos_core.model.problems import CqosError, InvalidValueError
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.proving import FAULTS, Fault
 
@@ -37,7 +36,8 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.proving.runs import Trial
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Remedy, Report
+    from cqos_core.model.finding import Finding, Remedy
+    from cqos_core.model.report import Report
     from cqos_core.model.system import System
     from cqos_core.packs.proving import Outcome
 

@@ -36,8 +36,8 @@ from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError, InvalidValueError, Problem
+from cqos_core.model.settings import Place
 from cqos_core.model.source import OPTIONS, VARIABLES
-from cqos_core.model.system import Place
 from cqos_core.plugins import FILES_VARIABLE, load_plugins
 
 if TYPE_CHECKING:

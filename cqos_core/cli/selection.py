@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_core.packs.rule import Rule
 
 

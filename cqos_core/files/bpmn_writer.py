@@ -9,7 +9,7 @@ from cqos_core.bpmn.rewriting import Diagram
 from cqos_core.files.exporting import Exported, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
-from cqos_core.model.system import Cases
+from cqos_core.model.settings import Cases
 from cqos_core.resolving.reader import spelled
 from cqos_core.resolving.respelling import respelled
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.rewriting import Tag
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.language.policy import Policy
-    from cqos_core.model.system import Setting, System
+    from cqos_core.model.settings import Setting
+    from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
 

@@ -15,7 +15,8 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
-from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
+from cqos_core.model.settings import Cases, Setting
+from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, System
 from cqos_core.packs.meeting import NameContext
 from cqos_core.resolving.reader import spelled
 
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.language.policy import Policy
-    from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Resolved

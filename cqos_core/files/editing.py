@@ -16,7 +16,7 @@ from cqos_core.model.source import Replacement
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 
 _MOST_KEPT: Final = 1_000_000  # characters; the nodes of a larger text are not kept

@@ -18,7 +18,7 @@ from cqos_core.model.source import Replacement
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cqos_core.model.report import Edit
+    from cqos_core.model.finding import Edit
     from cqos_core.model.source import Inserter, Source
 
 

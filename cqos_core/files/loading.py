@@ -15,8 +15,9 @@ from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.model.rows import kinds_of
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Family, Opener, ReadContext, Source, no_files
-from cqos_core.model.system import Place, System
+from cqos_core.model.system import System
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 
 if TYPE_CHECKING:

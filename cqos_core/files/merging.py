@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.grouping import grouped
 from cqos_core.model.later import later
 from cqos_core.model.remarks import listed
-from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
+from cqos_core.model.settings import EVERY_OTHER, Place, Setting
+from cqos_core.model.system import ImportNote, Profile, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
-    from cqos_core.model.system import Bridge, Broker, Endpoint, Participant, ProfileRef, Route, Settings, Topic
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Bridge, Broker, Endpoint, Participant, ProfileRef, Route, Topic
 
 _EMPTY: Final = System()
 _BROKER: Final = "broker"

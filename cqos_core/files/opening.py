@@ -11,8 +11,8 @@ from cqos_core.files.ignoring import Ignored
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source, no_files
-from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -15,6 +15,7 @@ from cqos_core.files.opening import open_file, read_path
 from cqos_core.model.flow import positions_missing
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import Source, no_files
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import (
@@ -27,11 +28,9 @@ from cqos_core.model.system import (
     ImportNote,
     Overlay,
     Participant,
-    Place,
     Profile,
     ProfileRef,
     Route,
-    Setting,
     System,
     TeamRule,
     Topic,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

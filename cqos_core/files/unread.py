@@ -9,8 +9,8 @@ from cqos_core.importers.detect import SMALLEST_SYSTEM
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import Problem
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Place
 from cqos_core.plugins import FAULTS, named
 
 if TYPE_CHECKING:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
     from cqos_core.importers.forms import Form
+    from cqos_core.model.settings import Setting, Settings
     from cqos_core.model.system import (
         Acceptance,
         Bound,
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
         Profile,
         ProfileRef,
         Route,
-        Setting,
-        Settings,
         System,
         TeamRule,
         Topic,

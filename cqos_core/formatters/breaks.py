@@ -13,10 +13,9 @@ from cqos_core.formatters import wording
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.markdown import as_markdown
 from cqos_core.formatters.terminal import clean, hanging, paint
+from cqos_core.model.finding import Severity, plural
 from cqos_core.model.finding_form import place_form
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity
 
 _WHEN: Final = {
     (Updated.PUBLISHER,): "once `{0}` is updated, until `{1}` is",

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.report import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
     from cqos_core.formatters.places import Places
-    from cqos_core.model.report import Finding, Side
+    from cqos_core.model.finding import Finding, Side
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _NAMED: Final = 3
 """More places than this are counted."""

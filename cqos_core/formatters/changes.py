@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.terminal import clean
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict, plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

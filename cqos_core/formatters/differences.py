@@ -9,15 +9,15 @@ from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.difference import ComparedSide
 from cqos_core.model.excerpt import exact
+from cqos_core.model.finding import plural
 from cqos_core.model.finding_form import place_form
-from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.model.difference import Diff, Different, Named
-    from cqos_core.model.report import Fact
-    from cqos_core.model.system import Place
+    from cqos_core.model.finding import Fact
+    from cqos_core.model.settings import Place
 
 
 # Text

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Side
+    from cqos_core.model.finding import Finding, Side
 
 
 def fingerprint(finding: Finding) -> str:

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Severity, Side, plural
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity, Side
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.model.excerpt import Excerpt
-    from cqos_core.model.report import Fact, Finding, Report
+    from cqos_core.model.finding import Fact, Finding
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places, relative
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 

@@ -9,7 +9,7 @@ from cqos_core.formatters import wording
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report

@@ -12,22 +12,12 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.formatters.places import Places
 from cqos_core.model.coverage import Coverage
+from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
 from cqos_core.model.finding_form import finding_form
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import (
-    REPORT_VERSION,
-    Assumption,
-    Edit,
-    Fact,
-    Finding,
-    Group,
-    Remedy,
-    Report,
-    Severity,
-    Side,
-    Verdict,
-)
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Part, Place
+from cqos_core.model.report import REPORT_VERSION, Assumption, Group, Report
+from cqos_core.model.settings import Place
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Part
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

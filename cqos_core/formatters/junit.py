@@ -15,13 +15,14 @@ from cqos_core.formatters.places import Places
 
 # XML has no way to write most control characters; this spells them.
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.grouping import grouped
-from cqos_core.model.report import Severity, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_core.model.style import Style
 
 _COUNTED: Final = ("tests", "failures", "errors", "skipped")

@@ -9,8 +9,8 @@ from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
 from cqos_core.formatters.terminal import clean, hanging, paint, wrap
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -14,9 +14,8 @@ from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.formatters.terminal import clean, hanging, paint
 from cqos_core.formatters.text import Page
+from cqos_core.model.finding import Severity, Verdict, plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 
@@ -24,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
     from cqos_core.formatters.terminal import Paint
-    from cqos_core.model.report import Fact, Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
+    from cqos_core.model.finding import Fact
+    from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
     from cqos_core.model.style import Style
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved

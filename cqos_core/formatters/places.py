@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_core.model.excerpt import Excerpt
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 
 class Places:

@@ -10,7 +10,7 @@ from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import exact
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

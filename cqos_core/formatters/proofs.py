@@ -7,15 +7,15 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.finding import Severity
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import Severity
 from cqos_core.packs.proving import Event
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.analysis.proving.runs import Trial
-    from cqos_core.model.report import Remedy
+    from cqos_core.model.finding import Remedy
     from cqos_core.packs.proving import Outcome
 
 

@@ -11,12 +11,13 @@ from cqos_core.formatters import wording
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _SEVERITIES: Final = {Severity.ERROR: "ERROR", Severity.WARNING: "WARNING", Severity.NOTE: "INFO"}
 _MOST_FIXED: Final = 200  # findings: for each fix its file is read again

@@ -18,9 +18,10 @@ from cqos_core.model.grouping import grouped
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.model.report import Finding, Report, Side
+    from cqos_core.model.finding import Finding, Side
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 _MEMBERS = 100  # of one finding: viewers show a few, and the JSON report has them all

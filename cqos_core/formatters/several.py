@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.matching.pipeline import context
 from cqos_core.model.coverage import Coverage, joined
 from cqos_core.model.entrance import ProblemWithLines
+from cqos_core.model.finding import Finding, Severity, Side, Verdict
 from cqos_core.model.grouping import grouped
-from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
+from cqos_core.model.report import Assumption, Report
 from cqos_core.model.system import Part
 
 if TYPE_CHECKING:

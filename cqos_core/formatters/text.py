@@ -13,15 +13,15 @@ from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
+from cqos_core.model.finding import Severity, plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from cqos_core.formatters.causes import Cause
-    from cqos_core.model.report import Finding, Remedy, Report, Side
+    from cqos_core.model.finding import Finding, Remedy, Side
+    from cqos_core.model.report import Report
     from cqos_core.model.style import Style
 
 _LINES: Final = 8

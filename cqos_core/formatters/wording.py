@@ -7,17 +7,18 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.finding import Severity, Verdict, plural
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.remarks import asks_less, plural
-from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.remarks import asks_less
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.formatters.terminal import Paint
-    from cqos_core.model.report import Fact, Finding, Remedy, Report
+    from cqos_core.model.finding import Fact, Finding, Remedy
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.style import Style
-    from cqos_core.model.system import Place
 
 _LISTED = 3  # more names than this are counted
 _ORIGINS = {"profile": "from profile", "option": "from option", "overlay": "from an overlay"}

@@ -14,8 +14,8 @@ from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Scalar, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, TextMap, is_null, part_text, place_of
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
 
 T = TypeVar("T")
 

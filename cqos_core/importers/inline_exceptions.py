@@ -14,8 +14,9 @@ from cqos_core.importers.detect import may_have_exceptions
 from cqos_core.importers.reading import shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.settings import Place, Settings
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Acceptance, Endpoint, ImportNote, Place, Profile, Settings, System
+from cqos_core.model.system import Acceptance, Endpoint, ImportNote, Profile, System
 
 _WORD: Final = "ignore"
 _COMMENT: Final = regular_expression(r"(?:^|(?<=[ \t]))#[ \t]*cqos:[ \t]*(?P<text>(?P<word>[a-zA-Z]+).*)", re.MULTILINE)

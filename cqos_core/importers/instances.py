@@ -16,7 +16,8 @@ from cqos_core.importers.reading import Reading, described, did_you_mean, shown
 from cqos_core.importers.shapes import TEXT, Schema, Shape
 from cqos_core.importers.tree import Node, ScalarNode, SequenceNode, is_null, whole_number
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place, ProfileRef, Setting
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import ProfileRef
 
 T = TypeVar("T")
 

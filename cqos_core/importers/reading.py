@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.tree import MappingNode, SequenceNode, is_null
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem, collect
-from cqos_core.model.system import ImportNote, Place
+from cqos_core.model.settings import Place
+from cqos_core.model.system import ImportNote
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -20,8 +20,8 @@ from cqos_core.importers.tree import (
     quoted_where_needed,
 )
 from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Place, Setting
 
 T = TypeVar("T")
 Schema: TypeAlias = dict[str, Any]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.forms import Entry
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
 
 _RANGE: Final = "A range such as `<=20ms`, `5ms..20ms`, or one duration that is exact."
 AT: Final = Key("at", TEXT, "Id of a participant, or of an endpoint.", required=True)

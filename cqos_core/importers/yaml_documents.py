@@ -13,15 +13,16 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, who
 from cqos_core.importers.yaml_traps import join_calls, refuse_odd_texts, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
     from cqos_core.model.problems import Problem
+    from cqos_core.model.settings import Setting
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import ImportNote, Setting, System
+    from cqos_core.model.system import ImportNote, System
 
 _MOST_FILES: Final = 1000
 _FOR_PEOPLE: Final = (form.SYSTEM.name, form.LABEL.name, "because", "unknown")

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_core.importers import yaml_form as form
 from cqos_core.importers.forms import TextEntry, settings_at
 from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind, pattern_of
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Place, ProfileRef, Room
+from cqos_core.model.settings import Place
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ProfileRef, Room
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry, Key, Member
     from cqos_core.model.rows import Row
-    from cqos_core.model.system import Role, Setting, Settings
+    from cqos_core.model.settings import Setting, Settings
+    from cqos_core.model.system import Role
 
 _IN_ROWS: Final = frozenset(key.name for key in (form.ID, form.TYPE, form.PROTOCOL, form.EXTERNAL, form.OBSERVED))
 """What a row may state beside settings: its id, and what is the same for all of its kind."""

@@ -10,7 +10,7 @@ from yaml.reader import ReaderError
 from cqos_core.importers.reading import in_quotes, shown, to_write
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     import yaml

@@ -16,6 +16,7 @@ from cqos_core.importers.yaml_endpoints import DIRECTIONS, PUBLISHES, SUBSCRIBES
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError, Problem, collect
 from cqos_core.model.rows import add_rows, as_object
+from cqos_core.model.settings import Place
 from cqos_core.model.system import (
     MESSAGE,
     PUBLISHER,
@@ -24,7 +25,6 @@ from cqos_core.model.system import (
     Broker,
     Endpoint,
     Participant,
-    Place,
     Profile,
     ProfileRef,
     Room,
@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.forms import Entry, Member
     from cqos_core.model.rows import Pattern, Row
+    from cqos_core.model.settings import Setting
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Role, Setting
+    from cqos_core.model.system import Role
 
     T = TypeVar("T")
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from cqos_core.importers.reading import in_quotes, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, quoted_where_needed, walk
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

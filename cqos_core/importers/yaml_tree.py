@@ -25,8 +25,9 @@ from cqos_core.importers.tree import (
 )
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
+from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import ImportNote, Place
+from cqos_core.model.system import ImportNote
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

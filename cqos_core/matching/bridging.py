@@ -15,7 +15,8 @@ from cqos_core.matching.hops import Hop, Meetings
 from cqos_core.matching.peer_values import PUBLISHERS_FIRST, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
 from cqos_core.resolving.layers import Layer, Stated
 

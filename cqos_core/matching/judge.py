@@ -11,7 +11,7 @@ from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
 from cqos_core.matching.rule_set import Asked, RuleSet
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.reader import depends
 

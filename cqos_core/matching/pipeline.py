@@ -13,7 +13,7 @@ from cqos_core.language.domains import as_text
 from cqos_core.matching.wire import topics
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import Place, Setting, System
+from cqos_core.model.settings import Place, Setting
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.hops import Hop, Topics
     from cqos_core.matching.routes import Link
     from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import Resolved

@@ -36,7 +36,7 @@ from cqos_core.matching.judge import (
 from cqos_core.matching.pairing import Alike, TopicShape
 from cqos_core.matching.signals import signal_hits
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.matching.judge import refusals
 from cqos_core.matching.pairing import bucket, introduce
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 from cqos_core.resolving.carried import FACTS, on_wire, plain_texts, states
 from cqos_core.resolving.layers import Layer, Stated
 

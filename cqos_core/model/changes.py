@@ -6,12 +6,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cache
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.later import later
-from cqos_core.model.report import Finding, Group, Report, Severity, Verdict
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import Group, Report
 
 _T = TypeVar("_T")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import TextEnum
+from cqos_core.model.finding import TextEnum
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Fact
-    from cqos_core.model.system import Place
+    from cqos_core.model.finding import Fact
+    from cqos_core.model.settings import Place
 
 
 class ComparedSide(TextEnum):

@@ -12,8 +12,9 @@ from cqos_core.model.memory import uncollected
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.model.report import Finding, Remedy, Report, Side
-    from cqos_core.model.system import Place
+    from cqos_core.model.finding import Finding, Remedy, Side
+    from cqos_core.model.report import Report
+    from cqos_core.model.settings import Place
 
 
 def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:

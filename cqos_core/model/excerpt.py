@@ -27,7 +27,7 @@ from cqos_core.model.regular import re, regular_expression
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 NAMESPACES = {
     "bpmn": "http://www.omg.org/spec/BPMN/20100524/MODEL",

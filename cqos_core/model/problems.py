@@ -10,7 +10,7 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 
 _MOST_PROBLEMS: Final = 1000

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.report import Finding, Severity, Side
-from cqos_core.model.report import plural as plural  # noqa: PLC0414 - also a word for remarks
+from cqos_core.model.finding import Finding, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.model.report import Remedy
+    from cqos_core.model.finding import Remedy
+    from cqos_core.model.settings import Place
     from cqos_core.model.spelling import KnownNames
-    from cqos_core.model.system import Place
 
 VERBS: Final[dict[str, tuple[str, str]]] = {
     PUBLISHER: ("offers", "offer"),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, TextEnum, Verdict, plural
+from cqos_core.model.finding import Fact, Finding, Severity, Verdict, plural
 from cqos_core.model.notebook import InNotebooks
 
 if TYPE_CHECKING:
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 __all__ = [
     "REPORT_VERSION",
     "Assumption",
-    "Edit",
-    "Fact",
-    "Finding",
     "Group",
     "Guarantee",
     "GuaranteeCell",
@@ -33,13 +30,7 @@ __all__ = [
     "Pair",
     "PairReport",
     "PolicyComparison",
-    "Remedy",
     "Report",
-    "Severity",
-    "Side",
-    "TextEnum",
-    "Verdict",
-    "plural",
 ]
 
 REPORT_VERSION = 1

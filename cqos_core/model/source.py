@@ -10,7 +10,8 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.system import Place, System
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import System
 
 
 VARIABLES: Final = "$"
@@ -40,7 +41,7 @@ class Opener(Protocol):
 def no_files(name: str, relative_to: str) -> Source:
     """Refuse to open anything: for bytes from memory or the network, where a path means nothing."""
     from cqos_core.model.problems import InputError, Problem
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
     message = f"cannot include `{name}`: this input was given as bytes, so there is no folder to look in"
     raise InputError([Problem("CQ007", message, Place(relative_to))])

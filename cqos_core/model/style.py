@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Edit, Report, Severity
+from cqos_core.model.finding import Edit, Severity
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import Report
 
 
 def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited

@@ -10,7 +10,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.settings import EVERY_OTHER, Cases, Constant, Place, Said, Setting, Settings
+from cqos_core.model.settings import Constant, Place, Said, Setting, Settings
 from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EVERYBODY",
-    "EVERY_OTHER",
     "MESSAGE",
     "NAMED",
     "PUBLISHER",
@@ -28,22 +27,16 @@ __all__ = [
     "Bound",
     "Bridge",
     "Broker",
-    "Cases",
-    "Constant",
     "Endpoint",
     "ImportNote",
     "Overlay",
     "Participant",
-    "Place",
     "Profile",
     "ProfileRef",
     "Role",
     "Room",
     "Route",
-    "Said",
     "Scope",
-    "Setting",
-    "Settings",
     "System",
     "TeamRule",
     "Topic",

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.importers.reading import Reading, described, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flow_text, is_null, stated
 from cqos_core.importers.yaml_tree import Repeated, read_json5, read_tree
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import ImportNote, Place, Setting, Settings, System
+from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import ImportNote, System
 
 
 class Field(NamedTuple):

@@ -9,7 +9,7 @@ from lxml import etree
 
 from cqos_core.importers.xml_source import ElementLines, written
 from cqos_core.model.excerpt import exact
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_core.packs.foreign import FileReading
 
 if TYPE_CHECKING:

@@ -12,15 +12,17 @@ from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import flow_text
 from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import ImportNote, Participant, Setting, System, numbered
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import ImportNote, Participant, System, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.tree import Node
     from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.settings import Place, Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Part, Place, Room, Settings
+    from cqos_core.model.system import Part, Room
 
 
 class FileReading(Reading):

@@ -6,11 +6,14 @@ import io
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import BinaryIO, Final, cast
+from typing import TYPE_CHECKING, BinaryIO, Final, cast
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
-from cqos_core.model.system import Place, Role
+from cqos_core.model.settings import Place
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Role
 
 _LONGEST: Final = 64 * 1024
 """Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""

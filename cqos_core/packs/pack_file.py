@@ -31,8 +31,8 @@ from cqos_core.language.policy import ByOption, PerRole, Policy, Stronger
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
 from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
+from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import Place
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal
 from cqos_core.language.policy import ENDPOINT, Policy
 from cqos_core.language.values import Anything, is_plain
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.language.expression import Condition, Operand
     from cqos_core.language.values import Value
-    from cqos_core.model.system import Endpoint, Place, Settings
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Endpoint
     from cqos_core.packs.logs import Misfit
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
 from google.protobuf.message import DecodeError, Message
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
+from cqos_core.model.finding import Severity
 from cqos_core.model.memory import keep
-from cqos_core.model.report import PairReport, Report, Severity
 from cqos_core.remote.messages import EVERYTHING, report_message, to_message, unknown_paths
 from cqos_core.remote.refusal import Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import PairReport, Report
 
 _MOST_PATHS: Final = 100
 _MOST_OF_A_BYTE: Final = 8

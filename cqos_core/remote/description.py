@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Fact
-    from cqos_core.model.system import Broker, Endpoint, Participant, Place, System
+    from cqos_core.model.finding import Fact
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Broker, Endpoint, Participant, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 

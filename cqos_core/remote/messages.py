@@ -19,11 +19,11 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.language.domains import Names
-from cqos_core.model import coverage, difference, flow, problems, report, system, timing
+from cqos_core.model import coverage, difference, finding, flow, problems, report, settings, system, timing
+from cqos_core.model.finding import Fact, Remedy, Severity, Verdict
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Cases, Setting, Settings
 from cqos_core.remote import description
 from cqos_core.remote.endpoint_rows import endpoints_of
 
@@ -33,10 +33,11 @@ _Convert: TypeAlias = "Callable[[Any], Any]"
 _KINDS: Final[Mapping[str, type[Any]]] = {
     name: vars(module)[name]
     for module, names in (
-        (report, "Report Group Finding Side Fact Remedy Edit PairReport PolicyComparison Assumption"),
-        (report, "Guarantee GuaranteeCell HopReport"),
+        (report, "Report Group PairReport PolicyComparison Assumption Guarantee GuaranteeCell HopReport"),
+        (finding, "Finding Side Fact Remedy Edit"),
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
-        (system, "TeamRule Acceptance ImportNote Part Place"),
+        (system, "TeamRule Acceptance ImportNote Part"),
+        (settings, "Place"),
         (coverage, "Coverage"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
         (timing, "Chain ChainStep"),
@@ -266,8 +267,8 @@ def _counts(value: report.Report, _text: _Convert) -> dict[str, Any]:
     for group in value.groups:
         counts["pairs"] += group.pairs
         counts[group.verdict] += group.pairs
-    for finding in value.findings:
-        counts["accepted" if finding.accepted is not None else _LOUD[finding.severity]] += 1
+    for each in value.findings:
+        counts["accepted" if each.accepted is not None else _LOUD[each.severity]] += 1
     return {"counts": report_pb2.Counts(**counts)}
 
 
@@ -275,7 +276,7 @@ _COUNTED: Final = tuple(report_pb2.Counts.DESCRIPTOR.fields_by_name)
 _LOUD: Final = {severity: f"{severity}s" for severity in Severity}
 
 
-def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
+def _origin(value: Fact, text: _Convert) -> dict[str, Any]:
     """Take the words for where a value comes from apart."""
     kind, _, name = value.origin.partition(" ")
     number = _numbers(report_pb2.OriginKind.DESCRIPTOR).get(kind, 0)
@@ -284,7 +285,7 @@ def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
     return {"origin_kind": number, "origin_name": text(name) if number else "", **_items(value, text)}
 
 
-def _items(value: report.Fact | report.Remedy, text: _Convert) -> dict[str, Any]:
+def _items(value: Fact | Remedy, text: _Convert) -> dict[str, Any]:
     """Take a list apart."""
     if not value.value.startswith("["):
         return {}
@@ -471,7 +472,7 @@ def _item_reader(field: FieldDescriptor, annotation: str) -> _Convert:
     return _reader(_class_of(message))
 
 
-def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
+def settings_value(texts: Mapping[str, str], stated: Any) -> Settings:
     """Return settings, in the order in which they were stated."""
     if not stated:
         return {
@@ -492,9 +493,9 @@ def list_text(items: Iterable[str]) -> str:
 
 
 def _stated_value(text: str, stated: Any) -> Setting:
-    unknown: str | system.Cases = stated.unknown
+    unknown: str | Cases = stated.unknown
     if stated.assumption:
-        unknown = system.Cases(stated.assumption, tuple((case.name, case.value) for case in stated.cases))
+        unknown = Cases(stated.assumption, tuple((case.name, case.value) for case in stated.cases))
     place = from_message(stated.place) if stated.HasField("place") else None
     return Setting(text, place, unknown, stated.derived, stated.reported)
 

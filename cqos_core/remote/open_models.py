@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.checking.session import Session
 from cqos_core.matching.pipeline import Context, context
+from cqos_core.model.finding import Severity
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Report, Severity
 from cqos_core.model.rows import RowEndpoint
 from cqos_core.model.system import NAMED, Endpoint, System
 from cqos_core.plugins import load_plugins
@@ -28,6 +28,9 @@ from cqos_core.remote.messages import EVERYTHING, below, report_message, to_mess
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.remote.session_answers import OpenNames, answer_with, changed
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import Report
 
 _WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes", "flows")
 """Parts of a system that one edit replaces."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import (
+    TYPE_CHECKING,
     Any,
     Final,
     NamedTuple,
@@ -27,8 +28,8 @@ from cqos_core.files.loading import GivenSource, included_files
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.files.reading import read
 from cqos_core.language.domains import SettingValue, as_text
+from cqos_core.model.finding import Severity
 from cqos_core.model.problems import CqosError, InputError, Problem
-from cqos_core.model.report import PairReport, Severity
 from cqos_core.model.source import Source, no_files
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
@@ -38,6 +39,9 @@ from cqos_core.remote.messages import (
 )
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.remote.tls import try_tls
+
+if TYPE_CHECKING:
+    from cqos_core.model.report import PairReport
 
 File: TypeAlias = "str | os.PathLike[str] | bytes"
 OptionValues: TypeAlias = "Mapping[str, Mapping[str, SettingValue]]"

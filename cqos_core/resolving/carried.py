@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import Participant, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Participant
 from cqos_core.resolving.resolved import Carried
 
 if TYPE_CHECKING:

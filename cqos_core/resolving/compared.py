@@ -6,8 +6,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
+from cqos_core.model.finding import Verdict
 from cqos_core.model.memory import keep, number_of
-from cqos_core.model.report import PolicyComparison, Verdict
+from cqos_core.model.report import PolicyComparison
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:

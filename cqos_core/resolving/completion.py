@@ -6,7 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 from cqos_core.packs.parts import Known
 from cqos_core.resolving.layers import Layer, Stated
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
-    from cqos_core.model.system import Broker, Endpoint, Participant, Place
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Broker, Endpoint, Participant
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.participants import Participants
     from cqos_core.resolving.resolved import Resolved

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
 from cqos_core.model.memory import LONGEST_REMEMBERED, keep, new_number, number_of, remember
 from cqos_core.model.rows import FIRST_TEXT, RowEndpoint, as_object
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.misread import is_slip
 from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ProfileParts, ReadContext
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.model.rows import Pattern, Row
-    from cqos_core.model.system import Cases, Endpoint, Settings
+    from cqos_core.model.settings import Cases, Settings
+    from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.profiles import Profiles, User

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Anything, Depends, Value, is_plain
+from cqos_core.model.finding import Fact
 from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED
-from cqos_core.model.report import Fact
 from cqos_core.resolving.reader import word_of
 
 if TYPE_CHECKING:

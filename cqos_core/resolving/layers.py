@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.system import Room, Setting
+    from cqos_core.model.settings import Setting
+    from cqos_core.model.system import Room
 
 
 class Stated(NamedTuple):

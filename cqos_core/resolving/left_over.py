@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from cqos_core.model.codes import CODES
-from cqos_core.model.remarks import core_finding, listed, plural, suggestion
-from cqos_core.model.report import Finding, Severity, Side
+from cqos_core.model.finding import Finding, Severity, Side, plural
+from cqos_core.model.remarks import core_finding, listed, suggestion
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
+from cqos_core.model.system import SUBSCRIBER
 from cqos_core.resolving.layers import Stated
 
 if TYPE_CHECKING:

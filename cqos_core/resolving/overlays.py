@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Anything, Depends, is_plain
+from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER
 from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.reader import ValueSource, Whose, either, meant_by_option, word_of

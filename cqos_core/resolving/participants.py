@@ -6,12 +6,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
+from cqos_core.model.finding import Severity
 from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
-from cqos_core.model.report import Severity
 from cqos_core.model.rows import kinds_of
-from cqos_core.model.system import PUBLISHER, Broker, ProfileRef, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, Broker, ProfileRef
 from cqos_core.resolving.layers import Layer
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.parts import Surroundings
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
-    from cqos_core.model.system import Overlay, Participant, Place, Settings, System
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Overlay, Participant, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader

@@ -12,7 +12,7 @@ from cqos_core.language.values import normalise
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.regular import re, regular_expression
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.reader import Whose
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.model.encoding import Lines
+    from cqos_core.model.settings import Place
     from cqos_core.model.spelling import KnownNames
-    from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
+    from cqos_core.model.system import Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Convention, Preset
     from cqos_core.resolving.reader import SettingsReader

@@ -24,7 +24,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding
-from cqos_core.model.system import Cases, Setting
+from cqos_core.model.settings import Cases, Setting
 from cqos_core.resolving.layers import Stated
 from cqos_core.resolving.misread import (
     can_be_stated,
@@ -45,8 +45,9 @@ if TYPE_CHECKING:
 
     from cqos_core.language.domains import Domain
     from cqos_core.language.values import Plain
-    from cqos_core.model.report import Finding, Severity
-    from cqos_core.model.system import Endpoint, Place, Settings
+    from cqos_core.model.finding import Finding, Severity
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.layers import Layer

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
-from cqos_core.model.system import Place, Setting
+from cqos_core.model.settings import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.report import Finding
-    from cqos_core.model.system import Endpoint, Settings
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Endpoint
 
 WHOSE: Final = "\0whose\0"
 """The blank for the name of the endpoint."""

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
     from cqos_core.model.rows import Row, RowKind
-    from cqos_core.model.system import Endpoint, Participant, Settings, System
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Endpoint, Participant, System
     from cqos_core.packs.meeting import NameProblem
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.overlays import Overlays

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.language.values import Value
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.rows import Row
-    from cqos_core.model.system import Broker, Endpoint, Participant, Place, Settings, System
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Broker, Endpoint, Participant, System
     from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.layers import Layer, Stated

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
-from cqos_core.model.report import Edit
+from cqos_core.model.finding import Edit
 from cqos_core.resolving.respelling import respelled
 
 if TYPE_CHECKING:
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
-    from cqos_core.model.system import Broker, Endpoint, Participant, Room, Setting
+    from cqos_core.model.settings import Setting
+    from cqos_core.model.system import Broker, Endpoint, Participant, Room
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.layers import Layer, Stated
     from cqos_core.resolving.resolved import Resolved

@@ -9,7 +9,7 @@ from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.rows import kinds_of
 
 if TYPE_CHECKING:
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint, Participant, System
 
 

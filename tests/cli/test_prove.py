@@ -12,7 +12,8 @@ if os.environ.get("CI") != "true":
 from cqos_core.analysis.proving import Fault
 from cqos_core.analysis.proving.runs import claims, fixed, named, prepare
 from cqos_core.api import context, read
-from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, Verdict
+from cqos_core.model.finding import Verdict
+from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport
 
 BPMN = Path(__file__).resolve().parents[2] / "examples" / "smart_agriculture_incompatible.bpmn"
 PAIR = """cqos: 1

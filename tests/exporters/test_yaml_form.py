@@ -14,6 +14,7 @@ from cqos_core.files.design import design_of
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.language.values import Anything
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -22,12 +23,10 @@ from cqos_core.model.system import (
     Endpoint,
     Overlay,
     Participant,
-    Place,
     Profile,
     ProfileRef,
     Route,
     Scope,
-    Setting,
     System,
     TeamRule,
     Topic,

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.model.report import Assumption, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.finding import Fact, Finding, Remedy, Severity, Side, Verdict
+from cqos_core.model.report import Assumption, Group, Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Place
 
 GOLDEN = Path(__file__).parent / "golden"
 

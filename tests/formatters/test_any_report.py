@@ -31,9 +31,11 @@ from cqos_core.formatters.terminal import clean
 from cqos_core.formatters.text import render_text
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.encoding import decode
-from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
+from cqos_core.model.report import Assumption, Group, Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Part, Place
+from cqos_core.model.system import Part
 from cqos_pictures.page import render_html
 
 HERE = Path(__file__).parent

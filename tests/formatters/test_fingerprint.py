@@ -5,7 +5,8 @@ import pytest
 from cqos_core import check
 from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.formatters.fingerprint import fingerprint
-from cqos_core.model.report import Finding, Report
+from cqos_core.model.finding import Finding
+from cqos_core.model.report import Report
 
 FLEET = """
 cqos: 1

@@ -8,9 +8,10 @@ from cqos_core import check
 from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.terminal import cells
-from cqos_core.model.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.finding import Fact, Finding, Remedy, Severity, Side, Verdict
+from cqos_core.model.report import Group, Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Place
 
 
 def finding(**changes):

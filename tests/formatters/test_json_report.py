@@ -9,10 +9,12 @@ import pytest
 
 from cqos_core.formatters.json_report import render_json, report_from_json
 from cqos_core.model.coverage import Coverage
+from cqos_core.model.finding import Verdict
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import Report, Verdict
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Part, Place
+from cqos_core.model.system import Part
 
 DOCUMENTATION = Path(__file__).parent.parent.parent / "docs" / "json-report.md"
 EXAMPLE = re.compile(r"(?<=```json\n).*?(?=```\n)", re.DOTALL)

@@ -5,7 +5,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from cqos_core.formatters.junit import render_junit
-from cqos_core.model.report import Finding, Group, Report, Severity, Verdict
+from cqos_core.model.finding import Finding, Severity, Verdict
+from cqos_core.model.report import Group, Report
 from cqos_core.model.style import Style
 
 

@@ -8,9 +8,10 @@ import pytest
 from cqos_core import check
 from cqos_core.files.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
-from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict
+from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Place
 from tests.command import run as command
 
 

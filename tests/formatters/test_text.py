@@ -13,10 +13,11 @@ from cqos_core.formatters.causes import causes
 from cqos_core.formatters.several import together
 from cqos_core.formatters.text import render_text
 from cqos_core.formatters.wording import shown
+from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict
+from cqos_core.model.report import Report
+from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from cqos_core.model.system import Place
 from cqos_core.testing import judge_case, load_cases
 from tests.effort import EXPLORE
 
@@ -243,7 +244,7 @@ def test_of_a_long_line_the_part_around_its_change_is_shown():
 
 
 def _with_fix(fact):
-    from cqos_core.model.report import Edit, Remedy
+    from cqos_core.model.finding import Edit, Remedy
 
     fix = Remedy(
         "publisher",

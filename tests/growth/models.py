@@ -13,8 +13,9 @@ from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.analysis.runtime_logs import explain_misfits
 from cqos_core.api import context
 from cqos_core.formatters.json_report import render_json
+from cqos_core.model.settings import Setting
 from cqos_core.model.style import Style
-from cqos_core.model.system import Endpoint, Overlay, Participant, Setting, System
+from cqos_core.model.system import Endpoint, Overlay, Participant, System
 from cqos_core.packs.logs import misfits
 from cqos_core.plugins import load_plugins
 

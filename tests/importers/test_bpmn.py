@@ -11,8 +11,9 @@ from cqos_core.api import check
 from cqos_core.bpmn import read
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Endpoint, Place, ProfileRef, System
+from cqos_core.model.system import Endpoint, ProfileRef, System
 
 CASES = Path(__file__).parent / "cases" / "bpmn"
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -18,7 +18,8 @@ from cqos_core.model.source import ReadContext, Source
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.model.system import Place, System
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import System
 
 HERE = Path(__file__).parent
 FILES = sorted([*(HERE / "cases" / "bpmn").iterdir(), *(HERE.parents[1] / "examples").glob("*.bpmn")])

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from cqos_core.bpmn import read
 from cqos_core.model.problems import InputError
 from cqos_core.model.rows import RowEndpoint, kinds_of, rows_of
+from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Endpoint, Setting, System
+from cqos_core.model.system import Endpoint, System
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

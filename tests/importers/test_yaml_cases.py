@@ -9,8 +9,8 @@ import pytest
 
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Place
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Place
 from cqos_core.plugins import load_plugins, named
 
 read = named(load_plugins().importers["yaml"].reader)

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Place
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Overlay, Place
+from cqos_core.model.system import Overlay
 from cqos_core.plugins import load_plugins, named
 from tests.worlds import participant, profile, settings, world, writer
 

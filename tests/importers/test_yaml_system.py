@@ -5,8 +5,9 @@ from textwrap import dedent
 import pytest
 
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Bound, Place, Setting
+from cqos_core.model.system import Bound
 from cqos_core.plugins import load_plugins, named
 
 read = named(load_plugins().importers["yaml"].reader)

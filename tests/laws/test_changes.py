@@ -25,7 +25,8 @@ from tests.worlds import POST, participant, reader, world, writer
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.model.report import Finding, Group, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Group, Report
 
 
 class Follower:

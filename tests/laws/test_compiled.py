@@ -31,8 +31,8 @@ from cqos_core.matching.judge import (
     verdict_of,
     worst,
 )
+from cqos_core.model.finding import Verdict
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.report import Verdict
 from cqos_core.packs.guarantee import FAULTS, RESTARTS_IN, Faults
 from cqos_core.resolving.qos_profile import _PROFILES, intern
 from cqos_dds.pack import PACK as DDS

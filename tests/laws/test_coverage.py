@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.model.system import EVERY_OTHER, ImportNote, Part, Place, Setting
+from cqos_core.model.settings import EVERY_OTHER, Place, Setting
+from cqos_core.model.system import ImportNote, Part
 from tests.laws.systems import LETTERS, PACKS, ROBOTS, systems
 
 if TYPE_CHECKING:

@@ -11,19 +11,8 @@ from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.system import (
-    EVERY_OTHER,
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Overlay,
-    Participant,
-    Place,
-    Profile,
-    ProfileRef,
-    Setting,
-    System,
-)
+from cqos_core.model.settings import EVERY_OTHER, Place, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Overlay, Participant, Profile, ProfileRef, System
 from cqos_core.plugins import load_plugins
 from tests.effort import EXAMPLES
 

@@ -10,7 +10,8 @@ import pytest
 from cqos_core.api import context
 from cqos_core.language.relation import related
 from cqos_core.matching.pairing import bucket
-from cqos_core.model.system import Acceptance, Endpoint, Participant, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Acceptance, Endpoint, Participant, System
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System
 from tests.effort import EXAMPLES
 
 if TYPE_CHECKING:

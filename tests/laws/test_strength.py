@@ -10,7 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.model.system import PUBLISHER, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, System
 from tests.laws.systems import BOTH, PACKS, Vocabulary, systems
 
 if TYPE_CHECKING:

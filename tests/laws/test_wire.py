@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from cqos_core import check, check_pair
 from cqos_core.language.expression import unfolded
 from cqos_core.model.report import Report
+from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, System
 from cqos_core.packs.guarantee import LINK
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.importers.fastdds_xml import read as read_fastdds_xml

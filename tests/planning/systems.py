@@ -11,8 +11,8 @@ from cqos_core.analysis.planning.constraints import Goals
 from cqos_core.analysis.planning.model import build
 from cqos_core.api import context
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.system import Setting
+from cqos_core.model.finding import Severity, Verdict
+from cqos_core.model.settings import Setting
 from tests.worlds import POST
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 import pytest
 
 from cqos_core.analysis.planning.search import find_repair
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 from tests.planning.systems import NAME, WHERE, again
 
 

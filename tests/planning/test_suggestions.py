@@ -10,7 +10,7 @@ from cqos_core.analysis.planning.model import build
 from cqos_core.analysis.planning.search import find_repair
 from cqos_core.analysis.planning.suggestion import find_suggestion, is_open
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 from tests.effort import EXPLORE
 from tests.planning.systems import NAME, REACHABLE, WHERE, again, changed, cheaper, open_text, report_of
 

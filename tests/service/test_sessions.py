@@ -15,6 +15,7 @@ from hypothesis import given, settings
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core import check
+from cqos_core.model.settings import Setting
 from cqos_core.model.system import (
     Acceptance,
     Bound,
@@ -27,7 +28,6 @@ from cqos_core.model.system import (
     Profile,
     ProfileRef,
     Route,
-    Setting,
     System,
     TeamRule,
     Topic,

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.model.report import Edit
+    from cqos_core.model.finding import Edit
     from cqos_core.resolving.resolved import Resolved
 
 PINNED: Final = "pinned"

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity
+from cqos_core.model.finding import Severity
 
 if TYPE_CHECKING:
     from cqos_core.files.applying import Edited
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Edit, Finding, Report
+    from cqos_core.model.finding import Edit, Finding
+    from cqos_core.model.report import Report
 
 
 class CheckedSystem(NamedTuple):

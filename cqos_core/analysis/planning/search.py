@@ -18,9 +18,9 @@ from cqos_core.language.solver import conflict, solve
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from cqos_core.language.solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, Group, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Group, Report
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain, Values
     from cqos_core.language.vocabulary import Use
-    from cqos_core.model.report import Edit
+    from cqos_core.model.finding import Edit
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 

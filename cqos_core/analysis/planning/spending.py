@@ -13,8 +13,8 @@ from cqos_core.language.solve import restated
 from cqos_core.language.values import is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.judge import apart
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping

@@ -9,7 +9,7 @@ from cqos_core.analysis.planning.slots import changeable
 from cqos_core.checking.fixes import remedy_text
 from cqos_core.language.policy import BROKER, TOPIC
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping

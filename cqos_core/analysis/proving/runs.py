@@ -16,8 +16,8 @@ from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.system import Place, Setting
+from cqos_core.model.finding import Severity, Verdict
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import FAULTS, LINK, OUTAGE, SURVIVES
 from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding, PairReport, Remedy
+    from cqos_core.model.finding import Finding, Remedy
+    from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.proving import Event, Outcome, Prover

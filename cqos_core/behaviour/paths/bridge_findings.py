@@ -10,9 +10,9 @@ from typing import Final
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import DerivedGuarantees, give
 from cqos_core.matching.hops import Hop, Meetings, Topics
+from cqos_core.model.finding import Finding, Severity, Side, plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import core_finding, plural, suggestion
-from cqos_core.model.report import Finding, Severity, Side
+from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.paths.budgets import LinkLoad
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
 
 
 def budget_findings(pipeline: Pipeline) -> list[Finding]:

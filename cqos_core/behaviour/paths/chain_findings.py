@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
+from cqos_core.model.finding import Severity
 from cqos_core.model.remarks import core_finding
-from cqos_core.model.report import Severity
 from cqos_core.model.timing import CHAIN_LIMITS
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.paths.chains import ChainFault, ChainTimes, StepTimes
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
 
 _EXCEEDED: Final = {"max_age": "CQ803", "max_gap": "CQ804"}
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.paths.delivery_paths import Pair, Way
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.system import Place, Setting
+    from cqos_core.model.settings import Place, Setting
     from cqos_core.model.timing import Chain, ChainStep
     from cqos_core.resolving.resolved import Resolved
 

@@ -8,7 +8,7 @@ from cqos_core.behaviour.paths.budgets import StreamReader, history_of, stream_o
 from cqos_core.behaviour.paths.delivery_paths import samples_pass
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
 from cqos_core.matching.judge import apart
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

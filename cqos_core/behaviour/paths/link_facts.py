@@ -13,7 +13,7 @@ from cqos_core.model.problems import InvalidValueError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_core.model.timing import StatedLink
 
 _RATE: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<factor>[kKMG]?)(?P<unit>bit|b|B)(/s|ps)")

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Role, Setting, System
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

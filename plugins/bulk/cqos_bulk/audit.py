@@ -32,7 +32,7 @@ from cqos_bulk.topic_frames import (
 )
 from cqos_bulk.writers import pattern_of
 from cqos_core.model.codes import CODES
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

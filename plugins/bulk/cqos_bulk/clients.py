@@ -19,7 +19,8 @@ from cqos_bulk.numbered import Numbered
 from cqos_bulk.profiles import SEVERITIES, endpoint_of, remarked, setting_name, settings_of, stated_twice
 from cqos_bulk.writers import pattern_of
 from cqos_core.matching.judge import ask
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
 from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolve import Resolver
 

@@ -23,7 +23,7 @@ from cqos_core.cli.parameters import (
     show_option,
 )
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 
 _ORDER: Final = ("note", "warning", "error")
 

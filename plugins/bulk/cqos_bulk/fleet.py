@@ -29,16 +29,17 @@ from cqos_core.files.loading import load_paths
 from cqos_core.files.walking import walk
 from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options
+from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import plural
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.settings import Setting
     from cqos_core.packs.pack import RulePack
 
     Frame = nw.LazyFrame[Any]

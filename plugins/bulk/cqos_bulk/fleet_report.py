@@ -12,7 +12,7 @@ import narwhals as nw
 
 from cqos_bulk.profiles import NO_SETTINGS, setting_name
 from cqos_bulk.topic_frames import rows_of, summed
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

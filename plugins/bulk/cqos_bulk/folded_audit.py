@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_bulk.clients import FoldedColumns
     from cqos_bulk.table_store import TableStore
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.system import Setting
+    from cqos_core.model.settings import Setting
     from cqos_core.packs.pack import RulePack
 
     Frame = nw.LazyFrame[Any]

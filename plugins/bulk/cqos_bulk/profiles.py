@@ -9,7 +9,8 @@ from cqos_bulk.numbered import Numbered
 from cqos_core.matching.judge import ask, judge_endpoint
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, System
 from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.clients import Clients
     from cqos_bulk.profiles import FleetProfiles
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
 

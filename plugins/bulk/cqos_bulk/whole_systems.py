@@ -17,13 +17,14 @@ from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.memory import keep, uncollected
 from cqos_core.model.problems import CqosError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, Setting, System
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.report import Finding
+    from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
 

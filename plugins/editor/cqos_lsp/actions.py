@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lsprotocol.types import Diagnostic
 
-    from cqos_core.model.report import Finding, Remedy
+    from cqos_core.model.finding import Finding, Remedy
     from cqos_lsp.checking import Analysis
     from cqos_lsp.positions import Units
 

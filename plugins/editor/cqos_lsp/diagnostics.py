@@ -16,16 +16,16 @@ from pygls.uris import from_fs_path
 
 from cqos_core.files.opening import read_path
 from cqos_core.formatters import wording
+from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InputError
-from cqos_core.model.report import Severity
 from cqos_lsp.positions import START, where
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from cqos_core.model.finding import Finding, Side
     from cqos_core.model.problems import Problem
-    from cqos_core.model.report import Finding, Side
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_lsp.checking import Analysis, Checked, Texts
     from cqos_lsp.positions import Units
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.schema import written_name
 from cqos_core.formatters import wording
 from cqos_core.language.policy import ENDPOINT, NEED
-from cqos_core.model.report import Fact, Verdict
+from cqos_core.model.finding import Fact, Verdict
 from cqos_core.model.system import Endpoint, Participant, Profile
 from cqos_lsp.completion import cursor_in, packs_at, schema_at
 from cqos_lsp.marks import marks_on, owners_at, setting_at

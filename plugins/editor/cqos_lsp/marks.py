@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.model.system import Endpoint, Participant, Place, Profile, Setting, Settings
+    from cqos_core.model.settings import Place, Setting, Settings
+    from cqos_core.model.system import Endpoint, Participant, Profile
     from cqos_core.packs.pack import RulePack
     from cqos_lsp.checking import Analysis
 

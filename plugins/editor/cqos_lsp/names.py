@@ -10,8 +10,8 @@ from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, SequenceNode
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 from cqos_lsp.positions import where
 
 if TYPE_CHECKING:

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.model.report import Report
-    from cqos_core.model.system import Bridge, Broker, Place, Profile, Topic
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Bridge, Broker, Profile, Topic
     from cqos_lsp.checking import Analysis
     from cqos_lsp.positions import Units
 

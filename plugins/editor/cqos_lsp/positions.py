@@ -14,8 +14,8 @@ from cqos_core.model.excerpt import exact, span
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from cqos_core.model.settings import Place
     from cqos_core.model.source import Replacement
-    from cqos_core.model.system import Place
 
 _ASTRAL = 0xFFFF
 START = Range(Position(0, 0), Position(0, 0))

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from cqos_core.model.grouping import grouped
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint
 from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
 from cqos_mqtt.broker_policies import ACCESS

@@ -12,8 +12,8 @@ from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import pointed_at, saying
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
 from cqos_pictures.graph import is_wrong
 from cqos_pictures.words import some, spoken, state
 
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from cqos_core.formatters.causes import Cause
     from cqos_core.model.excerpt import Excerpt
-    from cqos_core.model.report import Finding, Remedy, Report, Severity
+    from cqos_core.model.finding import Finding, Remedy, Severity
+    from cqos_core.model.report import Report
     from cqos_core.model.style import Style
     from cqos_pictures.anchors import Anchors
     from cqos_pictures.graph import Key, Usage

@@ -7,13 +7,14 @@ from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_pictures.picture_parts import Picture, PicturedEnd
 
 MOST_TOPICS: Final = 24

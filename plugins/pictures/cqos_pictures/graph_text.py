@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.terminal import clean
 from cqos_core.matching.pipeline import Context, Pipeline
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict
 from cqos_core.packs.export import Exported
 from cqos_pictures.graph import graph_of
 from cqos_pictures.picture import ends_of

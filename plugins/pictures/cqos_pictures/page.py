@@ -7,7 +7,7 @@ from base64 import b64encode
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters import wording
-from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_pictures import tables
 from cqos_pictures.anchors import Anchors, scopes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.explanation import explained
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.finding import Verdict
 from cqos_core.model.problems import CqosError
-from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER
 from cqos_pictures.picture_parts import Picture, PicturedEnd, RequirementPath
 

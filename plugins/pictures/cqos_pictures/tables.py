@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.proofs import timeline
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict, plural
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
 from cqos_pictures.graph import rank

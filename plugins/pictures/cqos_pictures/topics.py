@@ -6,9 +6,8 @@ from collections import Counter
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.finding import Severity, Verdict, plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_pictures.drawing import short
 from cqos_pictures.graph import rank

@@ -6,8 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from cqos_core.model.remarks import plural
-from cqos_core.model.report import Verdict
+from cqos_core.model.finding import Verdict, plural
 
 WORDS: Final[Mapping[Verdict | None, str]] = {
     Verdict.COMPATIBLE: "compatible",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from cqos_core.model.system import Endpoint, ProfileRef, Role, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Endpoint, ProfileRef, Role
 from cqos_ros2.types import full_type_name
 
 

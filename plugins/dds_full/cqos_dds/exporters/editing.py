@@ -25,8 +25,8 @@ from cqos_dds.policies import POLICIES
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from cqos_core.model.settings import Place
     from cqos_core.model.source import Replacement
-    from cqos_core.model.system import Place
     from cqos_core.packs import Policy
     from cqos_dds.exporters.xml_form import Spelling
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
-from cqos_core.model.system import Overlay, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Overlay
 from cqos_dds.importers.leases import LEASE
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
 

@@ -8,18 +8,8 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Profile,
-    ProfileRef,
-    Room,
-    Scope,
-    Setting,
-    Topic,
-)
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Room, Scope, Topic
 from cqos_dds.importers.leases import CONNEXT, LEASE, lease_in
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
@@ -29,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import Role
     from cqos_dds.importers.qos_libraries import QosLibraries
     from cqos_dds.importers.xml_values import XmlReading
 

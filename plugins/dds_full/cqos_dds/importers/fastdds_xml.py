@@ -13,18 +13,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.memory import uncollected
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Profile,
-    ProfileRef,
-    Room,
-    Scope,
-    Setting,
-    Topic,
-)
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Room, Scope, Topic
 from cqos_dds.extension_policies import TOPIC_KIND
 from cqos_dds.importers.leases import FAST as FAST_LEASE
 from cqos_dds.importers.leases import ParticipantProfile, lay_leases, lease_in
@@ -42,8 +32,9 @@ from cqos_dds.kept_policies import (
 
 if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, System
     from cqos_core.packs import Policy
 
 _ROLES: Final[dict[str, tuple[str, Role]]] = {

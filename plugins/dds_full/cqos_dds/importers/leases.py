@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.xml_source import children
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.system import Overlay, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Overlay
 from cqos_dds.importers.xml_values import PROTOCOL, not_set
 from cqos_dds.policies import PARTICIPANT_LEASE
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope
 from cqos_core.packs import normalise
 from cqos_dds.importers.leases import CONNEXT, ParticipantProfile, lay_leases, lease_in
 from cqos_dds.importers.policy_forms import (
@@ -32,7 +33,7 @@ from cqos_dds.presets import PRESETS
 
 if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.settings import Place, Settings
     from cqos_dds.importers.xml_values import XmlReading
 
 SEPARATOR: Final = "::"

@@ -10,14 +10,14 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.system import Setting
+from cqos_core.model.settings import Setting
 from cqos_dds.extension_policies import EXTENSIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.settings import Place, Settings
 
 _NAMES: Final = "names that tools show"
 _MEMORY: Final = "memory that is allocated beforehand, and room for what is remembered of peers"

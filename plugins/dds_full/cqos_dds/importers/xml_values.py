@@ -12,8 +12,8 @@ from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.xml_source import elements, local, text_of
 from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import VARIABLES
-from cqos_core.model.system import Place, Setting
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
 from cqos_core.packs.elements import ElementReading
 from cqos_core.packs.qos_keys import looks_like_qos
@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.tree import Node
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Settings, System
+    from cqos_core.model.system import System
     from cqos_core.packs import Policy
 
 PROTOCOL: Final = "dds"

@@ -19,8 +19,8 @@ from cqos_core.cli.snapshots import SECONDS, check_snapshot, snapshot_options, w
 from cqos_core.cli.streams import emit, say
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
+from cqos_core.model.finding import plural
 from cqos_core.model.problems import describe
-from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.observed import system_of

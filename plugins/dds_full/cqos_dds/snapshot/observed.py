@@ -12,17 +12,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.exporting import unique
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Setting,
-    System,
-    Topic,
-    endpoint_id,
-    numbered,
-)
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, Topic, endpoint_id, numbered
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.seen import SeenParticipant
 

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated, walk
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
 from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import REF, Document, entries_of, levels
 from cqos_mqtt.importers.editing import BINDINGS
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.system import Role
 
 _PROTOCOLS: Final = frozenset(("mqtt", "mqtts", "secure-mqtt", "mqtt5", "mqtts5"))
 _VERSION: Final = re.compile(r"(2|3)\.\d+(?:\.\d+)?(?:-\S+)?")

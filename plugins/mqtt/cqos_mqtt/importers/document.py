@@ -10,7 +10,8 @@ from urllib.parse import unquote
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, stated, walk
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import PUBLISHER, Broker, Endpoint, Place, ProfileRef, Setting
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import PUBLISHER, Broker, Endpoint, ProfileRef
 from cqos_core.packs.documents import DocumentReading, only_document
 from cqos_mqtt.filters import has_wildcards
 from cqos_mqtt.importers.codes import CODES
@@ -20,8 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import Opener, ReadContext, Source
-    from cqos_core.model.system import Role, Room, Settings
+    from cqos_core.model.system import Role, Room
 
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000

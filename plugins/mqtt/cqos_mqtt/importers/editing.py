@@ -12,8 +12,8 @@ from cqos_core.packs import INFINITE, Duration
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from cqos_core.model.settings import Place
     from cqos_core.model.source import Replacement
-    from cqos_core.model.system import Place
 
 BINDINGS: Final = {
     "clean_start": "cleanSession",

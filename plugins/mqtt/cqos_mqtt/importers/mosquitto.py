@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Part, Place, ProfileRef, Room, Setting
+from cqos_core.model.settings import EVERY_OTHER, Cases, Place, Setting
+from cqos_core.model.system import Broker, Part, ProfileRef, Room
 from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
@@ -27,8 +28,8 @@ from cqos_mqtt.sessions import EVERY_USER, NO_USER
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Settings
 
 SWITCH: Final = "broker"
 _PORT: Final = "1883"

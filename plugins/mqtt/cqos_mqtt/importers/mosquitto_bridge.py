@@ -13,7 +13,8 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route
 from cqos_mqtt.filters import has_wildcards, intersection, wrong_wildcards
 from cqos_mqtt.names import PATTERN
 from cqos_mqtt.sessions import BRIDGE_STATES
@@ -21,7 +22,8 @@ from cqos_mqtt.sessions import BRIDGE_STATES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.model.system import Place, Role, Settings, System
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Role, System
     from cqos_core.packs.foreign import FileReading
     from cqos_mqtt.importers.mosquitto import Line
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import read_switches, shown
 from cqos_core.model.encoding import decode
-from cqos_core.model.system import Broker, Place, ProfileRef
+from cqos_core.model.settings import Place
+from cqos_core.model.system import Broker, ProfileRef
 from cqos_core.packs.foreign import FileReading
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.snapshot.seen import SeenClient, fill

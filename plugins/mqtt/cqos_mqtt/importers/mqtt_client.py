@@ -13,7 +13,8 @@ from typing import Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Role, Route, Setting, Settings
+from cqos_core.model.settings import Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Role, Route
 from cqos_mqtt.importers.document import Document, truth
 
 NAME: Final = "mqtt_client"

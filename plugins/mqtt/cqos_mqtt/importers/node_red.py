@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting, Settings
+from cqos_core.model.settings import Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
 from cqos_mqtt.importers.document import Document, truth
 from cqos_mqtt.importers.editing import FIELDS
 

@@ -12,7 +12,8 @@ from urllib.parse import unquote, urlsplit
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
 from cqos_mqtt.importers.document import Document, levels
 from cqos_mqtt.importers.editing import TERMS
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Settings
 
 _AFFORDANCES: Final = ("properties", "actions", "events")
 # What a consumer does for an operation, where the form does not say it itself.

@@ -22,9 +22,10 @@ from cqos_core.cli.streams import emit, say
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.formatters.changes import watched
 from cqos_core.matching.pipeline import context
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import ReadContext
-from cqos_core.model.system import Broker, ImportNote, Place, ProfileRef, Setting, System
+from cqos_core.model.system import Broker, ImportNote, ProfileRef, System
 from cqos_mqtt.importers import mosquitto_log
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
 from cqos_mqtt.snapshot.brokers import BROKERS, Interface, clients_of

@@ -6,16 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
+from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
     Broker,
     Endpoint,
     Participant,
-    Place,
     Role,
-    Setting,
-    Settings,
     System,
     endpoint_id,
     numbered,

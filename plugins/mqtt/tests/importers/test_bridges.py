@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 import cqos_core as cqos
-from cqos_core.model.system import EVERY_OTHER
+from cqos_core.model.settings import EVERY_OTHER
 
 CLIENT = b"""/**/*:
   ros__parameters:

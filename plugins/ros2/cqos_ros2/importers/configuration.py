@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, stated, whole_number
-from cqos_core.model.system import Endpoint, Place, ProfileRef, Role, Settings, endpoint_id
+from cqos_core.model.system import Endpoint, ProfileRef, Role, endpoint_id
 from cqos_core.packs.documents import DocumentReading
 from cqos_core.packs.foreign import FileReading
 from cqos_ros2.importers.codes import CODES
+
+if TYPE_CHECKING:
+    from cqos_core.model.settings import Place, Settings
 
 LARGEST: int = 2**63 - 1
 """The largest integer that ROS 2 parameters and YAML readers of ROS 2 tools take."""

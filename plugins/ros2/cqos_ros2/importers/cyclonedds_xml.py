@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
-from cqos_core.model.system import Overlay, Part, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Overlay, Part
 from cqos_core.packs.elements import ElementReading
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.policies import PARTICIPANT_LEASE

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route
 from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_count, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS
@@ -22,8 +23,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Endpoint, Role, Settings
+    from cqos_core.model.system import Endpoint, Role
 
 NAME: Final = "domain_bridge"
 SWITCHES: Final = {"wait_for_publisher": ("true", "false")}

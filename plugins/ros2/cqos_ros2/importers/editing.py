@@ -9,8 +9,8 @@ from cqos_core.files.editing import insert_beside, state
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from cqos_core.model.settings import Place
     from cqos_core.model.source import Replacement
-    from cqos_core.model.system import Place
 
 RVIZ: Final = {
     "depth": "Depth",

@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
+from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.elements import ElementReading
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.settings import Place, Settings
     from cqos_core.model.source import Source
-    from cqos_core.model.system import Place, Role, Settings
+    from cqos_core.model.system import Role
 
 _ROLES: Final[dict[str, Role]] = {
     "data_writer": PUBLISHER,

@@ -13,7 +13,8 @@ from fnmatch import fnmatchcase
 from typing import Final
 
 from cqos_core.importers.reading import listed, shown
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Role, Setting, Settings
+from cqos_core.model.settings import Place, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Role
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, FastDdsProfile, read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE, PARTICIPANT_LEASE

@@ -6,12 +6,15 @@ profile with the depth of its queues (ros_gz_bridge: bridge_config).
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role
 from cqos_ros2.importers.configuration import Configuration
+
+if TYPE_CHECKING:
+    from cqos_core.model.settings import Settings
 
 NODE: Final = "ros_gz_bridge"
 _BOTH: Final[tuple[Role, ...]] = (PUBLISHER, SUBSCRIBER)

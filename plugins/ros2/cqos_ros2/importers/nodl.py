@@ -9,7 +9,8 @@ from pathlib import PurePath
 from typing import Final
 
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated, whole_number
-from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Role, Setting, Settings
+from cqos_core.model.settings import EVERY_OTHER, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.importers.configuration import Configuration
 

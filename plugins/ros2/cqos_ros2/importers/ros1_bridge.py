@@ -7,14 +7,17 @@ parameter_bridge, bridge). What the bridge cannot read it ignores, after a line 
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import described, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
 from cqos_core.packs.documents import Field, word_field
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import Configuration, as_integer
+
+if TYPE_CHECKING:
+    from cqos_core.model.settings import Setting, Settings
 
 NODE: Final = "ros_bridge"
 _TOPICS: Final = "topics"

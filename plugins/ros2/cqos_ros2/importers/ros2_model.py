@@ -13,7 +13,8 @@ from typing import Final
 from cqos_core.importers.reading import Reading, did_you_mean, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.regular import re
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, ProfileRef, Role, Setting, Settings
+from cqos_core.model.settings import Place, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role
 from cqos_ros2.importers.configuration import RosFile
 
 _GROUPS: Final[dict[str, tuple[Role, str]]] = {

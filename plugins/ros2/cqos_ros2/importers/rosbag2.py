@@ -22,17 +22,8 @@ from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError, InvalidValueError
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Place,
-    Role,
-    Setting,
-    Settings,
-    endpoint_id,
-)
+from cqos_core.model.settings import Place, Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, endpoint_id
 from cqos_core.packs import Policy, normalise
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import RosFile, as_flag

@@ -14,7 +14,8 @@ from typing import Final
 from cqos_core.importers.reading import Reading, described, did_you_mean, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, Settings
+from cqos_core.model.settings import Setting, Settings
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER, SWITCHES
 from cqos_ros2.policies import (

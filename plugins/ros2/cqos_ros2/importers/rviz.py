@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import described, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, stated
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room
 from cqos_ros2.importers.configuration import Configuration, as_integer
 from cqos_ros2.importers.editing import RVIZ
 
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.system import Role
 
 NODE: Final = "rviz2"
 MANAGER: Final = "Visualization Manager"

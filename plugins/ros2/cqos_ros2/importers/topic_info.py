@@ -15,16 +15,18 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import ReadContext
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Part, Participant, Place, Setting, endpoint_id
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Part, Participant, endpoint_id
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import Source
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.system import Role
 
 _LINE: Final = re.compile(r"[ \t]*(?P<key>[A-Z][A-Za-z0-9 ()]{0,40}?)[ \t]*:[ \t]*(?P<value>[^\r\n]*)")
 _POLICIES: Final = {

@@ -17,7 +17,8 @@ from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of, stated, walk, whole_number
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.regular import re
-from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Route, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Route
 from cqos_ros2.guarantee_terms import SENDING_AGAIN
 from cqos_ros2.importers.configuration import Configuration
 from cqos_ros2.names import KEY
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.tree import Node
+    from cqos_core.model.settings import Settings
     from cqos_core.model.source import Source
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.system import Role
 
 NAME: Final = "zenoh_bridge"
 PLUGIN: Final = "ros2dds"

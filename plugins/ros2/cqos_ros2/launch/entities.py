@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 POSITIONAL: Final[dict[str, tuple[str, ...]]] = {
     # Actions of launch.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.model.settings import Place
 from cqos_core.model.spelling import distance
-from cqos_core.model.system import Place
 from cqos_ros2.launch.parameter_files import covers, sections, tree_of
 from cqos_ros2.launch.started import MadeFile, ParameterFile
 from cqos_ros2.launch.values import Unknown

@@ -31,7 +31,7 @@ from cqos_ros2.launch.values import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.running import Launch
     from cqos_ros2.launch.started import InstanceKind, Parameters
     from cqos_ros2.launch.values import Guards, Text

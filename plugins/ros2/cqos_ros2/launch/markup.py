@@ -9,8 +9,8 @@ from typing import Any, Final
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.entities import Action
 from cqos_ros2.launch.substitution_text import parse_text

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, kind_of, whole_number
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 from cqos_core.packs.documents import only_document
 from cqos_ros2.launch.values import Unknown
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.launch.values import Guard, Unknown, first_unknown
 
 if TYPE_CHECKING:

@@ -287,7 +287,7 @@ def _module(name: str, node: ast.stmt, frame: Frame, walk: Walk) -> ModuleValue 
 
 def parsed(path: str, data: bytes | Unknown) -> ast.Module | Unknown:
     """Return the syntax tree of a file; unknown with the cause where it is no Python."""
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
     if isinstance(data, Unknown):
         return data

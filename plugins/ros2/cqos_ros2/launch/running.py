@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.launch.entities import Action
 from cqos_ros2.launch.instances import NODES, start
 from cqos_ros2.launch.markup import read_xml, read_yaml

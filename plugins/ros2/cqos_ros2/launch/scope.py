@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cqos_ros2.launch.values import join, lift, replaced, under
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.started import Parameters
     from cqos_ros2.launch.values import Guards, Text
 
@@ -84,6 +84,6 @@ def absolute(name: Text) -> Text:
 
 def place_of(*candidates: Place | None) -> Place:
     """Return the first place that is known."""
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
     return next((each for each in candidates if each is not None), Place("<launch>"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
 from cqos_ros2.launch.findings import findings
 from cqos_ros2.launch.started import MadeFile, ParameterFile, ParameterValues
 from cqos_ros2.launch.values import Either, Guard, Joined, Unknown, shown, unknown_parts
@@ -14,7 +14,7 @@ from cqos_ros2.launch.values import Either, Guard, Joined, Unknown, shown, unkno
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.started import Instance, Launched, Parameters
     from cqos_ros2.launch.values import Guards
     from cqos_ros2.launch.workspace import Workspace

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.values import Guards, Text, Unknown
 
 InstanceKind: TypeAlias = Literal["node", "lifecycle_node", "container", "component", "process"]

@@ -8,7 +8,7 @@ from cqos_ros2.launch.entities import Sub
 from cqos_ros2.launch.values import Unknown
 
 if TYPE_CHECKING:
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 _KINDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "all": ("AllSubstitution", ("*",)),

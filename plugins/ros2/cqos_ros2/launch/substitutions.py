@@ -17,7 +17,7 @@ from cqos_ros2.launch.values import Either, Joined, Unknown, When, either, first
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.running import Launch
     from cqos_ros2.launch.values import Text
 

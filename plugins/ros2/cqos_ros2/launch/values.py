@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 MOST_CASES: Final = 64
 """How many alternatives one value may have; more are unknown."""

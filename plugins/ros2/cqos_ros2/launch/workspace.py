@@ -13,8 +13,8 @@ from cqos_core.files.ignoring import GENERATED
 from cqos_core.files.opening import read_path
 from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 from cqos_ros2.launch.values import Unknown
 
 if TYPE_CHECKING:

@@ -9,17 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.files.ignoring import GENERATED
 from cqos_core.files.walking import Skipped, shortened, walk
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Place,
-    Setting,
-    System,
-    endpoint_id,
-    numbered,
-)
+from cqos_core.model.settings import Place, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, endpoint_id, numbered
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.launch.workspace import Workspace
 from cqos_ros2.learn.calling import invoke
@@ -34,7 +25,7 @@ from cqos_ros2.learn.walking import run
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.system import Settings
+    from cqos_core.model.settings import Settings
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Function
     from cqos_ros2.learn.table import Table

@@ -13,8 +13,8 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit, replace_files, say, write_new_file
 from cqos_core.importers.reading import did_you_mean
+from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from cqos_ros2.launch.workspace import Workspace

@@ -12,8 +12,8 @@ import cqos_core as cqos
 from cqos_core.cli.streams import emit, write_new_file
 from cqos_core.files.opening import read_path
 from cqos_core.importers.reading import did_you_mean, listed
+from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.remarks import plural
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_ros2.conventions import LIFECYCLE, PARAMETERS
 from cqos_ros2.launch.workspace import find_packages, root_of

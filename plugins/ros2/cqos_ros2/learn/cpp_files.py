@@ -29,7 +29,7 @@ from cqos_ros2.learn.program import (
 if TYPE_CHECKING:
     from tree_sitter import Node, Parser
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.program import Expression, Program, Statement
 
 _REGISTERS: Final = "RCLCPP_COMPONENTS_REGISTER_NODE"

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace as replaced
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.copying import copied, is_quality, type_of_name
 from cqos_ros2.learn.frames import Frame, lineage

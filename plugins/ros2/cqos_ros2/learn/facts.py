@@ -13,7 +13,7 @@ from cqos_ros2.learn.values import MISSING, Duration, Either, Overriding, Qos, T
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.exploring import Explored
     from cqos_ros2.learn.packages import Package
     from cqos_ros2.learn.values import Made, NodeRecord, Tests

@@ -13,7 +13,7 @@ from cqos_ros2.learn.values import MISSING, Code, Instance, NodeRecord, Profile,
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.program import Class, Expression, Function, Program
     from cqos_ros2.learn.table import Table
     from cqos_ros2.learn.values import Tests

@@ -15,7 +15,7 @@ from cqos_ros2.learn.values import Code, Template
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.creating import Given
     from cqos_ros2.learn.frames import Frame, Walk
     from cqos_ros2.learn.program import Class, Expression, Function, Variable

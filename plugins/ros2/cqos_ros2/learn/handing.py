@@ -17,7 +17,7 @@ from cqos_ros2.learn.values import Code, Either, Instance, NodeRecord, Profile, 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Class, Expression, Variable
 

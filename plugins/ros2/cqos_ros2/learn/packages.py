@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.learn.executables import Executables, read_cmake, read_setup_cfg, read_setup_py
 from cqos_ros2.learn.program import Program

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.learn.copying import is_quality
 from cqos_ros2.learn.evaluating import PARTS, evaluate, initial_value, member, shared_preset
 from cqos_ros2.learn.frames import Frame, lineage

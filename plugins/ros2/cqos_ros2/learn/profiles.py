@@ -10,7 +10,7 @@ from cqos_ros2.learn.values import Code, Either, Instance, Profile, Undecided, e
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.values import Tests
 

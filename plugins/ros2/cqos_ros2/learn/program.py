@@ -10,7 +10,7 @@ from cqos_ros2.learn.names import fits, last_part, without_arguments
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
 
 _Found = TypeVar("_Found")
 THIS: Final = "this"

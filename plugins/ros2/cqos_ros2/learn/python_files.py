@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.learn.names import last_part
 from cqos_ros2.learn.program import (
     EACH,

@@ -14,7 +14,7 @@ import yaml
 
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_core.plugins import GROUP
 from cqos_ros2.learn.names import fits, last_part
 

@@ -18,7 +18,7 @@ from cqos_ros2.learn.unreached import NOT_FOLLOWED, creating_calls, is_of, what_
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.exploring import Exploration
     from cqos_ros2.learn.frames import Walk
     from cqos_ros2.learn.program import Call, Function

@@ -19,7 +19,7 @@ from cqos_ros2.learn.values import Instance, NodeRecord, Template
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.exploring import Exploration
     from cqos_ros2.learn.program import Class, Function, Program
     from cqos_ros2.learn.table import Row, Table

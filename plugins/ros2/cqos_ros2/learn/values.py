@@ -10,7 +10,7 @@ from cqos_ros2.launch.values import Unknown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.learn.program import Class, Function
 
 _MOST_CASES: Final = 32

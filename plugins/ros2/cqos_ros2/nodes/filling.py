@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_core.model.settings import EVERY_OTHER, Place, Setting
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import EVERY_OTHER, Place, Setting
 from cqos_core.packs import normalise
 from cqos_ros2.launch.values import LONGEST_TEXT, Either, Joined, Unknown, first_unknown
 from cqos_ros2.nodes import form
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.forms import Entry
-    from cqos_core.model.system import ImportNote, Room, Settings
+    from cqos_core.model.settings import Settings
+    from cqos_core.model.system import ImportNote, Room
     from cqos_ros2.nodes.library import Library
     from cqos_ros2.nodes.reading import NodeFile, Written
     from cqos_ros2.nodes.versions import Fit

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Role
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Role
 
 VERSION: Final = 1
 DISTRO: Final = "distro"

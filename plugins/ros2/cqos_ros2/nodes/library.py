@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.model.system import Place
 from cqos_ros2.importers.nodl import ENDING as NODL
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes import foreign, form

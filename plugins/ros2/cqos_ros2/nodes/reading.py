@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.importers.forms import Entry, Member
+    from cqos_core.model.settings import Place
     from cqos_core.model.source import Source
-    from cqos_core.model.system import Place
 
 T = TypeVar("T")
 ENDING: Final = ".node.yaml"

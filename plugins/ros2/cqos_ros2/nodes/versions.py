@@ -12,7 +12,7 @@ from cqos_ros2.launch.values import Unknown
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.nodes.filling import Filled
 
 ANOTHER: Final = "another version"

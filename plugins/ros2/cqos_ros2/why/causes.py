@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from cqos_core.model.remarks import asks_less, plural
-from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.finding import Severity, Verdict, plural
+from cqos_core.model.remarks import asks_less
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.launch.values import Unknown
@@ -22,7 +22,8 @@ from cqos_ros2.workspace.activation import activation
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.finding import Finding
+    from cqos_core.model.report import Report
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved import Resolved

@@ -13,7 +13,7 @@ from cqos_core.files.opening import read_path
 from cqos_core.files.walking import Skipped, walk
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from cqos_core.model.system import EVERY_OTHER, Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes.filling import VERBS, Filled, FilledNode
 

@@ -10,7 +10,8 @@ from cqos_core.model.system import ImportNote
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.model.system import Part, Place
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Part
 
 CODES: Final = (
     CodeInfo(

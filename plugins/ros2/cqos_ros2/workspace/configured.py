@@ -6,8 +6,8 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.problems import InputError
+from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.model.system import Setting
 from cqos_ros2.importers import gz_bridge, nodl, rviz
 from cqos_ros2.launch.values import Unknown, first_unknown
 from cqos_ros2.nodes import form

@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed
+from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import plural
+from cqos_core.model.settings import EVERY_OTHER, Place
 from cqos_core.model.spelling import nearest
-from cqos_core.model.system import EVERY_OTHER, MESSAGE, Part, Place
+from cqos_core.model.system import MESSAGE, Part
 from cqos_ros2.launch.findings import findings as launch_findings
 from cqos_ros2.launch.shown import assumptions, full_name, program
 from cqos_ros2.names import expand

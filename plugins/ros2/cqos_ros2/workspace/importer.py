@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.opening import open_file
 from cqos_core.importers.reading import did_you_mean, listed
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Place
 from cqos_core.model.source import OPTIONS, VARIABLES, no_files
-from cqos_core.model.system import Place
 from cqos_core.packs import normalise
 from cqos_ros2.launch.entry_point import argument, entry_point
 from cqos_ros2.launch.running import launch

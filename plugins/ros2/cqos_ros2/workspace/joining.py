@@ -5,16 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.system import (
-    Acceptance,
-    Endpoint,
-    Participant,
-    ProfileRef,
-    Setting,
-    System,
-    endpoint_id,
-    numbered,
-)
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Acceptance, Endpoint, Participant, ProfileRef, System, endpoint_id, numbered
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.nodes import form
 from cqos_ros2.nodes.filling import FilledNode
@@ -29,7 +21,8 @@ from cqos_ros2.workspace.placing import Placing, distribution
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.model.system import Place, Role, Settings
+    from cqos_core.model.settings import Place, Settings
+    from cqos_core.model.system import Role
     from cqos_ros2.launch.started import Launched
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.nodes.filling import Filled

@@ -7,7 +7,7 @@ import posixpath
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.entrance import Entrance
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 from cqos_ros2.workspace.surroundings import is_test
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.reading import listed
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 from cqos_ros2.launch.values import Unknown
 from cqos_ros2.workspace.codes import note
 

@@ -10,7 +10,7 @@ from cqos_ros2.names import expand
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.started import Instance
     from cqos_ros2.launch.values import Text
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.settings import EVERY_OTHER
 from cqos_core.model.spelling import typing_errors
-from cqos_core.model.system import EVERY_OTHER, MESSAGE, PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.packs import normalise
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.names import without_namespace

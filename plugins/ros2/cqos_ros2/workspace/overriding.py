@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.model.system import Place, Role
+    from cqos_core.model.settings import Place
+    from cqos_core.model.system import Role
     from cqos_ros2.nodes.filling import Filled, Parameter
 
 PREFIX: Final = "qos_overrides."

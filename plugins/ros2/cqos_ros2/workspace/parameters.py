@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.model.system import Place
+from cqos_core.model.settings import Place
 from cqos_ros2.launch.parameter_files import DEEPEST, EVERY, SECTION, covers, plain, sections, tree_of
 from cqos_ros2.launch.started import MadeFile, ParameterFile, ParameterValues
 from cqos_ros2.launch.values import Unknown, first_unknown

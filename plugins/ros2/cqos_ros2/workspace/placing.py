@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from cqos_core.importers.forms import Entry
-    from cqos_core.model.system import Place
+    from cqos_core.model.settings import Place
     from cqos_ros2.launch.started import Instance, Launched
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.nodes.library import Library

@@ -9,7 +9,7 @@ import shlex
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.entrance import Entrance
-from cqos_core.model.remarks import plural
+from cqos_core.model.finding import plural
 from cqos_ros2.workspace.surroundings import MANIFEST, all_below, as_written, content
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from cqos_core.model.settings import Place, Settings
     from cqos_core.model.source import Opener
-    from cqos_core.model.system import Place, Settings, System
+    from cqos_core.model.system import System
 
     Spelled = Callable[[Place | None], Place | None]
 
