@@ -64,7 +64,7 @@ class PackContents:
         not_checked: what no QoS check of this protocol can see, for the report.
         codes: what the importers that come with the pack report.
         read_log: yields what one line of a program's output says of endpoints that do not fit.
-        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.analysis.proving.Prover`; the
+        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.packs.proving.Prover`; the
             first is used where the system names none.
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
         derivations: values of a pair that no end states; `cqos explain` shows them.
