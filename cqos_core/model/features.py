@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import field
+from fnmatch import fnmatch
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
@@ -45,7 +46,8 @@ class Feature:
         oldest: version of Python that it runs on; empty: as C-QoS itself.
         newest: version of Python that it runs on; empty: any.
         needs: the features whose distributions its own needs, beside the core.
-        brings: names that plugins register, by kind (``commands``, ``formatters``, …), and ``options`` of commands.
+        brings: names that plugins register, by kind (``commands``, ``formatters``, …), ``options`` of commands, and patterns of names of
+            ``files`` that are not read without it, although they say what runs.
     """
 
     name: str
@@ -69,6 +71,16 @@ def absent(kind: str) -> dict[str, Feature]:
     """Return the names of a kind that distributions bring which are not installed, each with its feature."""
     rows = [row for row in features().values() if kind in row.brings and not _is_installed(row.distribution)]
     return {name: row for row in rows for name in row.brings[kind]}
+
+
+def unread_files(paths: Sequence[str]) -> dict[str, Feature]:
+    """Return the first of some paths that each distribution would read which is not installed, although what it needs is."""
+    found: dict[str, Feature] = {}
+    for row in {row.name: row for row in absent("files").values()}.values():
+        if all(_is_installed(features()[each].distribution) for each in row.needs):
+            own = (path for path in paths if any(fnmatch(path, each) for each in row.brings["files"]))
+            found |= dict.fromkeys(sorted(own)[:1], row)
+    return found
 
 
 def missing(name: str, what: str) -> MissingError:

@@ -121,6 +121,22 @@ def test_a_workspace_says_that_sources_were_not_read(only, cqos, files):
     assert "plugins/ros2_sources" in said
 
 
+def test_a_folder_with_launch_files_is_not_clean_where_nothing_reads_them(only, cqos, files):
+    only("cqos-core", "cqos-ros2")
+    src = files / "src"
+    (src / "launch").mkdir(parents=True)
+    (src / "launch" / "bot.launch.py").write_text("def generate_launch_description(): ...")
+    (src / "pair.yaml").write_text(PAIR.replace("best_effort", "reliable"))
+    done = cqos("check", "src")
+    assert done.code == 2
+    assert "src/pair.yaml: compatible" in done.out
+    assert "src/launch/bot.launch.py: `cqos-ros2-workspace` reads it and is not installed" in done.err
+    assert "plugins/ros2_workspace" in done.err
+    assert cqos("check", "src", "--exclude", "*.launch.py").code == 0
+    only("cqos-core")
+    assert "cqos-ros2-workspace" not in cqos("check", "src").err
+
+
 def test_pairs_become_a_model_for_spin_without_what_runs_them(only, cqos, files):
     only("cqos-core", "cqos-mqtt")
     ends = "{a: {publishes: {t: {qos: 1}}}, b: {subscribes: {t: {qos: 1}}}}"
