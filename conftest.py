@@ -19,6 +19,8 @@ if sys.version_info < (3, 11):
 
     sys.modules["tomllib"] = tomli  # the tests read the files of the project with it
 
+pytest_plugins = ("tests.browsing",)  # the browser, for tests of pages in all folders
+
 # No deadline: how long one example takes says nothing here, machines differ and coverage doubles it.
 settings.register_profile("base", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
 # The tests give the same answer every time; `dev.py explore` looks for new examples, and what it finds becomes a case.

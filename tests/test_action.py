@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from cqos_core.model.features import features
 from cqos_core.plugins import load_plugins
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -89,14 +90,14 @@ def test_the_code_scanning_step_takes_the_file_that_the_check_writes():
     assert "inputs.sarif != ''" in upload["if"]
 
 
-def test_the_hook_of_pre_commit_sees_files_of_every_format_and_brings_every_pack():
+def test_the_hook_of_pre_commit_sees_files_of_every_format_and_brings_every_reader():
     [hook] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
     for importer in load_plugins().importers.values():
         for suffix in importer.suffixes:
             assert re.search(hook["files"], f"folder/name{suffix}"), f"{importer.name}: {suffix}"
-    folders = [each.parent for each in (ROOT / "plugins").glob("*/pyproject.toml")]
-    packs = {f"./plugins/{each.name}" for each in folders if [*each.glob("cqos_*/pack.py")]}
-    assert {*hook["additional_dependencies"]} == packs
+    readers = {row.folder for row in features().values() if "importers" in row.brings}
+    sources = features()["ros2_sources"].folder  # which a check of a workspace calls
+    assert {*hook["additional_dependencies"]} == {f"./{folder}" for folder in (*readers, sources)}
 
 
 @pytest.mark.skipif(

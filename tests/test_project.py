@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -367,3 +368,11 @@ def test_no_tool_names_a_plugin(plugin):
 def test_every_directory_below_plugins_is_a_distribution():
     found = [path for path in (ROOT / "plugins").iterdir() if path.is_dir() and path.name != "__pycache__"]
     assert sorted(found) == PLUGINS
+
+
+def test_the_demo_installs_packs_and_waits_for_nothing_heavy():
+    light = {metadata(project)["name"] for project in runpy.run_path(str(ROOT / "dev.py"))["light_projects"]()}
+    assert light >= {"cqos-core", "cqos-ros2", "cqos-dds", "cqos-mqtt", "cqos-ros2-workspace"}
+    for project in CODE:
+        needed = {Requirement(text).name for text in metadata(project)["dependencies"]}
+        assert (metadata(project)["name"] in light) == (metadata(project)["name"] == "cqos-core" or needed <= light)

@@ -63,6 +63,20 @@ def command_problems(loaded: Loaded) -> list[Problem]:
     ]
 
 
+def lacking_problems(loaded: Loaded) -> list[Problem]:
+    """Return which files in folders are not read, and the line that installs what reads them."""
+    if not loaded.lacking:
+        return []
+    from cqos_core.model.features import advice
+
+    return [
+        ProblemWithLines(
+            "CQ003", f"`{row.distribution}` reads it and is not installed", Place(path), "write", (advice(row.name),)
+        )
+        for path, row in loaded.lacking.items()
+    ]
+
+
 def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str]) -> Problem:
     left = grouped((info.name, (file, info)) for file, info in loaded.left if file.folder == path)
     beside = [way for way in loaded.ways.beside if way.path == path]

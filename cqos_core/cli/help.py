@@ -89,7 +89,8 @@ def _list_commands(summaries: Mapping[str, str], ctx: click.Context, formatter: 
     with formatter.section("Commands"):
         formatter.write_dl(rows[:_LISTED])
     formatter.write_paragraph()
-    formatter.write_text(f"More commands: {', '.join(name for name, _ in rows[_LISTED:])}")
+    if rows[_LISTED:]:
+        formatter.write_text(f"More commands: {', '.join(name for name, _ in rows[_LISTED:])}")
     formatter.write_text(f"`{path} COMMAND --help` describes a command, `{path} --help-all` lists all.")
 
 

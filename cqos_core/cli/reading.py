@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import os
 import sys
@@ -12,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from cqos_core.cli import UNUSABLE
-from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
+from cqos_core.cli.entrances import command_problems, entered_notes, lacking_problems, open_problems
 from cqos_core.cli.parameters import (
     CONFIG,
     READS_SYSTEMS,
@@ -127,9 +128,11 @@ def reading_options(command: Callable[..., R]) -> Callable[..., R]:
 
 
 def with_importer_options(command: click.Command) -> click.Command:
-    """Add the options that importers declare to a command that reads systems, once."""
+    """Return a command that reads systems with the options that importers declare; the one that is handed in stays as it is."""
     known = [each.name for each in command.params]
     if getattr(command.callback, READS_SYSTEMS, False):
+        command = copy.copy(command)
+        command.params = [*command.params]
         at = known.index(_LAST) + 1
         command.params[at:at] = [
             click.Option(
@@ -347,7 +350,8 @@ def usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] =
 def obstacles(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
     """Return why paths are not read although no file is wrong: a person has to choose, or run another command before."""
     problems = open_problems(loaded, paths)
-    return problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
+    problems = problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
+    return [*lacking_problems(loaded), *problems]
 
 
 def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.files.entrances import Way
     from cqos_core.files.ignoring import Patterns
     from cqos_core.model.entrance import Entrance
+    from cqos_core.model.features import Feature
     from cqos_core.model.source import Claim
 
 
@@ -346,6 +347,7 @@ class Loaded:
         folders: what was read as one folder, by path, so that it can be read again.
         left: parts of systems that are not read because of such a way, each with its importer.
         covered: parts of systems where such a way reads what it refers to, and nothing else.
+        lacking: files in folders that a distribution reads which is not installed, one of each.
     """
 
     outcomes: list[FileOutcome] = field(default_factory=list)
@@ -357,6 +359,7 @@ class Loaded:
     folders: dict[str, GivenSource] = field(default_factory=dict)
     left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
     covered: list[File] = field(default_factory=list)
+    lacking: Mapping[str, Feature] = field(default_factory=dict)
 
     @property
     def systems(self) -> list[tuple[str, System]]:
@@ -463,6 +466,10 @@ def load_paths(
 def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
     """Find entrances, and put what is read through them in the place of what is named."""
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    if folders:
+        from cqos_core.model.features import unread_files
+
+        loaded.lacking = unread_files([each.path for each in (*found.files, *found.skipped) if not each.named])
     ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
     entered = {way.path for same in ways.taken.values() for way in same}
     kept = []

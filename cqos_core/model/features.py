@@ -1,7 +1,7 @@
 """What is not in every installation, and the line that adds it from where the user stands.
 
-``features.json`` is the table: a feature, its distribution, the folder of that in a clone, its extra, the Pythons that it runs on, and
-the commands, formats and other names that it brings. The line is for the place that C-QoS was installed from: a clone, a folder of
+``features.json`` is the table: a feature, its distribution, the folder of that in a clone, its extra, the Pythons that it runs on, the
+features whose distributions it needs beside the core, and the commands, formats and other names that it brings. The line is for the place that C-QoS was installed from: a clone, a folder of
 wheels, a git address, or a package index. Nothing imports this module until something is missing.
 """
 
@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import field
+from fnmatch import fnmatch
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
@@ -44,7 +45,9 @@ class Feature:
         extra: of the distribution; empty: none is needed.
         oldest: version of Python that it runs on; empty: as C-QoS itself.
         newest: version of Python that it runs on; empty: any.
-        brings: names that plugins register, by kind (``commands``, ``formatters``, …), and ``options`` of commands.
+        needs: the features whose distributions its own needs, beside the core.
+        brings: names that plugins register, by kind (``commands``, ``formatters``, …), ``options`` of commands, and patterns of names of
+            ``files`` that are not read without it, although they say what runs.
     """
 
     name: str
@@ -53,6 +56,7 @@ class Feature:
     extra: str = ""
     oldest: str = ""
     newest: str = ""
+    needs: Sequence[str] = ()
     brings: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
@@ -69,6 +73,16 @@ def absent(kind: str) -> dict[str, Feature]:
     return {name: row for row in rows for name in row.brings[kind]}
 
 
+def unread_files(paths: Sequence[str]) -> dict[str, Feature]:
+    """Return the first of some paths that each distribution would read which is not installed, although what it needs is."""
+    found: dict[str, Feature] = {}
+    for row in {row.name: row for row in absent("files").values()}.values():
+        if all(_is_installed(features()[each].distribution) for each in row.needs):
+            own = (path for path in paths if any(fnmatch(path, each) for each in row.brings["files"]))
+            found |= dict.fromkeys(sorted(own)[:1], row)
+    return found
+
+
 def missing(name: str, what: str) -> MissingError:
     """Return the error that something needs a feature: ``what`` it is, and the line that adds it."""
     return MissingError(what, advice(name))
@@ -82,7 +96,8 @@ def advice(name: str) -> str:
         return f"use Python {feature.oldest} or newer; {here}"
     if feature.newest and version > _version(feature.newest):
         return f"use Python {feature.newest} or older; {here}"
-    return install_line(feature, origin())
+    needed = [features()[each] for each in feature.needs]
+    return install_line(feature, origin(), [each for each in needed if not _is_installed(each.distribution)])
 
 
 def _version(text: str) -> tuple[int, ...]:
@@ -97,27 +112,32 @@ def origin() -> Mapping[str, Any]:
         return {}
 
 
-def install_line(feature: Feature, place: Mapping[str, Any]) -> str:
-    """Return the command that adds a feature where C-QoS was installed from a place."""
-    extra = f"[{feature.extra}]" if feature.extra else ""
+def install_line(feature: Feature, place: Mapping[str, Any], needed: Sequence[Feature] = ()) -> str:
+    """Return the command that adds a feature where C-QoS was installed from a place, and what it needs that an index does not have."""
+    extra = _extra(feature)
     named = f"{_WHOLE}{extra}" if extra else feature.distribution
-    address = place.get("url", "")
+    address, every = place.get("url", ""), (*needed, feature)
     if revision := place.get("vcs_info"):
-        folder = "" if feature.folder == "." else f"#subdirectory={feature.folder}"
         at = f"{revision['vcs']}+{address}@{revision['commit_id']}"
-        return _pip(f"{feature.distribution}{extra} @ {at}{folder}")
+        folders = ("" if each.folder == "." else f"#subdirectory={each.folder}" for each in every)
+        return _pip(
+            *(f"{each.distribution}{_extra(each)} @ {at}{end}" for each, end in zip(every, folders, strict=True))
+        )
     if not address.startswith("file:"):
         return _pip(named)
     path = Path(url2pathname(urlsplit(address).path))
     if "dir_info" not in place:
         return _pip("--find-links", str(path.parent), named)
-    project = path / feature.folder
     editable = ("-e",) if place["dir_info"].get("editable") else ()
-    if not (project / "pyproject.toml").is_file():
-        return f"in a clone of C-QoS ({path} is none any more): {_pip(f'./{feature.folder}{extra}')}"
-    if path == Path.cwd():
-        return _pip(*editable, f"{feature.folder if feature.folder == '.' else f'./{feature.folder}'}{extra}")
-    return _pip(*editable, f"{project}{extra}")
+    near = [f"{each.folder if each.folder == '.' else f'./{each.folder}'}{_extra(each)}" for each in every]
+    if not (path / feature.folder / "pyproject.toml").is_file():
+        return f"in a clone of C-QoS ({path} is none any more): {_pip(*near)}"
+    targets = near if path == Path.cwd() else [f"{path / each.folder}{_extra(each)}" for each in every]
+    return _pip(*(word for target in targets for word in (*editable, target)))
+
+
+def _extra(feature: Feature) -> str:
+    return f"[{feature.extra}]" if feature.extra else ""
 
 
 def _pip(*arguments: str) -> str:

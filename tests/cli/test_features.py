@@ -46,6 +46,13 @@ def test_a_feature_is_where_the_table_says(feature):
     assert runs == [n for n in every if oldest <= n <= newest]
 
 
+@pytest.mark.parametrize("feature", features().values(), ids=lambda each: each.name)
+def test_a_feature_needs_what_its_distribution_needs(feature):
+    ours = {row.distribution for row in features().values()} - {"cqos-core"}
+    stated = {features()[each].distribution for each in feature.needs}
+    assert stated == {Requirement(text).name for text in project(feature.folder)["dependencies"]} & ours
+
+
 def python(minor):
     return {"python_version": f"3.{minor}", "python_full_version": f"3.{minor}.0"}
 
@@ -138,6 +145,25 @@ def clone(tmp_path):
         (tmp_path / "my clone" / feature.folder).mkdir(parents=True, exist_ok=True)
         (tmp_path / "my clone" / feature.folder / "pyproject.toml").touch()
     return tmp_path / "my clone"
+
+
+LIVE_OF_CLONE = Feature("live", "cqos-live", "plugins/live")
+DDS = Feature("dds", "cqos-dds", "plugins/dds_full")
+
+
+def test_what_a_distribution_needs_and_no_index_has_comes_with_it(clone, monkeypatch):
+    monkeypatch.chdir(clone)
+    place = {"url": clone.as_uri(), "dir_info": {"editable": True}}
+    (clone / "plugins/live").mkdir()
+    (clone / "plugins/live/pyproject.toml").touch()
+    text = install_line(LIVE_OF_CLONE, place, [DDS])
+    assert shlex.split(text)[-4:] == ["-e", "./plugins/dds_full", "-e", "./plugins/live"]
+    place = {"url": "https://example.org/cqos.git", "vcs_info": {"vcs": "git", "commit_id": "abc"}}
+    assert install_line(LIVE_OF_CLONE, place, [DDS]).endswith(
+        "'cqos-dds @ git+https://example.org/cqos.git@abc#subdirectory=plugins/dds_full' "
+        "'cqos-live @ git+https://example.org/cqos.git@abc#subdirectory=plugins/live'"
+    )
+    assert install_line(LIVE_OF_CLONE, {}, [DDS]).endswith("install cqos-live")
 
 
 def test_from_an_index():

@@ -119,5 +119,5 @@ def test_forks_have_pipes_and_exit_codes_of_their_own():
 
 
 def test_a_module_that_cannot_be_imported_is_named():
-    with pytest.raises(CqosError, match=r"No module named 'cqos_dds\.prove\.none'"):
+    with pytest.raises(CqosError, match=r"No module named 'cqos_live\.dds\.prove\.none'"):
         Forks("cqos_live.dds.prove.none").start()

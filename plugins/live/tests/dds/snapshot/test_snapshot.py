@@ -265,7 +265,7 @@ def test_without_cyclone_dds_the_error_names_the_package_to_install(tmp_path: Pa
     )
     done = snapshot(1, PYTHONPATH=str(tmp_path))
     assert (done.code, done.out) == (2, "")
-    assert re.search(r"^help: .*install .*plugins/dds_full\[snapshot\]", done.err, re.MULTILINE)
+    assert re.search(r"^help: .*install .*plugins/live\[cyclonedds\]", done.err, re.MULTILINE)
 
 
 def test_a_domain_that_cannot_be_joined_is_an_error(domain: int):
