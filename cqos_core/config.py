@@ -13,16 +13,16 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.files.ignoring import patterns
-from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
-from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.shapes import TEXT, TEXTS, one_of
+from cqos_core.importers.document_form import Form, Key, OneOrMore, SettingsMap
+from cqos_core.importers.source_reading import SourceReading, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.value_types import TEXT, TEXTS, one_of
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cqos_core.files.ignoring import Patterns
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, System, TeamRule
@@ -211,7 +211,7 @@ def load_config(path: str | Path, texts: Mapping[str, bytes] | None = None) -> C
     problems: list[Problem] = []
     config = _load(str(path), (), None, problems, texts or {})
     if problems:
-        from cqos_core.importers.notation import in_notation
+        from cqos_core.importers.advice_notation import in_notation
 
         raise InputError([*map(in_notation, problems)])
     return config
@@ -236,7 +236,7 @@ def _load(
         problems.append(Problem("CQ007", f"cannot open {shown(path)}: {reason}", named_at or Place(path)))
         return Config()
     data = open_text
-    reading = Reading(Source(path, data), problems, [])
+    reading = SourceReading(Source(path, data), problems, [])
     entry = _read(reading)
     if entry is None:
         return Config(path, sources={path: data})
@@ -281,7 +281,7 @@ def _excluded(lines: Sequence[str], folder: Path) -> tuple[Patterns, ...]:
 _AT = regular_expression(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
-def _read(reading: Reading) -> Entry | None:
+def _read(reading: SourceReading) -> Entry | None:
     """Read the file by its form; None where it is no TOML."""
     name = reading.source.name
     try:

@@ -17,7 +17,7 @@ import pluggy
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
     import click
 
-    from cqos_core.model.entrance import EntranceFinder
+    from cqos_core.model.folder_suggestion import FolderSuggester
     from cqos_core.model.report import Report
     from cqos_core.model.source import Claim, Inserter, Reader
     from cqos_core.model.style import Style
-    from cqos_core.packs.drawn import DrawnForm
+    from cqos_core.packs.drawing_form import DrawnForm
     from cqos_core.packs.export import Writer
     from cqos_core.packs.pack import RulePack
 
@@ -125,7 +125,7 @@ class ImporterInfo:
         options: what it adds to the command line.
         folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
             The reader then has the folder as the name of a source without bytes.
-        entrances: ``"module:function"``, an `EntranceFinder`: says how what no importer reads as it is named is read with
+        folder_suggestions: ``"module:function"``, an `FolderSuggester`: says how what no importer reads as it is named is read with
             ``folders_with``; the module must be light.
     """
 
@@ -142,7 +142,7 @@ class ImporterInfo:
     drawn: str = ""
     options: tuple[ImporterOption, ...] = ()
     folders_with: str = ""
-    entrances: str = ""
+    folder_suggestions: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -156,9 +156,9 @@ class ImporterInfo:
         """Import what a drawing can state, where it is one."""
         return named(self.drawn) if self.drawn else None
 
-    def load_entrances(self) -> EntranceFinder:
+    def load_folder_suggester(self) -> FolderSuggester:
         """Import what finds entrances."""
-        return named(self.entrances)  # type: ignore[no-any-return]
+        return named(self.folder_suggestions)  # type: ignore[no-any-return]
 
     def load_inserter(self) -> Inserter | None:
         """Import what adds settings, where there is anything."""

@@ -38,13 +38,13 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.analysis.pair_judge import pair_system, stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.reading import read
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
     options = _settings(content.get("options", {}))
     if "system" in content:
         data = json.dumps({"cqos": 1} | content["system"], default=str).encode()
-        system = tried_out(read(data, importer="yaml", protocol=case.pack), case.pack)
+        system = with_profiles_tried(read(data, importer="yaml", protocol=case.pack), case.pack)
         report = check_system(with_options(system, {case.pack: options}, where), where)
         return Result(report.verdict, report.findings)
     topic = _settings(content.get("topic", {}))

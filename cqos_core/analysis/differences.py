@@ -16,19 +16,19 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
-from cqos_core.model.difference import ComparedSide, Diff, Different, Missing, Named
 from cqos_core.model.grouping import grouped
-from cqos_core.resolving.facts import fact
+from cqos_core.model.system_diff import ComparedSide, Diff, Different, Missing, Named
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.files.exporting import Judged
     from cqos_core.language.values import Plain, Value
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.system import System
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _TYPE: Final = "type"
 _CLOSEST: Final = 64
@@ -70,7 +70,9 @@ class _KnownValues(NamedTuple):
     external: set[str]
 
 
-def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), ignored: Sequence[str] = ()) -> Diff:
+def compare(
+    a: System, b: System, context: CheckContext, topics: Sequence[str] = (), ignored: Sequence[str] = ()
+) -> Diff:
     """Compare two systems, ``a`` and ``b``.
 
     ``topics`` are shell patterns of the topics to compare, all if empty, and ``ignored`` of those not to compare.
@@ -108,7 +110,7 @@ def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), 
 
 
 def _known(
-    system: System, side: ComparedSide, context: Context, topics: Sequence[str], ignored: Sequence[str]
+    system: System, side: ComparedSide, context: CheckContext, topics: Sequence[str], ignored: Sequence[str]
 ) -> _KnownValues:
     """Sort what a system says; what no pack judges is not compared."""
     plain = _without_variants(system, context)
@@ -132,7 +134,7 @@ def _known(
     return _KnownValues(side, slots, observed, mentioned, kinds, external)
 
 
-def _without_variants(system: System, context: Context) -> System:
+def _without_variants(system: System, context: CheckContext) -> System:
     """Return the system without options that choose another way to judge: values are compared by what they mean."""
     options = {}
     for pack_id, settings in system.options.items():
@@ -155,7 +157,7 @@ def _bare(topic: str) -> str:
 
 def _end(each: Judged, known: Mapping[int, QosProfile]) -> _End:
     first, stated = each.parts[0], each.endpoint
-    address = first.pack.meeting.address(stated.participant, first.participant.texts)
+    address = first.pack.topic_matching.address(stated.participant, first.participant.texts)
     kind = stated.role if stated.kind == "message" else stated.kind
     topic = first.shown if each.whole is not None else stated.topic or ""
     named = Named(each.id, address, kind, topic, first.pack.id, stated.place)

@@ -11,11 +11,9 @@ from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, r
 from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, participant_findings
-from cqos_core.checking.findings import make, one_per_cause
-from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
+from cqos_core.checking.findings import draft_finding, one_per_cause
+from cqos_core.checking.topic_check import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
-from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
-from cqos_core.matching.hits import Hit
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
@@ -25,36 +23,39 @@ from cqos_core.matching.judge import (
     of_end,
     undecided_meeting,
 )
+from cqos_core.matching.pair_guarantees import derive, faults_between, guarantees_of, over_hops
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.rule_hits import Hit
 from cqos_core.matching.topic_outcomes import QUIET
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Severity, Verdict
-from cqos_core.model.later import later
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
-from cqos_core.resolving.compared import compared
+from cqos_core.resolving.policy_comparison import compare_policies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.paths.delivery_paths import Pair
-    from cqos_core.matching.derived_guarantees import DerivedGuarantees
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pair_guarantees import PairGuarantee
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Assumption, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
+    from cqos_core.resolving.resolver import Resolver
 
 
-def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
+def explain_pair(system: System, publisher: str, subscriber: str, where: CheckContext) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`. All but the verdict is found out when it is read."""
-    return explained(Pipeline(system, where), publisher, subscriber)
+    return explain_in_pipeline(Pipeline(system, where), publisher, subscriber)
 
 
 def explain_ends(offering: Resolved, requesting: Resolved) -> PairReport:
@@ -70,7 +71,7 @@ def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Res
     return (pair.offering, pair.requesting) if clean and pair.alone else None
 
 
-def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
+def explain_in_pipeline(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     """Explain one pair of a system on its way; see `explain_pair`."""
     report, drawn = _explained(pipeline, publisher, subscriber), drawn_by(pipeline)
     if drawn is None:
@@ -99,7 +100,7 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
     return _with_repetition(report, offering, requesting, arrivals)
 
 
-def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[MatchedTopic, Resolver]:
+def settled_pair(system: System, publisher: str, subscriber: str, where: CheckContext) -> tuple[MatchedTopic, Resolver]:
     """Return a topic with these two endpoints alone, their values settled among all others, and what resolved them.
 
     Raises:
@@ -151,7 +152,7 @@ def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolve
     return replace(report, findings=(*others, finding), guarantees=tuple(guarantees))
 
 
-def endpoints_of(system: System, where: Context) -> Sequence[Resolved]:
+def endpoints_of(system: System, where: CheckContext) -> Sequence[Resolved]:
     """Return all endpoints of a system, those of bridges too, with their values."""
     return Pipeline(system, where).endpoints
 
@@ -251,14 +252,14 @@ class _Pair:
         a, b = (end.profile for end in ends)
         strangers = not self._quiet and bool(apart(a, b))
         known = self._outcome
-        findings = later(self.findings)
+        findings = lazy_tuple(self.findings)
         return PairReport(
             verdict_between(self.whole, self.offering, self.requesting) if known is None else known.verdict,
             findings,
-            later(lambda: self.comparisons(ends)),
-            () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
-            derived=() if strangers else later(lambda: derive(a, b)),
-            assumed=later(lambda: self.assumed(findings)),
+            lazy_tuple(lambda: self.comparisons(ends)),
+            () if strangers else lazy_tuple(lambda: _guarantees(guarantees_of(a, b), faults_between(a, b))),
+            derived=() if strangers else lazy_tuple(lambda: derive(a, b)),
+            assumed=lazy_tuple(lambda: self.assumed(findings)),
         )
 
     def assumed(self, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
@@ -302,7 +303,7 @@ class _Pair:
                 if not spoken.unknown or spoken.failed is not None:
                     hits.append(Hit(spoken))
                     hits[-1].side(members.first.role)[members] = None
-        found += (one.finding for one in one_per_cause([make(topic, hit) for hit in hits]))
+        found += (one.finding for one in one_per_cause([draft_finding(topic, hit) for hit in hits]))
         if reasons:
             result = check_topic([replace(end.first, external=False) for end in ends])
             found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
@@ -313,16 +314,16 @@ class _Pair:
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
         spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
         doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
-        return compared(sides, self._parts, doubtful)
+        return compare_policies(sides, self._parts, doubtful)
 
 
-def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
+def _guarantees(given: Iterable[PairGuarantee], faults: Collection[str]) -> tuple[Guarantee, ...]:
     befalling = frozenset((LINK, *faults))
     return tuple([_guarantee(each, befalling) for each in given])
 
 
 @lru_cache(maxsize=10_000)
-def _guarantee(given: DerivedGuarantees, faults: frozenset[str]) -> Guarantee:
+def _guarantee(given: PairGuarantee, faults: frozenset[str]) -> Guarantee:
     cells = [
         GuaranteeCell(fault, given.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
         for fault, cell in given.cells.items()
@@ -347,7 +348,7 @@ def _path_report(
     for index, (publisher, subscriber) in enumerate(pairs):
         topic = settled(next(each for each in by_topic.values() if any(e is publisher for e in each)))
         ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
-        given.append(give(ends[0].profile, ends[1].profile))
+        given.append(guarantees_of(ends[0].profile, ends[1].profile))
         faults = faults_between(ends[0].profile, ends[1].profile)
         befall.update(faults)
         hops.append(
@@ -364,10 +365,10 @@ def _path_report(
     members = {end.id for pair in pairs for end in pair}
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
-        findings=later(
+        findings=lazy_tuple(
             lambda: [each for each in report().findings if each.endpoints and set(each.endpoints) <= members]
         ),
-        guarantees=_guarantees(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
+        guarantees=_guarantees(over_hops(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),
-        assumed=later(lambda: report().assumed),
+        assumed=lazy_tuple(lambda: report().assumed),
     )

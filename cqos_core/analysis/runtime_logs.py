@@ -17,18 +17,18 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.packs.logs import Misfit, Occurrence
+    from cqos_core.packs.logs import LogMismatch, Occurrence
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(frozen=True, slots=True)
-class Explained:
+class LogExplanation:
     """What is known of one thing that programs say.
 
     Attributes:
@@ -45,7 +45,7 @@ class Explained:
     remark: str = ""
 
 
-def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
+def rules_over(misfit: LogMismatch, pack: RulePack | None) -> tuple[Rule, ...]:
     """Return the rules that a pair breaks if the policy that is named is at fault."""
     if pack is None:
         return ()
@@ -59,12 +59,16 @@ def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
     )
 
 
-def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[Explained]:
+def explain_alone(occurrences: Iterable[Occurrence], context: CheckContext) -> list[LogExplanation]:
     """Explain what can be said without any system."""
-    return [Explained(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences]
+    return [
+        LogExplanation(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences
+    ]
 
 
-def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
+def explain_mismatches(
+    occurrences: Iterable[Occurrence], system: System, context: CheckContext
+) -> list[LogExplanation]:
     """Explain what programs say by the pairs of a system."""
     known = _KnownEnds(endpoints_of(system, context), check_system(system, context))
     return [_explained(each, known, context) for each in occurrences]
@@ -102,12 +106,12 @@ def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
     return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])
 
 
-def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> Explained:
+def _explained(occurrence: Occurrence, known: _KnownEnds, context: CheckContext) -> LogExplanation:
     misfit = occurrence.misfit
     rules = rules_over(misfit, context.find_pack(misfit.protocol))
     on_topic = known.endpoints.get((misfit.protocol, misfit.topic))
     if not on_topic:
-        return Explained(occurrence, rules, remark="the system has no such topic")
+        return LogExplanation(occurrence, rules, remark="the system has no such topic")
     own = [each for each in on_topic if each.role == misfit.role]
     mine = [each for each in own if misfit.participant in {None, _address(each)}]
     remark = ""
@@ -119,7 +123,7 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
     missing = misfit.role if not mine else "" if others else (SUBSCRIBER if misfit.role == PUBLISHER else PUBLISHER)
     if missing:
         owner = f" of `{misfit.participant}`" if own and not mine else ""
-        return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
+        return LogExplanation(occurrence, rules, remark=f"the system has no {missing}{owner} there")
     publishers, subscribers = (mine, others) if misfit.role == PUBLISHER else (others, mine)
     pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, known)
     findings = _findings(pairs, known)
@@ -133,11 +137,11 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
         remark = "by the system they fit, so what runs differs from it: `cqos diff` compares it with a snapshot"
     elif rules and not {rule.code for rule in rules} & {each.code for each in findings}:
         remark = remark or "by the system other policies do not fit than the one that is named"
-    return Explained(occurrence, rules, pairs, findings, remark)
+    return LogExplanation(occurrence, rules, pairs, findings, remark)
 
 
 def _address(endpoint: Resolved) -> str:
-    return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
+    return endpoint.pack.topic_matching.address(endpoint.endpoint.participant, endpoint.participant.texts)
 
 
 def _pairs(publishers: set[str], subscribers: set[str], known: _KnownEnds) -> tuple[Pair, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.analysis import analysed
 from cqos_core.behaviour.graph import Wiring
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
@@ -18,7 +18,7 @@ from cqos_core.model.codes import CODES
 from cqos_core.model.finding import Finding, Remedy, Severity, Side
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.finding import Verdict
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 THROWN: Final = "thrown here"
 CAUGHT: Final = "caught here"

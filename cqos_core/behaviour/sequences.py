@@ -10,14 +10,14 @@ from cqos_core.matching.judge import apart
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
     from cqos_core.behaviour.drawn import Drawn
     from cqos_core.model.finding import Finding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 OWNER: Final = "bpmn"
 OPTION: Final = "catch"

@@ -5,31 +5,31 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
-from cqos_core.language.binding import parts
+from cqos_core.language.binder import parts
 from cqos_core.language.domains import Choice
 from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.pairing import member_ids
+from cqos_core.model.core_findings import VERBS
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
-from cqos_core.model.later import later
-from cqos_core.model.remarks import VERBS
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import bare_fact, fact
+from cqos_core.resolving.finding_facts import bare_fact, fact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.values import Values
     from cqos_core.language.vocabulary import Use
-    from cqos_core.matching.hits import Hit
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.rule_hits import Hit
     from cqos_core.model.finding import Remedy
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _F = TypeVar("_F")
 _T = TypeVar("_T")
@@ -38,7 +38,7 @@ LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "request
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class FindingDraft:
     """A finding with what is needed to put it together with others and to excuse it.
 
     Attributes:
@@ -273,7 +273,7 @@ def _sides(hit: Hit[EndpointGroup]) -> list[Side]:
     return [replace(side, facts=()) for side in found] if hit.more else found
 
 
-def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
+def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
     """Turn what a rule says of groups of a topic into a finding."""
     spoken = hit.spoken
     bound = spoken.bound
@@ -299,8 +299,8 @@ def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
         source=topic.pack.id,
         topic=topic.shown,
         verdict=_verdict(spoken),
-        sides=later(_sides, hit),
-        remedies=() if spoken.failed or hit.more else later(_remedies, (topic, hit)),
+        sides=lazy_tuple(_sides, hit),
+        remedies=() if spoken.failed or hit.more else lazy_tuple(_remedies, (topic, hit)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -310,7 +310,7 @@ def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
     )
     cause = because if bound.scope == "pair" and not hit.more else ()
     word = (rule.guarantee or "") if cause and not spoken.failed else ""
-    return Made(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
+    return FindingDraft(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
 
 
 def _further(hit: Hit[EndpointGroup]) -> str:
@@ -344,8 +344,8 @@ def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ..
         # What is not known may lead to other verdicts elsewhere, and then it is another finding.
         return ("cause", rule.code, because, tuple(finding.worlds.items()), hit.tags)
     endpoints = [e for members in (*hit.publishers, *hit.subscribers) for e in members.endpoints]
-    if any(each.kin.template is not None for each in endpoints):
-        templates = frozenset(each.kin.template or each.id for each in endpoints)
+    if any(each.representative.template is not None for each in endpoints):
+        templates = frozenset(each.representative.template or each.id for each in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, hit.tags)
     if any(endpoint.visiting for endpoint in endpoints):
@@ -389,32 +389,32 @@ def merged(findings: Sequence[Finding]) -> Finding:
     return replace(
         first,
         sides=tuple(sides),
-        remedies=later(lambda: _merged_remedies(findings)),
+        remedies=lazy_tuple(lambda: _merged_remedies(findings)),
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
     )
 
 
-class Again(Protocol):
+class Memo(Protocol):
     """Makes something of findings; one that remembers makes the same again of the same ones."""
 
     def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
         """Return what ``make`` makes of them."""
 
 
-def anew(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
+def without_memo(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
     """Remember nothing."""
     return make(of)
 
 
-def one_per_cause(made: Sequence[Made], again: Again = anew) -> list[Made]:
+def one_per_cause(made: Sequence[FindingDraft], again: Memo = without_memo) -> list[FindingDraft]:
     """Report once per pair what one missing fact leaves open: guarantees together, or beside what else of it the fact decides.
 
     A cause of the same words is the same fact only for the same endpoints of one protocol.
     """
-    alike: dict[tuple[Any, ...], list[list[Made]]] = {}
-    kept: list[list[Made]] = []
+    alike: dict[tuple[Any, ...], list[list[FindingDraft]]] = {}
+    kept: list[list[FindingDraft]] = []
     # Those of most endpoints come first: what is about some of them joins.
     for one in sorted([one for one in made if one.cause], key=_by_endpoints):
         known = alike.setdefault(_cause_of(one), [])
@@ -429,18 +429,18 @@ def one_per_cause(made: Sequence[Made], again: Again = anew) -> list[Made]:
     return [*[one for one in made if not one.cause], *joined]
 
 
-def _by_endpoints(one: Made) -> tuple[bool, int, str]:
+def _by_endpoints(one: FindingDraft) -> tuple[bool, int, str]:
     return bool(one.guarantee), -len(one.finding.endpoints), one.finding.code
 
 
-def _cause_of(one: Made) -> tuple[Any, ...]:
+def _cause_of(one: FindingDraft) -> tuple[Any, ...]:
     """What has to be equal for one missing fact to be the cause of several findings."""
     finding = one.finding
     whose = (finding.source, finding.topic, finding.more_topics)
     return (*whose, one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
 
 
-def _together(made: Sequence[Made]) -> Made:
+def _together(made: Sequence[FindingDraft]) -> FindingDraft:
     """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
     first, findings = made[0].finding, [one.finding for one in made]
     worlds = {
@@ -455,7 +455,7 @@ def _together(made: Sequence[Made]) -> Made:
             message=_guarantees_open(first.sides, words, _assumptions(worlds), made[0].cause)
             if made[0].guarantee
             else first.message,
-            remedies=later(lambda: _merged_remedies(findings)),
+            remedies=lazy_tuple(lambda: _merged_remedies(findings)),
             more_codes=tuple(sorted({finding.code for finding in findings} - {first.code})),
             notes=tuple(dict.fromkeys(note for finding in findings for note in finding.notes)),
             worlds=worlds,

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
-from cqos_core.language.solve import restated, solutions
+from cqos_core.language.solutions import restated, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.matching.pairing import member_ids
+from cqos_core.model.core_findings import VERBS
 from cqos_core.model.finding import Finding, Remedy
-from cqos_core.model.remarks import VERBS
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.rewrites import edits_of
+from cqos_core.resolving.setting_edits import edits_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
     Groups: TypeAlias = Sequence[EndpointGroup]
 

@@ -8,20 +8,20 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from cqos_core.checking.checker import (
-    as_said,
+    as_drafts,
     assemble,
-    by_themselves,
     collapses,
+    merge_drafts,
     merged_by_key,
     nothing_compared,
     participant_findings,
-    put_together,
     spans_topics,
     stated_findings,
     templates_of,
+    with_acceptances,
 )
-from cqos_core.checking.partners import partners, read_of_topic
-from cqos_core.checking.topic import check_topic
+from cqos_core.checking.topic_check import check_topic
+from cqos_core.checking.unmatched_endpoints import read_of_topic, unmatched_endpoints
 from cqos_core.matching.wire import meet_by_name
 from cqos_core.model.changes import Counts
 from cqos_core.model.grouping import grouped
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.checking.checker import JudgedTopics
-    from cqos_core.checking.findings import Made
-    from cqos_core.checking.topic import TopicResult
+    from cqos_core.checking.findings import FindingDraft
+    from cqos_core.checking.topic_check import TopicResult
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.finding import Verdict
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import Endpoint, System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 _F = TypeVar("_F")
@@ -76,8 +76,8 @@ class OpenCheck:
         self._parts = grouped((each.stated_id, each) for each in endpoints)
         self._size = len(endpoints)
         self._made = {key: made for key, each in sorted(judged.results.items()) if (made := _made(each))}
-        self._stated = by_themselves(stated_findings(self._rules, result, self._context, judged.problems))
-        self._of_participants = by_themselves(participant_findings(endpoints))
+        self._stated = as_drafts(stated_findings(self._rules, result, self._context, judged.problems))
+        self._of_participants = as_drafts(participant_findings(endpoints))
         self._alone, self._unmatched = self._without_partners()
         self._templates, self._again = templates_of(self._rules, endpoints), _Again()
         self._pairs = _pairs(self.groups)
@@ -112,7 +112,7 @@ class OpenCheck:
         for name, stated in edited.items():
             before = self._parts.pop(name, [])
             now = self._resolver.again(stated, before)
-            if name in self._resolver.reaching or any(each.kin.protocol for each in (*before, *now)):
+            if name in self._resolver.reaching or any(each.representative.protocol for each in (*before, *now)):
                 return None
             if now:
                 self._parts[name] = now
@@ -132,8 +132,8 @@ class OpenCheck:
         before = {key: self._judged.results.get(key) for key in touched}
         now = {key: self._judge_again(key) for key in touched}
         self._size += len(came) - len(gone)
-        if any(each.beyond_topics for each in self._resolver.result.packs.values()):
-            self._of_participants = by_themselves(participant_findings(self.endpoints))
+        if any(each.participant_rules for each in self._resolver.result.packs.values()):
+            self._of_participants = as_drafts(participant_findings(self.endpoints))
         if any(read_of_topic(before[key]) != read_of_topic(now[key]) for key in touched):
             self._alone, self._unmatched = self._without_partners()
         if _templates(gone) != _templates(came):
@@ -156,16 +156,18 @@ class OpenCheck:
             self._made[key] = made
         return found
 
-    def _without_partners(self) -> tuple[list[Made], int]:
-        found, count = partners(self._system(), self._judged.results, self._resolver.result.packs, self.endpoints)
-        return by_themselves(found), count
+    def _without_partners(self) -> tuple[list[FindingDraft], int]:
+        found, count = unmatched_endpoints(
+            self._system(), self._judged.results, self._resolver.result.packs, self.endpoints
+        )
+        return as_drafts(found), count
 
     def _put_together(self) -> None:
         made = [*merged_by_key(self._made, self._again), *self._stated, *self._of_participants, *self._alone]
         if not self._pairs:
-            made += by_themselves(nothing_compared(self._system(), self.endpoints))
-        said = as_said(made, self._rules, self._context, self._again)
-        self.findings = put_together(said, self._templates, self._again)
+            made += as_drafts(nothing_compared(self._system(), self.endpoints))
+        said = with_acceptances(made, self._rules, self._context, self._again)
+        self.findings = merge_drafts(said, self._templates, self._again)
         self._again.forget_others()
         severities = Counter([each.severity for each in self.findings if each.accepted is None])
         self.counts = Counts(self._size, len(self._judged.results), self._unmatched, self._pairs, severities)
@@ -189,9 +191,9 @@ class _Again:
         self._known, self._asked = self._asked, {}
 
 
-def _made(result: TopicResult) -> list[Made]:
+def _made(result: TopicResult) -> list[FindingDraft]:
     own = [each for each in result.endpoints if not each.is_copy]
-    return [*result.made, *by_themselves(collapses(own))]
+    return [*result.made, *as_drafts(collapses(own))]
 
 
 def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:
@@ -202,4 +204,4 @@ def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:
 
 
 def _templates(endpoints: Iterable[Resolved]) -> set[tuple[str, str | None]]:
-    return {(each.id, each.kin.template) for each in endpoints if each.kin.template is not None}
+    return {(each.id, each.representative.template) for each in endpoints if each.representative.template is not None}

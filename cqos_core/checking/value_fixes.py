@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.pairing import MatchedTopic, TopicKey
     from cqos_core.model.finding import Finding, Remedy
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 def with_judged_fixes(findings: Sequence[Finding], topics: Mapping[TopicKey, Sequence[Resolved]]) -> list[Finding]:

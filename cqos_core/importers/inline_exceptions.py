@@ -10,10 +10,10 @@ from typing import Final
 
 import yaml
 
-from cqos_core.importers.detect import may_have_exceptions
-from cqos_core.importers.reading import shown
+from cqos_core.importers.format_detection import may_have_exceptions
+from cqos_core.importers.source_reading import shown
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place, Settings
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Acceptance, Endpoint, ImportNote, Profile, System

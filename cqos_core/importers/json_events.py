@@ -19,7 +19,7 @@ from yaml.events import (
 )
 
 from cqos_core.model.encoding import Lines
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 
 _BLANK = regular_expression(r"[ \t\r\n]*+")
 _WORD = regular_expression(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")

@@ -12,7 +12,7 @@ from itertools import chain, repeat
 from typing import Any, Final, Literal, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 

@@ -18,7 +18,7 @@ from lxml import etree
 
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:

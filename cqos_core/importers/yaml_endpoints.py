@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers import yaml_form as form
-from cqos_core.importers.forms import TextEntry, settings_at
-from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind, pattern_of
+from cqos_core.importers.document_form import TextEntry, settings_at
+from cqos_core.model.endpoint_rows import FIRST_TEXT, RowPattern, SettingsPattern, pattern_of
 from cqos_core.model.settings import Place
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ProfileRef, Room
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry, Key, Member
-    from cqos_core.model.rows import Row
+    from cqos_core.importers.document_form import Entry, Key, Member
+    from cqos_core.model.endpoint_rows import Row
     from cqos_core.model.settings import Setting, Settings
     from cqos_core.model.system import Role
 
@@ -46,7 +46,7 @@ DIRECTIONS: Final = (
 )
 
 
-class TextKind(RowKind):
+class YamlRowPattern(RowPattern):
     """Endpoints that are alike but for the texts of their settings.
 
     In their rows stands a tuple: the line and column of the endpoint, the line of its map, and the spots of its settings below that.
@@ -54,21 +54,21 @@ class TextKind(RowKind):
 
     __slots__ = ("source",)
 
-    def __init__(self, endpoint: Endpoint, pattern: Pattern, source: str) -> None:
+    def __init__(self, endpoint: Endpoint, pattern: SettingsPattern, source: str) -> None:
         super().__init__(endpoint, pattern)
         self.source = source
 
     def place(self, row: Row) -> Place:
-        """See `RowKind.place`."""
+        """See `RowPattern.place`."""
         line, column, *_ = row[3]
         return Place(self.source, line, column)
 
     def make(self, name: str, row: Row) -> Any:
-        """See `RowKind.make`."""
+        """See `RowPattern.make`."""
         if name != "settings":
             return super().make(name, row)
         _, _, line, *spots = row[3]
-        names = [word for word, *_ in self.pattern.said[0]]
+        names = [word for word, *_ in self.pattern.setting_texts[0]]
         return settings_at(self.source, line, names, row[FIRST_TEXT:], spots)
 
 
@@ -86,7 +86,7 @@ class Maker:
         participant: str,
         direction: Direction,
         shared: tuple[ProfileRef, ...],
-        patterns: dict[tuple[str, ...], Pattern],
+        patterns: dict[tuple[str, ...], SettingsPattern],
         *,
         observed: bool,
     ) -> None:
@@ -95,7 +95,7 @@ class Maker:
         self._shared = shared
         self._patterns = patterns
         self._observed = observed
-        self._kinds: dict[object, TextKind] = {}
+        self._kinds: dict[object, YamlRowPattern] = {}
 
     def endpoint(self, stated: Entry, name: str, topic: str, place: Place) -> Endpoint | Row:
         """Return what an entry states as an endpoint with an id."""
@@ -114,7 +114,7 @@ class Maker:
         kind = self._kinds.get(key)
         if kind is None:
             like = self._object(stated, "", None, {}, place)
-            kind = self._kinds[key] = TextKind(like, pattern_of(names, self._patterns), place.source)
+            kind = self._kinds[key] = YamlRowPattern(like, pattern_of(names, self._patterns), place.source)
         return (kind, name, topic, (place.line, place.column, line, *spots), *texts)
 
     def _object(self, stated: Entry, name: str, topic: str | None, settings: Settings, place: Place) -> Endpoint:

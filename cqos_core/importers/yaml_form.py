@@ -9,12 +9,23 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import OTHERS, WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
-from cqos_core.importers.instances import InstancesShape
-from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
+from cqos_core.importers.document_form import (
+    OTHERS,
+    WRITTEN,
+    Entry,
+    Form,
+    Key,
+    ListOf,
+    MapOf,
+    Member,
+    OneOrMore,
+    SettingsMap,
+)
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
-from cqos_core.importers.timing import CHAINS, LINKS
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, part_text, whole_number
+from cqos_core.importers.value_types import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
+from cqos_core.importers.variables import InstancesType
+from cqos_core.importers.yaml_chains import CHAINS, LINKS
 
 if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
@@ -359,7 +370,7 @@ TOPICS: Final = Key(
 )
 INSTANCES: Final = Key(
     "instances",
-    MapOf(InstancesShape(), "a map from variables to instances"),
+    MapOf(InstancesType(), "a map from variables to instances"),
     "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
 )
 PARTICIPANTS: Final = Key(

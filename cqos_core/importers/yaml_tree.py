@@ -10,7 +10,7 @@ from dataclasses import field
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from cqos_core.importers.reading import described, shown
+from cqos_core.importers.source_reading import described, shown
 from cqos_core.importers.tree import (
     COLUMN_BITS,
     NULL,
@@ -24,7 +24,7 @@ from cqos_core.importers.tree import (
     scalar,
 )
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     import yaml
 
-    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.source_reading import SourceReading
     from cqos_core.importers.tree import Node
     from cqos_core.model.problems import Problem
 
@@ -74,7 +74,7 @@ Repeated: TypeAlias = Literal["refuse", "keep", "last", "merge"]
 or joins maps and takes the last of other values. A program that does not refuse them takes empty keys too."""
 
 
-def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
+def read_tree(reading: SourceReading, *, repeated: Repeated = "refuse") -> Tree:
     """Read the source as YAML, or as JSON where it is JSON that YAML refuses (tabs, surrogate pairs, long keys).
 
     What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
@@ -100,7 +100,7 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     return composer.tree
 
 
-def _explain(reading: Reading, error: yaml.YAMLError) -> None:
+def _explain(reading: SourceReading, error: yaml.YAMLError) -> None:
     from cqos_core.importers.yaml_errors import explain
 
     explain(reading, error)
@@ -110,7 +110,7 @@ def _looks_like_json(data: bytes) -> bool:
     return data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith(b"{")
 
 
-def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Problem]) -> Tree:
+def _read_json(reading: SourceReading, yaml_error: yaml.YAMLError, earlier: list[Problem]) -> Tree:
     """Read as JSON what YAML refused with the ``earlier`` problems.
 
     What is neither is explained in the words of what its name says it is.
@@ -135,7 +135,7 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
     return composer.tree
 
 
-def read_json5(reading: Reading) -> Tree:
+def read_json5(reading: SourceReading) -> Tree:
     """Read the source as JSON5. What is wrong is in ``reading.problems``; the tree is empty then."""
     from cqos_core.importers.json_events import JsonError, json5_events
 
@@ -189,7 +189,7 @@ _LONGEST_JOINED: Final = 120
 class _Composer:
     """Turns a stream of events into a `Tree`."""
 
-    def __init__(self, reading: Reading, *, repeated: Repeated = "refuse") -> None:
+    def __init__(self, reading: SourceReading, *, repeated: Repeated = "refuse") -> None:
         self.reading = reading
         self.twice = repeated
         self.tree = Tree()

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 from cqos_core.language.values import INFINITE, Plain, normalise
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 
 def flow(text: str, expected: str = "") -> Any:

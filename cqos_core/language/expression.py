@@ -1,7 +1,7 @@
 """The closed language of conditions: its nodes, how Python builds them, and their text form.
 
 A condition is a value. It is built with operators (``offered(RELIABILITY) >= requested(RELIABILITY)``) or read
-from text (`cqos_core.language.parsing`), it prints as valid Python syntax, and ``parse(str(condition)) == condition``.
+from text (`cqos_core.language.parser`), it prints as valid Python syntax, and ``parse(str(condition)) == condition``.
 
 There are four kinds of nodes: constants (`Literal`), values of policies (`Term`), and what is applied to others: an `Apply` has a
 value, a `Test` is true, false or unknown. Operators are applied like functions, under their sign. So all that is done with

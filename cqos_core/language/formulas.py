@@ -12,17 +12,17 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from cqos_core.language.binding import bind
-from cqos_core.language.evaluate import NO_SIGNAL
+from cqos_core.language.binder import bind
+from cqos_core.language.bound_condition import NO_SIGNAL
 from cqos_core.language.expression import AGGREGATES, Condition
 from cqos_core.language.values import WrittenValue, normalise, settled, worlds_of
+from cqos_core.model.caches import keep
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Values
     from cqos_core.language.vocabulary import Vocabulary

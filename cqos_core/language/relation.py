@@ -14,8 +14,8 @@ from itertools import accumulate, product
 from operator import or_
 from typing import Any, Final, NamedTuple
 
-from cqos_core.language.binding import bind, bind_operands
-from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Judge, known_value
+from cqos_core.language.binder import bind, bind_operands
+from cqos_core.language.bound_condition import NO_SIGNAL, BoundCondition, Judge, known_value
 from cqos_core.language.expression import COMPARISONS, Condition, Node, Term, Test
 from cqos_core.language.operations import MIRRORED
 from cqos_core.language.values import Values, settled, worlds_of

@@ -13,8 +13,8 @@ from itertools import product
 from math import prod
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
+from cqos_core.model.caches import LONGEST_REMEMBERED
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import LONGEST_REMEMBERED
 
 INFINITE: Final = 2**63 - 1
 """An infinite duration in nanoseconds, and an unlimited count."""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import START_ORDER, Anything, Depends, FromPeers, is_plain
-from cqos_core.matching.derived_guarantees import give
-from cqos_core.matching.hops import Hop, Meetings
+from cqos_core.matching.hops import Hop, PeerIndex
+from cqos_core.matching.pair_guarantees import guarantees_of
 from cqos_core.matching.peer_values import PUBLISHERS_FIRST, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Bridge, Role
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
+    from cqos_core.resolving.resolver import Resolver
 
 # Hops
 
@@ -52,7 +52,7 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
         hop.source.bridge = hop.target.bridge = (hop.bridge.id, hop.source.id)
     by_topic = topics(resolver)
     if hops:
-        meeting = Meetings(by_topic)
+        meeting = PeerIndex(by_topic)
         _copy_values(hops, meeting)
         _mark_relayed(hops, meeting)
         _hand_on(hops, meeting)
@@ -62,7 +62,7 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
 # Values
 
 
-def _copy_values(hops: Iterable[Hop], meeting: Meetings) -> None:
+def _copy_values(hops: Iterable[Hop], meeting: PeerIndex) -> None:
     """Give the ends of bridges the values that they copy from one side or the other; `settle` has what peers alone decide."""
     copying = _Copying(hops, meeting)
     changes = [
@@ -79,7 +79,7 @@ def _copy_values(hops: Iterable[Hop], meeting: Meetings) -> None:
 class _Copying:
     """Finds what ends of bridges copy, looking through ends that copy themselves."""
 
-    def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
+    def __init__(self, hops: Iterable[Hop], meeting: PeerIndex) -> None:
         self.meeting = meeting
         self.met: dict[tuple[str, Role], list[Resolved]] = {}
         self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...], bool], Value] = {}
@@ -194,7 +194,7 @@ _MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers
 # Needs
 
 
-def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
+def _mark_relayed(hops: Iterable[Hop], meeting: PeerIndex) -> None:
     """Say of the ends of bridges when they start again, and whether publishers tell of the loss of those before them."""
     for hop in hops:
         for end in (hop.source, hop.target):
@@ -208,7 +208,7 @@ def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
                 meeting.replace(copy, copy.profile.with_values(values))
 
 
-def _hand_on(hops: Sequence[Hop], meeting: Meetings) -> None:
+def _hand_on(hops: Sequence[Hop], meeting: PeerIndex) -> None:
     """Hand needs on to the subscriptions before bridges; what one subscription needs concerns the bridges before it."""
     by_target = {hop.target.id: number for number, hop in enumerate(hops)}
     waiting = set(range(len(hops)))
@@ -219,7 +219,7 @@ def _hand_on(hops: Sequence[Hop], meeting: Meetings) -> None:
         waiting = {by_target[name] for name in before if name in by_target}
 
 
-def _handed_on(hop: Hop, meeting: Meetings) -> bool:
+def _handed_on(hop: Hop, meeting: PeerIndex) -> bool:
     """Add what is needed behind a bridge to the needs of its subscription; return whether that changed anything."""
     wanted: dict[str, tuple[Plain, Resolved]] = {}
     faults: set[str] = set()
@@ -237,7 +237,7 @@ def _add_needs(
     bridge: Bridge,
     wanted: Mapping[str, tuple[Plain, Resolved]],
     faults: Iterable[str],
-    meeting: Meetings,
+    meeting: PeerIndex,
 ) -> bool:
     values: dict[int, Plain] = {}
     added: dict[int, Stated] = {}
@@ -284,7 +284,7 @@ def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Itera
         elif name == "late_join":
             yield "latest", 1
         elif word.over == "sum" or (word.over == "not over a bridge" and hop.carries_liveliness):
-            given = given or {each.word.name: each for each in give(publisher.profile, subscriber.profile)}
+            given = given or {each.word.name: each for each in guarantees_of(publisher.profile, subscriber.profile)}
             spent = given[name].value if name in given else None
             # Where the last hop leaves nothing of it, that is where it is lost; where it is not known what it leaves, all of it.
             if isinstance(value, int) and (spent is None or spent < value):

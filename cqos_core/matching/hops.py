@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 Topics = dict[tuple[str, str], list["Resolved"]]
 _LIVELINESS: Final = "liveliness"
@@ -35,7 +35,7 @@ class Hop:
         return _LIVELINESS in self.bridge.carries
 
 
-class Meetings:
+class PeerIndex:
     """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself.
 
     Equal endpoints are asked about once: a bridge often stands beside hundreds that nothing tells apart.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.bound_condition import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import Asked, RuleSet
+from cqos_core.matching.rule_set import RuleQuestion, RuleSet
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -120,9 +120,11 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
 @lru_cache
 def over_both(pack: RulePack) -> RuleSet:
     """Return the rules over both ends: the meeting conditions, then the rules of pairs without those on which guarantees rest."""
-    meeting = [Asked(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
+    meeting = [RuleQuestion(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
     pairs = [each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee]
-    return RuleSet({"meets": meeting, "pair": [Asked(each, _ask_pair, each.rule.kind == "requires") for each in pairs]})
+    return RuleSet(
+        {"meets": meeting, "pair": [RuleQuestion(each, _ask_pair, each.rule.kind == "requires") for each in pairs]}
+    )
 
 
 def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
@@ -233,11 +235,11 @@ def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FB
         return ask_end(bound, profile, role)
 
     own = [
-        Asked(each, by_itself, each.rule.kind == "requires", frozenset(each.absent[role]))
+        RuleQuestion(each, by_itself, each.rule.kind == "requires", frozenset(each.absent[role]))
         for each in _of_endpoint(pack, role, observed)
     ]
-    around = [Asked(each, _ask_refusing, undecided=False) for each in _refusing_around(pack, observed)]
-    topics = [Asked(each, _ask_topic, undecided=False) for each in pack.by_scope.get("signal", ())]
+    around = [RuleQuestion(each, _ask_refusing, undecided=False) for each in _refusing_around(pack, observed)]
+    topics = [RuleQuestion(each, _ask_topic, undecided=False) for each in pack.by_scope.get("signal", ())]
     return RuleSet({"endpoint": own, "surroundings": around, "signal": topics}, one=True)
 
 
@@ -257,7 +259,7 @@ def _of_endpoint(pack: RulePack, role: str, observed: bool) -> Iterator[BoundRul
 
 def _refusing_around(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
     """Yield the errors about the participant of an endpoint, its broker and its options."""
-    for bound in pack.beyond_topics:
+    for bound in pack.participant_rules:
         if bound.rule.severity == "error" and not (observed and bound.rule.creation):
             yield bound
 
@@ -333,7 +335,7 @@ def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> 
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
-def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `Alike` says
+def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `GroupKey` has
     """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
     rules = about_one(profile.pack, role, observed)
     return not rules.that_report(profile, profile, ~rules.bits["signal"])
@@ -343,7 +345,7 @@ def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: 
 def of_end(
     profile: QosProfile,
     role: str,
-    observed: bool,  # noqa: FBT001 - as everything that `Alike` says
+    observed: bool,  # noqa: FBT001 - as everything that `GroupKey` has
     wired: bool,  # noqa: FBT001 - likewise
 ) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
     """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""

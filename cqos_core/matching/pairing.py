@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Acceptance
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 TopicKey: TypeAlias = tuple[str, str]
 """Protocol, and topic in the form endpoints meet on."""
 
 
-class Alike(NamedTuple):
+class GroupKey(NamedTuple):
     """A group of endpoints in the eyes of rules; the fields are those of `EndpointGroup`, ``size`` is their number.
 
     ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
@@ -44,10 +44,10 @@ class TopicShape(NamedTuple):
     """A topic in the eyes of rules."""
 
     pack: RulePack
-    publishers: tuple[Alike, ...]
-    subscribers: tuple[Alike, ...]
+    publishers: tuple[GroupKey, ...]
+    subscribers: tuple[GroupKey, ...]
 
-    def side(self, role: str) -> tuple[Alike, ...]:
+    def side(self, role: str) -> tuple[GroupKey, ...]:
         """The groups of one role."""
         return self.publishers if role == PUBLISHER else self.subscribers
 
@@ -83,9 +83,9 @@ class EndpointGroup:
         return self.endpoints[0].value(index) if self.settled is None else self.settled.values[index]
 
     @property
-    def alike(self) -> Alike:
+    def alike(self) -> GroupKey:
         """The group in the eyes of rules."""
-        return Alike(self.profile, self.observed, self.tags, self.carried, len(self.endpoints), self.wired)
+        return GroupKey(self.profile, self.observed, self.tags, self.carried, len(self.endpoints), self.wired)
 
     def only(self, endpoints: list[Resolved]) -> EndpointGroup:
         """Return a group of some of these endpoints."""
@@ -151,9 +151,9 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     if any(endpoint.like.from_peers for endpoint in ordered):
         named = named.union(*(endpoint.starts_after for endpoint in ordered))
     # One of each role is a group of its own whatever its values are, which need not be made for that.
-    single = len({endpoint.kin.role for endpoint in ordered}) == len(ordered)
+    single = len({endpoint.representative.role for endpoint in ordered}) == len(ordered)
     for endpoint in ordered:
-        stated = endpoint.kin
+        stated = endpoint.representative
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = endpoint.starts_after
         here = named & endpoint.names if named else named
@@ -186,13 +186,13 @@ def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
     keys: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     packs: dict[str, RulePack] = {}
     for (protocol, key), endpoints in found.items():
-        if endpoints[0].pack.meeting.match is not None:
+        if endpoints[0].pack.topic_matching.match is not None:
             packs[protocol] = endpoints[0].pack
             offering, requesting = keys.setdefault(protocol, ({}, {}))
             for endpoint in endpoints:
                 (offering if endpoint.role == PUBLISHER else requesting)[key] = None
     for protocol, pack in packs.items():
-        match = pack.meeting.match
+        match = pack.topic_matching.match
         copies: dict[str, list[Resolved]] = {}
         beside: dict[str, list[Resolved]] = {}
         for key, other in match(*keys[protocol]) if match is not None else ():
@@ -202,13 +202,13 @@ def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
             beside.setdefault(key, []).extend(copies[other])
         for key, visitors in beside.items():
             found[protocol, key].extend(visitors)
-            if pack.meeting.overlapping:
+            if pack.topic_matching.overlapping:
                 _tell_overlapping(found[protocol, key], pack)
 
 
 def _tell_overlapping(endpoints: list[Resolved], pack: RulePack) -> None:
     """Set the flag of subscribers whose participant has another one on the topic, with another key."""
-    index = pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]
+    index = pack.vocabulary.indices[ENDPOINT, pack.topic_matching.overlapping]
     own_keys: dict[str, set[str | None]] = {}
     for endpoint in endpoints:
         if endpoint.role == SUBSCRIBER:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"

@@ -15,7 +15,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Place, Setting
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
 """How many endpoints a system may have after bridges added theirs, where nothing else is set."""
@@ -42,7 +42,7 @@ def _find_core_code(code: str) -> CodeInfo | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Context:
+class CheckContext:
     """What a check needs beside the system: the packs, and the protocol of endpoints that state none.
 
     `most_endpoints` bounds what bridges may make of a system.
@@ -64,7 +64,9 @@ class Pipeline:
         asked: by id of a pack, policies whose spelling other rules than those of the pack ask for.
     """
 
-    def __init__(self, system: System, where: Context, resolve: Callable[[Pipeline], Resolver] | None = None) -> None:
+    def __init__(
+        self, system: System, where: CheckContext, resolve: Callable[[Pipeline], Resolver] | None = None
+    ) -> None:
         """Put ``system`` at the start; ``resolve`` takes the place of `resolve_all`."""
         self.stated = system
         self.where = where
@@ -128,7 +130,7 @@ def resolve_all(pipeline: Pipeline) -> Resolver:
     return resolver
 
 
-def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> Context:
+def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> CheckContext:
     """Return a check context over the installed packs and ``extra_packs``, which win over installed ones of their id."""
     extra = {pack.id: pack for pack in extra_packs}
     plugins = load_plugins()
@@ -147,7 +149,7 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
         return None
 
     known = frozenset({*plugins.packs, *extra})
-    return Context(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
+    return CheckContext(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
 
 
 MOST_ENDPOINTS_VARIABLE: Final = "CQOS_MAX_ENDPOINTS"
@@ -164,7 +166,7 @@ def _most_endpoints() -> int:
 
 
 def with_options(
-    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: Context, place: Place | None = None
+    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: CheckContext, place: Place | None = None
 ) -> System:
     """Return ``system`` with options laid over its own, in whatever spelling it states them."""
     joined = {pack_id: dict(settings) for pack_id, settings in system.options.items()}

@@ -16,10 +16,10 @@ from cqos_core.matching.judge import apart
 from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.pattern import any_of
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.re2_patterns import any_name_matcher
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote, endpoint_id
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge, Endpoint, Role, Route, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
@@ -395,7 +395,7 @@ class _Around:
         take back.
         """
         asking = self.within.get((bridge.id, side.participant, SUBSCRIBER if role == PUBLISHER else PUBLISHER))
-        if asking is None or (role == SUBSCRIBER and asking.pack.meeting.match is not None):
+        if asking is None or (role == SUBSCRIBER and asking.pack.topic_matching.match is not None):
             return {}  # a filter is no name
         before, _, after = pattern.partition("*")
         known = self.known.setdefault((id(side), role), _Known())
@@ -479,5 +479,5 @@ def _meet(one: Resolved, other: Resolved) -> bool:
 
 def _gate(route: Route) -> Callable[[str], bool]:
     """Return what says whether a route carries a name."""
-    only, but = any_of(route.only), any_of(route.but)
+    only, but = any_name_matcher(route.only), any_name_matcher(route.but)
     return lambda name: (not route.only or only(name)) and not but(name)

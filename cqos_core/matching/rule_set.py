@@ -11,7 +11,7 @@ from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.language.compiled import Common, Compiled, Question, compiled
+from cqos_core.language.condition_compiler import CommonValues, CompiledConditions, Question, compile_conditions
 from cqos_core.language.relation import positions
 from cqos_core.language.values import ANYTHING, Anything, Depends
 from cqos_core.model.dataclass import dataclass
@@ -34,7 +34,7 @@ EVERY: Final = -1
 _Asking: TypeAlias = "Callable[[BoundRule, QosProfile, QosProfile], object | None]"
 
 
-class Asked(NamedTuple):
+class RuleQuestion(NamedTuple):
     """A rule as a set asks it.
 
     Attributes:
@@ -51,7 +51,7 @@ class Asked(NamedTuple):
 
 
 @dataclass(slots=True, eq=False)
-class Surrounding:
+class SharedValues:
     """What many profiles have in common on one side of rules: the values that are not known, and those of options.
 
     Attributes:
@@ -68,7 +68,7 @@ class Surrounding:
     open: int
     passed: int
     options: Values
-    functions: dict[Surrounding, Compiled] = field(default_factory=dict)
+    functions: dict[SharedValues, CompiledConditions] = field(default_factory=dict)
 
 
 class RuleSet:
@@ -80,11 +80,11 @@ class RuleSet:
         one: whether they are about one profile, which stands on both sides and is alone where a rule speaks of all of a side.
     """
 
-    def __init__(self, parts: Mapping[str, Iterable[Asked]], *, one: bool = False) -> None:
+    def __init__(self, parts: Mapping[str, Iterable[RuleQuestion]], *, one: bool = False) -> None:
         """Put the rules of several parts together."""
         self.one = one
         self.bits: dict[str, int] = {}
-        every: list[Asked] = []
+        every: list[RuleQuestion] = []
         for name, asked in parts.items():
             before = len(every)
             every += asked
@@ -94,14 +94,16 @@ class RuleSet:
         self._always = sum(1 << position for position, each in enumerate(self._each) if each.absent)
         self._functions = 0
         self._few = _WORTH_COMPILING
-        self._uses = Counter[tuple[Surrounding, Surrounding]]()
-        self._by_frame: tuple[dict[ProfileFrame, Surrounding], ...] = ({}, {})
-        self._surroundings: tuple[dict[tuple[object, ...], Surrounding], ...] = ({}, {})
+        self._uses = Counter[tuple[SharedValues, SharedValues]]()
+        self._by_frame: tuple[dict[ProfileFrame, SharedValues], ...] = ({}, {})
+        self._surroundings: tuple[dict[tuple[object, ...], SharedValues], ...] = ({}, {})
 
     @cached_property
-    def compiled(self) -> Compiled:
+    def compiled(self) -> CompiledConditions:
         """Their conditions, as one function of values that are all known."""
-        return compiled([Question(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
+        return compile_conditions(
+            [Question(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one
+        )
 
     @cached_property
     def _reading(self) -> tuple[dict[int, int], dict[int, int]]:
@@ -131,7 +133,7 @@ class RuleSet:
         """The bits of the rules that read options."""
         return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
 
-    def _surrounding(self, profile: QosProfile, *, second: bool) -> Surrounding:
+    def _surrounding(self, profile: QosProfile, *, second: bool) -> SharedValues:
         """Return what a profile has in common with others, as the rules read it on one side."""
         frame = profile.frame
         found = self._by_frame[second].get(frame)
@@ -143,7 +145,7 @@ class RuleSet:
             found = self._by_frame[second][frame] = self._in_common(frame, len(profile.known), second=second)
         return found
 
-    def _in_common(self, frame: ProfileFrame, size: int, *, second: bool) -> Surrounding:
+    def _in_common(self, frame: ProfileFrame, size: int, *, second: bool) -> SharedValues:
         reading = self._reading[second]
         opened = {index: value for index, value in frame.open.items() if index in reading}
         bits = passed = 0
@@ -156,13 +158,13 @@ class RuleSet:
         unknown = tuple([(at, ANYTHING if isinstance(each, Anything) else each) for at, each in opened.items()])
         known = {**frame.options, **opened}
         values = tuple([known.get(at) for at in range(size)])
-        found = Surrounding(values, frozenset((*opened, *self._options)), bits, passed, options)
+        found = SharedValues(values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
 
-    def _surroundings_of(self, first: QosProfile, second: QosProfile) -> tuple[Surrounding, Surrounding]:
+    def _surroundings_of(self, first: QosProfile, second: QosProfile) -> tuple[SharedValues, SharedValues]:
         return self._surrounding(first, second=False), self._surrounding(second, second=not self.one)
 
-    def function(self, first: QosProfile, second: QosProfile, *, at_once: bool = False) -> Compiled | None:
+    def function(self, first: QosProfile, second: QosProfile, *, at_once: bool = False) -> CompiledConditions | None:
         """Return the function for what two profiles have in common with others; None before they are enough for one.
 
         ``at_once``: they are expected to be.
@@ -213,14 +215,14 @@ class RuleSet:
         found = (reporting(first.known, second.known) | opened) & counted
         return found & exact, found & ~exact
 
-    def _counted(self, first: Surrounding, second: Surrounding) -> Compiled | None:
+    def _counted(self, first: SharedValues, second: SharedValues) -> CompiledConditions | None:
         """Return the function for what many profiles have in common, once they are enough to be worth it."""
         if len(self._uses) >= _MOST_REMEMBERED:
             self._uses.clear()
         self._uses[first, second] += 1
         return None if self._uses[first, second] < _WORTH_A_FUNCTION else self._function(first, second)
 
-    def _function(self, first: Surrounding, second: Surrounding) -> Compiled:
+    def _function(self, first: SharedValues, second: SharedValues) -> CompiledConditions:
         """Make the function for what many profiles have in common."""
         if self._functions >= _MOST_FUNCTIONS:
             for each in (*self._surroundings[0].values(), *self._surroundings[1].values()):
@@ -228,14 +230,14 @@ class RuleSet:
             self._functions = 0
             self._uses.clear()
         self._functions += 1
-        passed, common = first.passed | second.passed, Common(first.values, second.values, (first.at, second.at))
+        passed, common = first.passed | second.passed, CommonValues(first.values, second.values, (first.at, second.at))
         questions = [
             None if passed >> position & 1 else self._question(each, common) for position, each in enumerate(self._each)
         ]
-        found = first.functions[second] = compiled(questions, alone=self.one)
+        found = first.functions[second] = compile_conditions(questions, alone=self.one)
         return found
 
-    def _question(self, asked: Asked, common: Common) -> Question:
+    def _question(self, asked: RuleQuestion, common: CommonValues) -> Question:
         bound, _, undecided, absent = asked
         if bound.rule.kind == "meets" and undecided:
             undecided = any(
@@ -248,5 +250,5 @@ class RuleSet:
             here, there = (
                 tuple([ANYTHING if at in absent else each for at, each in enumerate(one)]) for one in (here, there)
             )
-            common = Common(here, there, (at[0] | absent, at[1] | absent))
+            common = CommonValues(here, there, (at[0] | absent, at[1] | absent))
         return Question(bound.bound, bound.rule.kind == "forbids", undecided and not absent, common)

@@ -14,10 +14,8 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language import relation
-from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
+from cqos_core.language.bound_condition import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
-from cqos_core.matching.classes import Class, Classes, classes
-from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, OfEnds, called, reach
 from cqos_core.matching.judge import (
     Violation,
     about_one,
@@ -33,8 +31,10 @@ from cqos_core.matching.judge import (
     undecided_of,
     verdict_by,
 )
-from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_hits
+from cqos_core.matching.pairing import GroupKey, TopicShape
+from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, called, reach
+from cqos_core.matching.signal_rules import signal_hits
+from cqos_core.matching.value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -52,7 +52,7 @@ _FEW_PAIRS: Final = 64
 
 
 @dataclass(slots=True, eq=False)
-class Apart:
+class NonMatch:
     """A meeting condition that keeps a class of publishers apart from subscribers: by publisher group those groups, as bits.
 
     Attributes:
@@ -62,11 +62,11 @@ class Apart:
 
     bound: BoundRule
     tags: frozenset[int]
-    subscribers: Classes
+    subscribers: ValueGroups
     missed: dict[int, int] = field(default_factory=dict)
 
 
-class Row(NamedTuple):
+class JudgedPairs(NamedTuple):
     """Publisher groups, and as bits the subscriber groups, whose pairs were judged alike."""
 
     publishers: tuple[int, ...]
@@ -86,8 +86,8 @@ class TopicOutcome(NamedTuple):
     """
 
     met: tuple[int, ...]
-    kept_apart: tuple[Apart, ...]
-    rows: tuple[Row, ...]
+    kept_apart: tuple[NonMatch, ...]
+    rows: tuple[JudgedPairs, ...]
     hits: tuple[Hit[int], ...]
 
     @property
@@ -106,8 +106,8 @@ def judge_shape(shape: TopicShape) -> TopicOutcome:
 class _Said(NamedTuple):
     """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
 
-    publishers: Class
-    subscribers: Class
+    publishers: ValueGroup
+    subscribers: ValueGroup
     spoken: Violation
     combinations: int = 0
 
@@ -115,9 +115,9 @@ class _Said(NamedTuple):
 class _Row(NamedTuple):
     """What a rule says of a class of publishers: the subscriber groups it certainly reports, as bits, and what else."""
 
-    publishers: Class
+    publishers: ValueGroup
     certain: int
-    others: list[tuple[Class, Violation]]
+    others: list[tuple[ValueGroup, Violation]]
 
 
 @dataclass(slots=True)
@@ -128,7 +128,7 @@ class _Pairs:
     """
 
     met: list[int]
-    kept_apart: list[Apart] = field(default_factory=list)
+    kept_apart: list[NonMatch] = field(default_factory=list)
     segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
     sizes: list[int] = field(default_factory=list)
 
@@ -171,19 +171,19 @@ def _is_quiet(shape: TopicShape) -> bool:
     )
 
 
-def _end_is_quiet(alike: Alike, role: str) -> bool:
+def _end_is_quiet(alike: GroupKey, role: str) -> bool:
     profile = alike.profile
     unusual = alike.carried or alike.wired or profile.unread or profile.refused
     return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
 
 
-QUIET: Final = TopicOutcome((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+QUIET: Final = TopicOutcome((1,), (), (JudgedPairs((0,), 1, Verdict.COMPATIBLE, ()),), ())
 """One group on each side, compatible, without a finding."""
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
     """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
-    sides = (tuple(Alike(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
+    sides = (tuple(GroupKey(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
     shape = TopicShape(pack, *sides)
     return _met(shape, _may_report(shape)).met
 
@@ -220,9 +220,9 @@ def _met(shape: TopicShape, reporting: int) -> _Pairs:
         [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
     )
     for bound in _of_part(shape, reporting, "meets"):
-        subscribers = classes(shape.subscribers, bound.bound.sides[1])
+        subscribers = value_groups(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
-            apart = Apart(bound, publishers.first.tags, subscribers)
+            apart = NonMatch(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
                 kept = pairs.met[publisher] & missed
                 if kept:
@@ -242,7 +242,7 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: 
             assuming |= read_in_worlds(shape.pack, alike.profile.frame, side)
     for bound in _of_part(shape, reporting & assuming, "meets"):
         first, second = bound.bound.sides
-        offering, requesting = classes(shape.publishers, first), classes(shape.subscribers, second)
+        offering, requesting = value_groups(shape.publishers, first), value_groups(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
@@ -253,7 +253,7 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: 
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
-def _sizes(groups: Sequence[Alike]) -> list[int]:
+def _sizes(groups: Sequence[GroupKey]) -> list[int]:
     """The groups whose size has 1, 2, 4, … in it, as bits."""
     found = [0] * max((alike.size.bit_length() for alike in groups), default=0)
     for position, alike in enumerate(groups):
@@ -271,7 +271,7 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -
         if bound.rule.guarantee:
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
-        columns = classes(shape.subscribers, bound.bound.sides[1])
+        columns = value_groups(shape.subscribers, bound.bound.sides[1])
         for each in _few(bound, _spoken(shape, bound, columns), columns):
             _note(shape, pairs, hits, each, asked)
             for publisher in each.publishers.members:
@@ -307,9 +307,9 @@ def _fitting(pairs: _Pairs) -> list[int]:
     return found
 
 
-def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
+def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterator[_Row]:
     """Judge one rule over every combination of its classes; yield what it says."""
-    publishers = classes(shape.publishers, bound.bound.sides[0]).each
+    publishers = value_groups(shape.publishers, bound.bound.sides[0]).each
     if not bound.rule.guarantee:  # which depends on what the subscriber needs
         publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
     subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
@@ -346,7 +346,7 @@ def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_
             yield _Row(offering, certain, others)
 
 
-def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_Said]:
+def _few(bound: BoundRule, rows: Iterable[_Row], columns: ValueGroups) -> Iterator[_Said]:
     """Pass the first combinations on, and then per publisher class one that stands for the others."""
     certain = Violation(bound, RuleAnswer(bound.rule.kind == "forbids"))
     later = []
@@ -363,13 +363,15 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_
         together = []
         for _, same in columns.by_tags(mask):
             first = columns.first(same)
-            together.append(_Said(publishers, Class(first.first, first.members, same), certain, columns.count(same)))
-        undecided: dict[frozenset[int], list[tuple[Class, Violation]]] = {}
+            together.append(
+                _Said(publishers, ValueGroup(first.first, first.members, same), certain, columns.count(same))
+            )
+        undecided: dict[frozenset[int], list[tuple[ValueGroup, Violation]]] = {}
         for each, spoken in others:
             undecided.setdefault(each.first.tags, []).append((each, spoken))
         for (first, spoken), *more in undecided.values():
             same = reduce(or_, (each.mask for each, _ in more), first.mask)
-            together.append(_Said(publishers, Class(first.first, first.members, same), spoken, len(more) + 1))
+            together.append(_Said(publishers, ValueGroup(first.first, first.members, same), spoken, len(more) + 1))
         later += sorted(together, key=lambda each: each.subscribers.members[0])
     yield from later
 
@@ -410,20 +412,22 @@ def _split_segments(
         segments[key] = segments.get(key, 0) | touched
 
 
-def _rows(pairs: _Pairs) -> tuple[Row, ...]:
+def _rows(pairs: _Pairs) -> tuple[JudgedPairs, ...]:
     """Put publishers together whose pairs were judged alike."""
     rows: dict[tuple[Verdict, tuple[str, ...], int], list[int]] = {}
     for publisher, segments in enumerate(pairs.segments):
         for (verdict, codes), mask in segments.items():
             rows.setdefault((verdict, codes, mask), []).append(publisher)
-    return tuple(Row(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items())
+    return tuple(
+        JudgedPairs(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items()
+    )
 
 
 # Endpoints
 
 
 def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
-    found = OfEnds[int]()
+    found = EndpointHits[int]()
     for role in (PUBLISHER, SUBSCRIBER):
         for position, alike in enumerate(shape.side(role)):
             if alike.carried:

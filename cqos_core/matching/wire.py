@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING
 from cqos_core.matching.judge import refusals
 from cqos_core.matching.pairing import bucket, introduce
 from cqos_core.model.settings import Setting
-from cqos_core.resolving.carried import FACTS, on_wire, plain_texts, states
 from cqos_core.resolving.layers import Layer, Stated
+from cqos_core.resolving.wire_copies import FACTS, on_wire, plain_texts, states
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.language.values import Value
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
+    from cqos_core.resolving.resolver import Resolver
 
 
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
@@ -49,7 +49,7 @@ def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
 def meet_by_name(packs: Mapping[str, RulePack]) -> bool:
     """Whether endpoints of some packs meet on the topic that they name, and nowhere else."""
     return not any(
-        each.meeting.match is not None or (each.wire is not None and each.wire.protocol in packs)
+        each.topic_matching.match is not None or (each.wire is not None and each.wire.protocol in packs)
         for each in packs.values()
     )
 

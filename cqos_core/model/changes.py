@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.grouping import grouped
-from cqos_core.model.later import later
+from cqos_core.model.lazy_tuple import lazy_tuple
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Group, Report
@@ -79,7 +79,7 @@ class Changes:
         return self.counts != self.before or any(map(len, found))
 
 
-class Difference:
+class NetChange:
     """What came and what went between two states; later steps are added to it.
 
     What came in one step and went in a later one is in neither.
@@ -103,7 +103,7 @@ class Difference:
             if self._gone.pop(id(each), None) is None:
                 self._came[id(each)] = each
 
-    def follow(self, step: Difference) -> None:
+    def follow(self, step: NetChange) -> None:
         """Add all that another one has."""
         self.add(step._gone.values(), step._came.values())
 
@@ -117,7 +117,7 @@ class Difference:
         def both() -> tuple[list[Any], list[Any]]:
             return _unequal(prepare(came), prepare(gone), of)
 
-        return later(lambda: both()[0]), later(lambda: both()[1])
+        return lazy_tuple(lambda: both()[0]), lazy_tuple(lambda: both()[1])
 
 
 def _unequal(came: Sequence[_T], gone: Sequence[_T], of: Callable[[_T], object]) -> tuple[list[_T], list[_T]]:

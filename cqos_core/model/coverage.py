@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.finding_form import place_form
+from cqos_core.model.finding_json import place_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -58,7 +58,7 @@ def _part(part: Part) -> dict[str, Any]:
         "kind": part.kind,
         "name": part.name,
         "cause": part.cause,
-        "place": place_form(part.place),
+        "place": place_json(part.place),
         "endpoints": part.endpoints,
     }
 

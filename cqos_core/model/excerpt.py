@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

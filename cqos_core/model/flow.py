@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.settings import Constant, Place
+from cqos_core.model.settings import Immutable, Place
 
 EventKind: TypeAlias = Literal["start", "end", "throw", "catch", "boundary"]
 """``end`` and ``throw`` throw; ``start``, ``catch`` and ``boundary`` catch."""
@@ -30,7 +30,7 @@ WITHIN: Final = frozenset({"process", "subprocess", "adhoc", "transaction"})
 
 
 @dataclass(frozen=True, slots=True)
-class Timer(Constant):
+class Timer(Immutable):
     """When a timer fires.
 
     Attributes:
@@ -50,7 +50,7 @@ class Timer(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class Trigger(Constant):
+class Trigger(Immutable):
     """One definition of an event: what it waits for, or what it does.
 
     Attributes:
@@ -78,7 +78,7 @@ class FlowEnds(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class FlowNode(Constant):
+class FlowNode(Immutable):
     """An event, an activity, a gateway, or a process.
 
     Attributes:
@@ -120,7 +120,7 @@ class FlowNode(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class ControlFlow(Constant):
+class ControlFlow(Immutable):
     """The processes of one file.
 
     Attributes:

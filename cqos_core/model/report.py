@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Fact, Finding, Severity, Verdict, plural
-from cqos_core.model.notebook import InNotebooks
+from cqos_core.model.jupyter import JupyterDisplay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.model.finding_form import Exact, Json
+    from cqos_core.model.finding_json import Exact, Json
 
 __all__ = [
     "REPORT_VERSION",
@@ -99,7 +99,7 @@ class Assumption:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Report(InNotebooks):
+class Report(JupyterDisplay):
     """The result of one check, in an order that depends on nothing but its content.
 
     Attributes:
@@ -147,12 +147,12 @@ class Report(InNotebooks):
 
     def to_dict(self, tool_version: str = "", exact: Exact | None = None) -> dict[str, Any]:
         """Return the report as plain data with the keys of the JSON report; ``exact`` fills in what places leave open."""
-        from cqos_core.model.finding_form import as_it_is, finding_form
+        from cqos_core.model.finding_json import finding_json, place_as_stated
 
         return {
             **self.summary(tool_version),
             "groups": [each.to_dict() for each in self.groups],
-            "findings": [finding_form(each, exact or as_it_is) for each in self.findings],
+            "findings": [finding_json(each, exact or place_as_stated) for each in self.findings],
             "not_checked": list(self.not_checked),
         }
 
@@ -187,9 +187,9 @@ class Report(InNotebooks):
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a flat dictionary for each finding, as data frames take them: ``pandas.DataFrame(report.rows())``."""
-        from cqos_core.model.finding_form import row_form
+        from cqos_core.model.finding_json import finding_row
 
-        return [row_form(each) for each in self.findings]
+        return [finding_row(each) for each in self.findings]
 
     @property
     def pairs(self) -> Iterator[Pair]:
@@ -233,7 +233,7 @@ class _Unmade:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class PairReport(InNotebooks, _Unmade):
+class PairReport(JupyterDisplay, _Unmade):
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
     Attributes:
@@ -279,7 +279,7 @@ class PairReport(InNotebooks, _Unmade):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the pair as plain data with the keys of ``cqos explain --format json``."""
-        from cqos_core.model.finding_form import finding_form
+        from cqos_core.model.finding_json import finding_json
 
         policies, guarantees, hops = (
             [asdict(each, dict_factory=_fields) for each in parts]
@@ -292,7 +292,7 @@ class PairReport(InNotebooks, _Unmade):
             "assumed": [each.to_dict() for each in self.assumed],
             "guarantees": guarantees,
             "hops": hops,
-            "findings": [finding_form(each) for each in self.findings],
+            "findings": [finding_json(each) for each in self.findings],
         }
 
 

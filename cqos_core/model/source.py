@@ -59,7 +59,7 @@ def no_other_format(source: Source, protocols: frozenset[str]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Family:
+class SourceGroup:
     """Sources of one format that are read together, because its files `share names <ImporterInfo.shares_names>`.
 
     Attributes:
@@ -80,13 +80,13 @@ class ReadContext:
         read: reads included files of other formats.
         options: importer switches from the command line or configuration, by importer name and switch, for instance
             ``{"bpmn": {"message_flows": "true"}}``; under `VARIABLES` what variables in files stand for.
-        family: the sources of this format that are read together, this one among them.
+        group: the sources of this format that are read together, this one among them.
     """
 
     open: Opener = no_files
     read: ForeignReader = no_other_format
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    family: Family = field(default_factory=Family)
+    group: SourceGroup = field(default_factory=SourceGroup)
 
 
 class Replacement(NamedTuple):

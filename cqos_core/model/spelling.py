@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Final
 
 from cqos_core.model.grouping import grouped
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 _LONGEST: Final = 60
 """Characters of the longest name that is compared: longer ones are no typing errors of a known name."""

@@ -10,12 +10,12 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.settings import Constant, Place, Said, Setting, Settings
+from cqos_core.model.settings import Immutable, Place, Setting, Settings, SettingTexts
 from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
+    from cqos_core.model.chains import Chain, StatedLink
     from cqos_core.model.flow import ControlFlow
-    from cqos_core.model.timing import Chain, StatedLink
 
 __all__ = [
     "EVERYBODY",
@@ -52,7 +52,7 @@ MESSAGE: Final = "message"
 
 
 @dataclass(frozen=True, slots=True)
-class Room(Constant):
+class Room(Immutable):
     """Where a file has room for further settings; the inserter of its format knows how to add them.
 
     Attributes:
@@ -71,7 +71,7 @@ class Room(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class Scope(Constant):
+class Scope(Immutable):
     """Which endpoints take a profile where it is named, and what of it.
 
     Attributes:
@@ -106,7 +106,7 @@ EVERYBODY: Final = Scope()
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileRef(Constant):
+class ProfileRef(Immutable):
     """A profile or preset used by name, where it was named, and who takes it there."""
 
     name: str
@@ -208,7 +208,7 @@ class Endpoint:
     place: Place | None = None
     room: Room | None = None
 
-    def said(self) -> Said:
+    def setting_texts(self) -> SettingTexts:
         """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""
         return (
             tuple([(name, each.text, each.unknown, each.derived) for name, each in self.settings.items()]),

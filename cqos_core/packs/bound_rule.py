@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.expression import in_, option
 from cqos_core.language.policy import BOTH, ENDPOINT, Policy
 from cqos_core.language.vocabulary import Vocabulary, role_of, scope_of
@@ -16,7 +16,7 @@ from cqos_core.packs.rule import SEVERITIES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.packs.rule import Rule, SeverityName
 
 

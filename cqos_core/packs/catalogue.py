@@ -7,7 +7,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.expression import definitions, unfolded
-from cqos_core.packs.panel import Panel, headings, shown
+from cqos_core.packs.property_panel import Panel, describe_panel, headings
 
 if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
@@ -27,7 +27,7 @@ def describe_pack(pack: RulePack) -> dict[str, Any]:
         "title": pack.title,
         "summary": pack.summary,
         "source": pack.source,
-        "meeting": pack.meeting.described,
+        "meeting": pack.topic_matching.described,
         "policies": [describe_policy(policy, pack.panel) for policy in pack.policies],
         "groups": headings(pack.panel, pack.policies),
         "presets": {name: dict(preset.settings) for name, preset in pack.presets.items()},
@@ -63,7 +63,7 @@ def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
         "derived": policy.derived,
         "doc": policy.doc,
         "clause": policy.clause,
-        **shown(panel, policy),
+        **describe_panel(panel, policy),
     }
 
 

@@ -39,7 +39,7 @@ _AFTER: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class GuaranteeWord:
     """One word of the currency.
 
     Attributes:
@@ -90,7 +90,7 @@ class Word:
 _SOURCE: Final = "C-QoS, guarantees"
 
 
-def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> Word:
+def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> GuaranteeWord:
     nothing = {"holds": "false", "at_least": "0" if isinstance(domain, Count) else "0s", "at_most": "infinite"}[kind]
     words = {"true": "1", "false": "0"} if isinstance(domain, Count) else {}
     need = Policy(
@@ -105,7 +105,7 @@ def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> Word:
         words=words,
         stronger="lower" if kind == "at_most" else "higher",
     )
-    return Word(need, kind, over, doc)
+    return GuaranteeWord(need, kind, over, doc)
 
 
 _LISTED: Final = (

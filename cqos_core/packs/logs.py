@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, BinaryIO, Final, cast
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _ESCAPES: Final = regular_expression(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*
 
 
 @dataclass(frozen=True, slots=True)
-class Misfit:
+class LogMismatch:
     """What one line of output says: a participant discovered an endpoint that does not fit to one of its own.
 
     Attributes:
@@ -42,8 +42,8 @@ class Misfit:
 
 
 @dataclass(frozen=True, slots=True)
-class About:
-    """The topic that the next lines of a list are about: that of each `Misfit` whose topic is `SAME`."""
+class ListTopic:
+    """The topic that the next lines of a list are about: that of each `LogMismatch` whose topic is `SAME`."""
 
     topic: str
 
@@ -55,13 +55,13 @@ SAME: Final = ""
 class Occurrence:
     """What one or more lines say alike: how many there are, and where the first one is."""
 
-    misfit: Misfit
+    misfit: LogMismatch
     count: int
     place: Place
 
 
-def misfits(
-    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[Misfit | About]]]
+def read_mismatches(
+    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[LogMismatch | ListTopic]]]
 ) -> tuple[list[Occurrence], int]:
     """Read the output of programs; return what it says of endpoints that do not fit, and how many lines it has.
 
@@ -73,14 +73,14 @@ def misfits(
     Raises:
         OSError: the stream cannot be read on.
     """
-    found: dict[Misfit, Occurrence] = {}
+    found: dict[LogMismatch, Occurrence] = {}
     number = 0
     about: list[str | None] = [None] * len(readers)
     for number, line in enumerate(_lines(stream), 1):
         text = _ESCAPES.sub("", line)
         said = ((which, each) for which, read in enumerate(readers) for each in read(text))
         for which, one in said:
-            if isinstance(one, About):
+            if isinstance(one, ListTopic):
                 about[which] = one.topic
                 continue
             each = replace(one, topic=about[which]) if one.topic == SAME else one

@@ -7,31 +7,31 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.expression import Term, Test, definitions
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.packs.bound_rule import BoundRule, bind_rule
-from cqos_core.packs.contents import PackContents
 from cqos_core.packs.guarantee import WORDS, unstated
+from cqos_core.packs.pack_definition import PackDefinition
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.system import Broker
-    from cqos_core.packs.parts import Derivation
+    from cqos_core.packs.pack_definition import Derivation
     from cqos_core.packs.rule import Rule
 
 
 @dataclass(frozen=True, eq=False)
-class RulePack(PackContents):
-    """Everything C-QoS knows about one protocol: what its author states, which `PackContents` lists, and what follows from that."""
+class RulePack(PackDefinition):
+    """Everything C-QoS knows about one protocol: what its author states, which `PackDefinition` lists, and what follows from that."""
 
     def __post_init__(self) -> None:
         """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.
@@ -86,7 +86,7 @@ class RulePack(PackContents):
         return {"meets": (), **{scope: tuple(rules) for scope, rules in found.items()}}
 
     @cached_property
-    def beyond_topics(self) -> tuple[BoundRule, ...]:
+    def participant_rules(self) -> tuple[BoundRule, ...]:
         """The rules over participants, brokers and options, which no single topic can answer."""
         return tuple(bound for scope in ("participant", "broker", "system") for bound in self.by_scope.get(scope, ()))
 
@@ -95,7 +95,7 @@ class RulePack(PackContents):
         """`Meeting.one_way` as values by index."""
         return tuple(
             (self.vocabulary.indices[ENDPOINT, name], self.policy(name).domain.parse(text))
-            for name, text in self.meeting.one_way.items()
+            for name, text in self.topic_matching.one_way.items()
         )
 
     @cached_property

@@ -21,12 +21,12 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from cqos_core.importers.reading import Reading, described, did_you_mean, listed
+from cqos_core.importers.source_reading import SourceReading, described, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.expression import define
-from cqos_core.language.parsing import parse, parse_value
+from cqos_core.language.parser import parse, parse_value
 from cqos_core.language.policy import ByOption, PerRole, Policy, Stronger
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
@@ -35,9 +35,10 @@ from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
+from cqos_core.packs.presets import Convention, Dialect, Preset
+from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
+from cqos_core.packs.timing import Timing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -282,7 +283,7 @@ PackModel.model_rebuild()
 def read_pack(source: Source) -> RulePack:
     """Read a rule pack file; raise `InputError` with every problem and its line where it is none."""
     problems: list[Problem] = []
-    reading = Reading(source, problems, [])
+    reading = SourceReading(source, problems, [])
     documents = read_tree(reading).documents
     if problems or len(documents) != 1:
         raise InputError(problems or [Problem("CQ009", "a rule pack file holds one document", Place(source.name))])
@@ -333,7 +334,7 @@ _EXPECTED: Final = {
 """What pydantic misses, by its type of error."""
 
 
-def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[Problem]:
+def _mistakes(errors: Sequence[Any], root: Node, reading: SourceReading) -> Iterator[Problem]:
     """Yield what pydantic found, in the words of all other files."""
     unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
     for error in errors:
@@ -347,7 +348,7 @@ def _called(location: Sequence[int | str]) -> str:
     return f"`{'.'.join(str(part) for part in location)}`" if location else "a rule pack"
 
 
-def _mistake(error: Any, root: Node, reading: Reading) -> Problem:
+def _mistake(error: Any, root: Node, reading: SourceReading) -> Problem:
     kind, context = error["type"], error.get("ctx", {})
     location = [part for part in error["loc"] if not str(part).startswith(_FORM)]
     if location[-1:] == [_KEY]:
@@ -372,7 +373,7 @@ _KEY: Final = "[key]"
 """What pydantic puts behind a key that is none of those that there may be."""
 
 
-def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: Reading) -> Problem:
+def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: SourceReading) -> Problem:
     parent = _at(location[:-1], root)
     key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
     message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
@@ -398,7 +399,7 @@ def _keys_at(location: Sequence[int | str]) -> tuple[str, ...]:
     return tuple(models[str(within)].model_fields)
 
 
-def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
+def _build(model: PackModel, root: Node, reading: SourceReading) -> RulePack:
     problems: list[Problem] = []
     rules = []
     defined: dict[str, Part] = {}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition

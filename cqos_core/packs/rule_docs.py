@@ -6,10 +6,10 @@ import textwrap
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.expression import definitions
-from cqos_core.language.solve import may_change
+from cqos_core.language.solutions import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.remarks import listed
+from cqos_core.model.suggestions import listed
 from cqos_core.packs.catalogue import assumed_options, rule_table
 
 if TYPE_CHECKING:

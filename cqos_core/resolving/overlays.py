@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.model.system import Endpoint, Overlay, System
-    from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.topic_matching import Naming
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
 
 
 class Overlays:
@@ -54,8 +54,8 @@ class Overlays:
     def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
         """Yield the indices of the overlays that cover an endpoint; what was seen of an observed one is so, whatever files say."""
         pack = participant.pack
-        covers = pack.meeting.covers
-        addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
+        covers = pack.topic_matching.covers
+        addresses = (pack.topic_matching.address(endpoint.participant, participant.texts), endpoint.participant)
         topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
         for index in self._by_topic.matching(*topics):
             overlay = self._system.overlays[index]
@@ -149,11 +149,11 @@ def laid_on_participant(
 ) -> ResolvedParticipant:
     """Return a participant with what overlays set of participants, where nothing else states it."""
     pack, owner = participant.pack, participant.participant
-    addresses = (pack.meeting.address(owner.id, participant.texts), owner.id)
+    addresses = (pack.topic_matching.address(owner.id, participant.texts), owner.id)
     for overlay in overlays:
         settings = {name: each for name, each in overlay.settings.items() if is_of_participants(name, pack)}
         certain = holds(overlay, participant) if settings and overlay.protocol in {None, pack.id} else False
-        if certain is False or not any(pack.meeting.covers(overlay.participant, each) for each in addresses):
+        if certain is False or not any(pack.topic_matching.covers(overlay.participant, each) for each in addresses):
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
         # Every name is one that the pack knows, so nothing is left over that may set something else.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PAIRS: Final = 5
 """Pairs that are listed where names leave several."""
@@ -75,10 +75,10 @@ def _only_pair(
 
 def _matches(pack: RulePack, endpoints: Sequence[Resolved]) -> Iterable[tuple[str, str]]:
     """Pairs of different keys that match, in protocols whose subscribers have filters."""
-    if pack.meeting.match is None:
+    if pack.topic_matching.match is None:
         return ()
     keys = {
         role: {each.key for each in endpoints if each.pack is pack and each.role == role and each.key is not None}
         for role in (PUBLISHER, SUBSCRIBER)
     }
-    return pack.meeting.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])
+    return pack.topic_matching.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])

@@ -6,19 +6,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
+from cqos_core.model.caches import MOST_LETTERS, keep, letters
+from cqos_core.model.endpoint_rows import kinds_of
 from cqos_core.model.finding import Severity
-from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import listed, suggestion
-from cqos_core.model.rows import kinds_of
 from cqos_core.model.settings import Setting
+from cqos_core.model.suggestions import listed, suggestion
 from cqos_core.model.system import PUBLISHER, Broker, ProfileRef
 from cqos_core.resolving.layers import Layer
-from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.parts import Surroundings
 from cqos_core.resolving.profiles import no_profile, preset_settings
 from cqos_core.resolving.reader import ValueSource, Whose, depends
-from cqos_core.resolving.resolved import ResolvedParticipant
+from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
+from cqos_core.resolving.unknown_names import every_policy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

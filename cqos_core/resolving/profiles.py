@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
-from cqos_core.model.memory import MAXIMUM_REMEMBERED
-from cqos_core.model.regular import re, regular_expression
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.caches import MAXIMUM_REMEMBERED
+from cqos_core.model.regular_expressions import re, regular_expression
 from cqos_core.model.settings import Setting
+from cqos_core.model.suggestions import suggestion
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.reader import Whose
+from cqos_core.resolving.unknown_names import every_policy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Convention, Preset
+    from cqos_core.packs.presets import Convention, Preset
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
 
 
 _SEVERAL: Final = 2
@@ -41,7 +41,7 @@ _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
 def _in_notation(advice: str, place: Place | None) -> str:
     """Return advice as the file writes it in which it is to be followed."""
-    from cqos_core.importers.notation import advice_for
+    from cqos_core.importers.advice_notation import advice_for
 
     return advice if place is None else advice_for(advice, place.source)
 
@@ -161,7 +161,7 @@ class Profiles:
 
     def _settings_of(self, name: str, pack: RulePack) -> str:
         """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
-        from cqos_core.resolving.slips import (
+        from cqos_core.resolving.common_mistakes import (
             meant_instead,
             preset_within,
             settings_of_assignments,
@@ -221,7 +221,7 @@ class Profiles:
 
     def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
         """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
-        from cqos_core.resolving.slips import settings_of_values
+        from cqos_core.resolving.common_mistakes import settings_of_values
 
         place, lines = ref.place, self._lines_of(ref)
         if place is None or place.line is None or place.column is None or lines is None:

@@ -10,8 +10,8 @@ from weakref import WeakValueDictionary
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.model.caches import MAXIMUM_REMEMBERED
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import MAXIMUM_REMEMBERED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import CqosError, InputError, MissingError
 from cqos_core.remote.documents import read_documents
@@ -51,7 +51,7 @@ def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., Repa
     Raises:
         Refused: ``FAILED_PRECONDITION`` if the solver is not installed.
     """
-    from cqos_core.language.solver import load
+    from cqos_core.language.constraint_solver import load
 
     _refuse_unnamed(documents)
     where, system = read_documents(documents, most, "documents.")
@@ -62,7 +62,7 @@ def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., Repa
         for each in (*changed.documents, *changed.included):
             each.content = texts.get(each.name, each.content)
         try:
-            return tried_out(read_documents(changed, most, "documents.")[1], where.default_protocol)
+            return with_profiles_tried(read_documents(changed, most, "documents.")[1], where.default_protocol)
         except Refused as refused:
             raise InputError(refused.documents) from None
 

@@ -57,7 +57,7 @@ def test_checking_a_small_file_imports_nothing_that_it_does_not_use(files):
         "tomllib",
         "cqos_core.matching.routes",
         "cqos_core.matching.bridging",
-        "cqos_core.matching.derived_guarantees",
+        "cqos_core.matching.pair_guarantees",
         "cqos_core.behaviour.paths.chains",
         "cqos_core.behaviour.paths.budgets",
         "cqos_core.behaviour.paths.bridge_findings",

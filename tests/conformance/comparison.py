@@ -12,7 +12,7 @@ from cqos_core.api import context
 from cqos_core.matching.judge import apart, judge_endpoint, judge_pair
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System
-from cqos_core.resolving.resolve import resolve
+from cqos_core.resolving.resolver import resolve
 from cqos_dds.pack import PACK as DDS_PACK
 from cqos_ros2.pack import PACK as ROS2_PACK
 

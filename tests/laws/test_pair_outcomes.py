@@ -15,14 +15,14 @@ from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import any_of, offered
 from cqos_core.matching import pair_outcomes, rule_set
 from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
-from cqos_core.matching.pairing import Alike, TopicShape
+from cqos_core.matching.pairing import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.packs.rule import forbids
 from tests.any_rules import any_rules
 from tests.benchmarks import inputs
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, WHERE, systems
-from tests.laws.test_compiled import PACKS, plain, with_much_in_common
+from tests.laws.test_condition_compiler import PACKS, plain, with_much_in_common
 from tests.worlds import CARE, POST
 
 
@@ -89,7 +89,7 @@ def test_what_is_remembered_of_a_pair_is_what_its_rules_say(pack, seed):
     for publisher, subscriber in pairs:
         sides = zip((publisher, subscriber), ("publisher", "subscriber"), strict=True)
         here, there = (PairEnd(kind_of(each, role, seen), each, None) for (each, seen), role in sides)
-        alone = ((Alike(each, seen, frozenset(), False, 1),) for each, seen in (publisher, subscriber))
+        alone = ((GroupKey(each, seen, frozenset(), False, 1),) for each, seen in (publisher, subscriber))
         found.append(outcome(here, there))
         assert said(found[-1]) == said(judge_shape(TopicShape(pack, *alone)))
     assert len({id(each) for each in found}) < len(pairs) / 2

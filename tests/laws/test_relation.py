@@ -12,7 +12,7 @@ from cqos_core.language.relation import related
 from cqos_core.matching.pairing import bucket
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Acceptance, Endpoint, Participant, System
-from cqos_core.resolving.resolve import resolve
+from cqos_core.resolving.resolver import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2

@@ -20,10 +20,10 @@ from cqos_core.analysis.planning.slots import (
     values_in_play,
     weighed,
 )
-from cqos_core.checking.topic import settled
+from cqos_core.checking.topic_check import settled
+from cqos_core.language.constraint_solver import Task
 from cqos_core.language.formulas import ReadValues, Variable, formula_of
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.solver import Task
 from cqos_core.language.values import FromPeers
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.finding import Edit
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PINNED: Final = "pinned"
 

@@ -13,8 +13,8 @@ from cqos_core.analysis.planning.spending import priced
 from cqos_core.analysis.planning.wording import ConflictWords, change_text, reason_of
 from cqos_core.checking.checker import check_system
 from cqos_core.files.applying import Edited, apply_edits
-from cqos_core.language.solve import restated
-from cqos_core.language.solver import conflict, solve
+from cqos_core.language.constraint_solver import conflict, solve
+from cqos_core.language.solutions import restated
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
@@ -26,13 +26,13 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.solver import Solution, Task
+    from cqos_core.language.constraint_solver import Solution, Task
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _ROUNDS: Final = 200
 """So many plans are checked before C-QoS says that it found no repair that a check confirms."""
@@ -46,7 +46,7 @@ _ENOUGH: Final = "no requirement needs more"
 def find_repair(
     sources: Mapping[str, bytes],
     read: Callable[[Mapping[str, bytes]], System],
-    context: Context,
+    context: CheckContext,
     *,
     keep: Sequence[str] = (),
     decide: bool = False,
@@ -96,7 +96,7 @@ def _quietest(search: Search) -> RepairPlan:
     return silent
 
 
-def checked(system: System, context: Context) -> CheckedSystem:
+def checked(system: System, context: CheckContext) -> CheckedSystem:
     """Check a system."""
     return CheckedSystem(Pipeline(system, context), check_system(system, context))
 
@@ -141,7 +141,7 @@ class Search:
 
     sources: Mapping[str, bytes]
     read: Callable[[Mapping[str, bytes]], System]
-    context: Context
+    context: CheckContext
     importer: str | None
     before: CheckedSystem
     goals: Goals

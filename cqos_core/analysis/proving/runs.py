@@ -20,21 +20,21 @@ from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import FAULTS, LINK, OUTAGE, SURVIVES
-from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
-from cqos_core.resolving.carried import on_wire, plain_texts
+from cqos_core.packs.prover import End, Fault, NotRunnableError, Plan
+from cqos_core.resolving.wire_copies import on_wire, plain_texts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.proving import Event, Outcome, Prover
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.packs.prover import Event, Outcome, Prover
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _DURATIONS: Final = ("offline", "max_age", "max_gap", "liveness")
 _ROUNDS: Final = 10
@@ -85,14 +85,14 @@ class Trial:
         return self.prover.prove(self.plan, report)
 
 
-def named(system: System, where: Context) -> System:
+def named(system: System, where: CheckContext) -> System:
     """Return a system whose endpoints have the ids that reports give them, so that fixes find them."""
     endpoints = judged(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
     return replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
 
 
 def prepare(
-    system: System, publisher: str, subscriber: str, where: Context, on: str = "", fault: Fault | None = None
+    system: System, publisher: str, subscriber: str, where: CheckContext, on: str = "", fault: Fault | None = None
 ) -> Trial:
     """Choose a prover for a pair and plan its run.
 
@@ -146,7 +146,7 @@ def prepare(
 
 
 def _on_the_wire(
-    system: System, publisher: str, subscriber: str, where: Context
+    system: System, publisher: str, subscriber: str, where: CheckContext
 ) -> tuple[RulePack, tuple[Resolved, Resolved]]:
     """Return the pack that has provers for a pair, and the two as it sees them."""
     topic, resolver = settled_pair(system, publisher, subscriber, where)
@@ -229,7 +229,9 @@ def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: st
     return replace(system, participants=participants)
 
 
-def _with_facts(system: System, topic: MatchedTopic, subscriber: str, fault: Fault | None, where: Context) -> System:
+def _with_facts(
+    system: System, topic: MatchedTopic, subscriber: str, fault: Fault | None, where: CheckContext
+) -> System:
     """State what the fault makes true, so that guarantees are checked with it."""
     if fault is None:
         return system
@@ -300,7 +302,7 @@ def _texts(end: Resolved, *levels: str) -> dict[str, str]:
 
 def fixed(
     trial: Trial,
-    where: Context,
+    where: CheckContext,
     first: Finding | None = None,
     again: Callable[[Mapping[str, bytes]], System] | None = None,
 ) -> tuple[Trial, tuple[Remedy, ...]] | None:
@@ -345,7 +347,7 @@ def _what(remedy: Remedy) -> tuple[object, ...]:
 
 
 def _changed(
-    system: System, remedy: Remedy, where: Context, again: Callable[[Mapping[str, bytes]], System] | None
+    system: System, remedy: Remedy, where: CheckContext, again: Callable[[Mapping[str, bytes]], System] | None
 ) -> System | None:
     """Return a system with a fix applied; None where it cannot be."""
     if again is None or not remedy.edits:
@@ -382,7 +384,7 @@ def summary(outcome: Outcome) -> str:
     return ", ".join(text for is_so, text in parts if is_so)
 
 
-def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
+def disagreements(trial: Trial, outcome: Outcome, where: CheckContext) -> list[str]:
     """Return each sentence of the report that the run contradicts; an unknown verdict contradicts nothing."""
     report = trial.report
     connected = outcome.matched is True and not outcome.not_created
@@ -395,14 +397,14 @@ def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
     return _broken(trial, outcome) if connected else []
 
 
-def _refuses(finding: Finding, where: Context) -> bool:
+def _refuses(finding: Finding, where: CheckContext) -> bool:
     """Whether a finding says that the middleware refuses the pair or an end, rather than that a requirement is not met."""
     rule = where.find_rule(finding.code)
     of_pack = getattr(rule, "kind", "") in {"requires", "forbids"} and not getattr(rule, "guarantee", "")
     return of_pack and finding.severity is Severity.ERROR and finding.verdict is not Verdict.UNKNOWN
 
 
-def not_seen(trial: Trial, outcome: Outcome, where: Context) -> list[tuple[str, str]]:
+def not_seen(trial: Trial, outcome: Outcome, where: CheckContext) -> list[tuple[str, str]]:
     """Return code and message of each error about a pair that a run of it does not show.
 
     What is not guaranteed need not be lost in a run that is this short.
@@ -413,7 +415,7 @@ def not_seen(trial: Trial, outcome: Outcome, where: Context) -> list[tuple[str, 
     return [(each.code, each.message) for each in wrong if not _shows(each, trial.plan, outcome, where)]
 
 
-def _shows(finding: Finding, plan: Plan, outcome: Outcome, where: Context) -> bool:
+def _shows(finding: Finding, plan: Plan, outcome: Outcome, where: CheckContext) -> bool:
     """Whether a run breaks the guarantee that a finding says is not given."""
     word = getattr(where.find_rule(finding.code), "guarantee", "")
     whole = str(plan.early) if word == "late_join" else "yes"

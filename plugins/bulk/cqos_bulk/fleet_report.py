@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.audit import Audited
     from cqos_bulk.table_store import TableStore
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
 
     Frame = nw.LazyFrame[Any]
 
@@ -240,7 +240,7 @@ class _Lines:
         self._file.close()
 
 
-def as_text(result: FleetResult, where: Context) -> str:
+def as_text(result: FleetResult, where: CheckContext) -> str:
     """Return a result for people."""
     lines = []
     for each in result.causes:

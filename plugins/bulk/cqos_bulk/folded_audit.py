@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.clients import FoldedColumns
     from cqos_bulk.table_store import TableStore
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.settings import Setting
     from cqos_core.packs.pack import RulePack
 
@@ -42,7 +42,7 @@ _OWNER: Final = ["system", "participant"]
 def audit_folded(
     source: Frame,
     pack: RulePack,
-    where: Context,
+    where: CheckContext,
     options: Mapping[str, Setting],
     severity: str,
     store: TableStore,
@@ -90,7 +90,7 @@ def audit_folded(
 def _ends(
     source: Frame,
     pack: RulePack,
-    where: Context,
+    where: CheckContext,
     options: Mapping[str, Setting],
     severity: str,
     store: TableStore,

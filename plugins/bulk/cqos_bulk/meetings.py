@@ -16,7 +16,7 @@ from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED
 from cqos_bulk.stand_ins import StandIns
 from cqos_bulk.topic_frames import FINDING
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.memory import keep
+from cqos_core.model.caches import keep
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_bulk.far_ends import FarEnds, Visitors
     from cqos_bulk.hearing import Hearing
     from cqos_bulk.table_store import Spool
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 ALONE: Final = {
     "system": "text",
@@ -261,7 +261,7 @@ class Meetings:
         resolved, profile = stand_ins.add(end.p, number), known.resolved.profile
         changes: dict[int, Any] = {}
         if end.overlapping:
-            changes[pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]] = 1
+            changes[pack.vocabulary.indices[ENDPOINT, pack.topic_matching.overlapping]] = 1
         if known.own:
             # Other publishers and subscribers are of participants that are different in pairs.
             name = f"{NAME} {end.owner if end.owner >= 0 else resolved.role}"

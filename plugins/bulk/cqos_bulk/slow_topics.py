@@ -12,14 +12,14 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from cqos_bulk.stand_ins import StandIns
+from cqos_core.model.caches import keep
 from cqos_core.model.grouping import grouped
-from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_bulk.profiles import FleetProfiles
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 QUIET, COLUMNS, PYTHON, ALONE, SPECIAL = range(5)
 """Routes of topics: no rule reports; pairs are asked in columns; all of it is judged here; it has one side only; its name decides."""

@@ -34,7 +34,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{module}:read",
             options=_LAUNCH,
             folders_with="launch",
-            entrances="cqos_ros2.workspace.entrances:find",
+            folder_suggestions="cqos_ros2.workspace.entrances:find",
         )
     )
 

@@ -30,7 +30,7 @@ class _Cyclone(Implementation):
         """Say how to install Cyclone DDS, where it is not there."""
         if self._version() is not None:
             return None
-        from cqos_core.model.features import advice
+        from cqos_core.model.optional_features import advice
 
         return f"Cyclone DDS is not installed: {advice('prove')}"
 
@@ -41,7 +41,7 @@ class _Cyclone(Implementation):
             MissingError: Cyclone DDS is not installed, with the line that installs it.
         """
         if self._version() is None:
-            from cqos_core.model.features import missing
+            from cqos_core.model.optional_features import missing
 
             raise missing("prove", "Cyclone DDS is not installed")
         return super().prove(plan, report)

@@ -19,7 +19,7 @@ from cqos_ros2.nodes.versions import fit
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2.launch.workspace import Workspace
     from cqos_ros2.learn.packages import Parsed
@@ -172,7 +172,7 @@ class Library:
         try:
             learned = learn(package, workspace, parsed=self._parsed)
         except NoParserError:
-            from cqos_core.model.features import advice
+            from cqos_core.model.optional_features import advice
 
             self.unread[package] = f"its sources in C++ were not read: {advice('source')}"
             return []

@@ -15,7 +15,7 @@ from cqos_ros2.workspace.parameters import ParameterReader, Sections
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.model.settings import Place
     from cqos_ros2.launch.started import Instance, Launched
     from cqos_ros2.launch.workspace import Workspace

@@ -1,0 +1,105 @@
+"""Hits: a rule, what it says, and the groups of endpoints that it says it of. Findings are made of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import field
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+from cqos_core.language.relation import positions
+from cqos_core.model.dataclass import dataclass
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_core.matching.judge import Violation
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.resolving.qos_profile import QosProfile
+
+G = TypeVar("G")
+MOST_COMBINATIONS: Final = 25
+"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
+
+
+@dataclass(slots=True)
+class Hit(Generic[G]):
+    """A finding before it has words: one rule, equal values on each side.
+
+    Its groups are positions in a shape, or those of a topic once it is `placed`.
+
+    Attributes:
+        publishers, subscribers: the groups concerned, in order, as keys.
+        pairs: how many pairs it speaks of.
+        tags: acceptances that name all its endpoints.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+        example: one of them: a group per role.
+        reached: the positions of `subscribers` as bits, where it speaks of pairs.
+    """
+
+    spoken: Violation
+    publishers: dict[G, None] = field(default_factory=dict)
+    subscribers: dict[G, None] = field(default_factory=dict)
+    pairs: int = 0
+    tags: frozenset[int] = frozenset()
+    more: int = 0
+    example: dict[str, G] = field(default_factory=dict)
+    reached: int = 0
+
+    def side(self, role: str) -> dict[G, None]:
+        """The groups of one role."""
+        return self.publishers if role == PUBLISHER else self.subscribers
+
+
+def reach(hit: Hit[int], groups: Mapping[int, int], example: Sequence[int] = ()) -> None:
+    """Add publisher groups, each with subscriber groups as bits; one of ``example``, if it is met, stands for them."""
+    publisher, mask = next(iter(groups.items()))
+    first = next((each for each in example if mask >> each & 1), (mask & -mask).bit_length() - 1)
+    hit.example = hit.example or {PUBLISHER: publisher, SUBSCRIBER: first}
+    hit.publishers.update(dict.fromkeys(groups))
+    reached = reduce(or_, groups.values())
+    hit.subscribers.update(dict.fromkeys(positions(reached & ~hit.reached)))
+    hit.reached |= reached
+
+
+class EndpointHits(dict[tuple[Any, ...], Hit[G]]):
+    """What rules say of single endpoints: a hit for equal values, beyond a few combinations one for all others."""
+
+    def __init__(self) -> None:
+        self._listed = Counter[tuple[str, str, bool]]()
+
+    def note(self, spoken: Violation, role: str, members: G, profile: QosProfile, tags: frozenset[int]) -> None:
+        """Add what a rule says of one group."""
+        start = (called(spoken), role, spoken.unknown)
+        key: tuple[Any, ...] = (*start, tuple(profile.values[use.index] for use in spoken.bound.bound.uses), tags)
+        further = key not in self and self._listed[start] >= MOST_COMBINATIONS
+        if further:
+            key = (*start, tags)
+        elif key not in self:
+            self._listed[start] += 1
+        hit = self.setdefault(key, Hit(spoken, tags=tags))
+        hit.more += further
+        hit.side(role)[members] = None
+        if further and not hit.example:
+            hit.example = {role: members}
+
+
+def placed(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
+    """Return a hit with the groups of a topic."""
+    groups: Mapping[str, Sequence[EndpointGroup]] = {PUBLISHER: topic.publishers, SUBSCRIBER: topic.subscribers}
+    return Hit(
+        hit.spoken,
+        {topic.publishers[at]: None for at in hit.publishers},
+        {topic.subscribers[at]: None for at in hit.subscribers},
+        hit.pairs,
+        hit.tags,
+        hit.more,
+        {role: groups[role][at] for role, at in hit.example.items()},
+    )
+
+
+def called(spoken: Violation) -> str:
+    """Tell a rule from others, and the severities of one from each other."""
+    return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"

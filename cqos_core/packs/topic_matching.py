@@ -1,0 +1,115 @@
+"""How endpoints match: the names of topics, what matches beside equal names, and the protocol underneath."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import TYPE_CHECKING, NamedTuple
+
+from cqos_core.model.dataclass import dataclass
+from cqos_core.model.wildcards import fits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Mapping
+
+    from cqos_core.model.system import Endpoint
+
+
+class NameProblem(NamedTuple):
+    """What is wrong with a name: a core or pack code, severity, message, and what to do."""
+
+    code: str
+    severity: str
+    message: str
+    help: str = ""
+
+
+class Naming(NamedTuple):
+    """A topic name put into the form endpoints meet on.
+
+    ``key`` is that form (None: it names no topic), ``shown`` is what messages print.
+    """
+
+    key: str | None
+    shown: str
+    problems: tuple[NameProblem, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class NameContext:
+    """What a topic name is resolved with; ``role`` is empty where it is asked for a topic, not for one of its endpoints."""
+
+    participant: str
+    label: str | None
+    settings: Mapping[str, str]
+    remap: Mapping[str, str]
+    kind: str
+    dialect: str
+    role: str = ""
+
+
+def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - the signature of all naming functions
+    """Take names as they are written."""
+    return Naming(written, written)
+
+
+def more_than_a_text_before(context: NameContext) -> str | None:  # noqa: ARG001 - the signature of all
+    """Leave all names to `Meeting.resolve`."""
+    return None
+
+
+def plain_address(participant: str, settings: Mapping[str, str]) -> str:  # noqa: ARG001 - the signature of all
+    """Take participants by their id."""
+    return participant
+
+
+def shell_pattern(pattern: str, address: str) -> bool:
+    """Read patterns over addresses as the shell reads those over file names."""
+    return fits(address, pattern)
+
+
+def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
+    """Every endpoint stands for itself."""
+    return (endpoint,)
+
+
+@dataclass(frozen=True, slots=True)
+class TopicMatching:
+    """How endpoints match.
+
+    Attributes:
+        resolve: puts a written name into the form endpoints meet on.
+        address: how files that lay settings over a participant's endpoints name it, from its id and its settings
+            (a ROS node's name with its namespace).
+        covers: whether a pattern of such a file covers an address; ``*`` covers all.
+        expand: what an endpoint stands for: a service server is one subscriber and one publisher.
+        folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
+            Each comes with the words that say how they differ.
+        match: where equal keys are not all that meets (a filter and the names it matches): from the keys of publishers and of
+            subscribers all pairs of different ones that meet.
+        overlapping: the flag of an endpoint that says that its participant has another subscriber, with another key, on the
+            same topic; set where that is so.
+        one_way: values of a subscriber, by policy, under which several ways to it bring nothing twice, because it takes what
+            comes over one of them (exclusive ownership) or another one gets the rest (a shared subscription).
+        plain: a regular expression for names that are the form endpoints meet on for any participant, and about which no rule over
+            topics reports; empty: no name is.
+        longest: how many characters such a name may have; None: any number.
+        before: what a name becomes plain with that `resolve` puts this and nothing else before, unless the name is plain itself and
+            stays as it is; None where `resolve` does more.
+        described: one sentence for docs and packs listings.
+    """
+
+    resolve: Callable[[str, NameContext], Naming] = plain_name
+    expand: Callable[[Endpoint], tuple[Endpoint, ...]] = only_itself
+    address: Callable[[str, Mapping[str, str]], str] = plain_address
+    covers: Callable[[str, str], bool] = shell_pattern
+    folds: tuple[tuple[str, Callable[[str], str]], ...] = (
+        ("differ only in upper and lower case", str.casefold),
+        ("differ only in slashes at the ends", lambda key: key.strip("/")),
+    )
+    match: Callable[[Collection[str], Collection[str]], Iterable[tuple[str, str]]] | None = None
+    overlapping: str = ""
+    one_way: Mapping[str, str] = field(default_factory=dict)
+    plain: str = ""
+    longest: int | None = None
+    before: Callable[[NameContext], str | None] = more_than_a_text_before
+    described: str = "endpoints on the same topic name"
