@@ -1,4 +1,4 @@
-"""What callers use: `check`, `explain`, `read`, `diff`, `apply`, plans. `cqos_core` re-exports it, with `check_pair` and `Session`."""
+"""The library: `check`, `explain`, `read`, `diff`, `apply`, plans. `cqos_core` re-exports it, with `check_pair` and `Session`."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def _texts_of(
     options: Mapping[str, Mapping[str, SettingValue]],
     packs: Sequence[RulePack],
 ) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System], CheckContext]:
-    """Return the texts of inputs, by name, what reads them again with other texts, and what surrounds them."""
+    """Return the texts of inputs by name, a function that reads them again with other texts, and the context of a check."""
     from cqos_core.files.applying import read_texts
 
     where = context(packs, protocol)
@@ -192,7 +192,7 @@ def diff(
     topics: Sequence[str] = (),
     ignored: Sequence[str] = (),
 ) -> Diff:
-    """Compare two systems: what they say differently about the same topics and endpoints, as far as both know it.
+    """Compare two systems: return the different values of the same topics and endpoints, as far as both are known.
 
     Args:
         a: a path, bytes or a `System`.
@@ -224,7 +224,7 @@ def _nested(name: str, value: object) -> dict[str, dict[str, object]]:
 def _by_pack(
     options: Mapping[str, Mapping[str, SettingValue]], where: CheckContext, packs: Sequence[RulePack]
 ) -> Mapping[str, Mapping[str, SettingValue]]:
-    """Return options as they are given, where they are given by pack and each pack is there."""
+    """Return options unchanged; refuse options that are not given by pack, or of a missing pack."""
     for pack_id, settings in options.items():
         if not isinstance(settings, Mapping):
             raise TypeError(f"options are by rule pack, as in {_nested(pack_id, settings)}")

@@ -77,7 +77,7 @@ CONFIG: Final = Form(
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """What a project has configured; everything may be absent.
+    """The configuration of a project; everything may be absent.
 
     Attributes:
         path: the file, None without one.
@@ -120,7 +120,7 @@ class Config:
         )
 
     def over(self, base: Config) -> Config:
-        """Return this configuration over one that it extends."""
+        """Return this configuration with the values of ``base`` where it states none."""
         names = {check.name for check in self.checks}
         packs = {*base.options, *self.options}
         return Config(
@@ -325,7 +325,7 @@ _Path: TypeAlias = tuple[str | int, ...]
 
 
 class _At(NamedTuple):
-    """Where a key is stated, and its value."""
+    """The position of a key and of its value."""
 
     line: int | None = None
     key: int | None = None

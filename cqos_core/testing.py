@@ -107,7 +107,7 @@ def _read(file: Path, pack: str) -> Iterator[Case]:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a case gave: the verdict, all findings."""
+    """The verdict and all findings of a case."""
 
     verdict: Verdict
     findings: Sequence[Finding]
@@ -164,7 +164,7 @@ def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
 
 
 def _mistyped(case: Case, result: Result, packs: Sequence[RulePack]) -> Iterator[str]:
-    """Yield what keeps a case from trying its rule: a code that no rule has, settings that are not read."""
+    """Yield the reasons why a case does not test its rule: an unknown code, settings that are not read."""
     where = context(packs)
     if where.find_rule(case.rule) is None:
         pack = where.find_pack(case.pack)
@@ -176,7 +176,7 @@ def _mistyped(case: Case, result: Result, packs: Sequence[RulePack]) -> Iterator
 
 
 def _left_open(result: Result, packs: Iterable[RulePack]) -> Iterator[str]:
-    """Tell what a rule's own headline has braces for and no value, so that people would read the braces."""
+    """Yield the placeholders of a rule's headline that have no value."""
     where = context(packs)
     for finding in result.findings:
         says = getattr(where.find_rule(finding.code), "says", "")

@@ -75,7 +75,7 @@ def test_a_check_leaves_nothing_to_collect():
 ANSWERING = """
 import gc, json
 import cqos_core as cqos
-from cqos_core.model.caches import collect_new_objects_only
+from cqos_core.model.garbage_collection import collect_new_objects_only
 cqos.check_pair("ros2", {}, {}).findings
 collect_new_objects_only()
 before = gc.get_stats()

@@ -88,7 +88,7 @@ class TestOver:
 
     def test_a_pack_says_what_a_pattern_of_participants_means(self):
         meeting = TopicMatching(address=lambda name, _: f"/{name}", covers=lambda pattern, name: pattern == name[:2])
-        pack = replace(POST, meeting=meeting)
+        pack = replace(POST, topic_matching=meeting)
         parts = (writer("box", "anna/1", care="plain"), writer("box", "bert/1", care="plain"))
         report = checked(
             *parts,

@@ -66,7 +66,7 @@ PACK = replace(
         ),
     ),
     presets={**POST.presets, "small": Preset({"limit": "1"}, "A small office.", level="broker")},
-    meeting=replace(POST.topic_matching, match=along_the_street, overlapping="twice"),
+    topic_matching=replace(POST.topic_matching, match=along_the_street, overlapping="twice"),
     complete=complete,
 )
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
 
 VERSION: Final = 1
-"""Of the file's form."""
+"""Version of the file's form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class BaselineEntry:
         return other.topics <= self.topics and other.members <= self.members
 
     def names(self) -> list[tuple[str, ...]]:
-        """What the entry is found by: its topics and members, else what it said."""
+        """Return the keys of the entry: its topics and members, else its message."""
         named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
         return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
 
@@ -102,7 +102,7 @@ class Baseline:
         return [entry for entry in near if entry.covers(today)]
 
     def gone(self, files: Iterable[str] = ()) -> int:
-        """How many entries no finding has met, of those about any file or one of ``files``."""
+        """Return the number of entries without a finding, among those about any file or one of ``files``."""
         checked = {None, *(name_of(file, self.path) for file in files)}
         return sum(1 for entry in self.entries if entry not in self._met and entry.file in checked)
 

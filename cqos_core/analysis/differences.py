@@ -1,4 +1,4 @@
-"""What two systems say differently about the same topics and endpoints: a design and a snapshot, a design and a bag.
+"""Differences between two systems, such as a design and a snapshot, or a design and a bag.
 
 Only what both know is compared. A default is known of a designed endpoint and not of an observed one; of a value that
 depends on something, it is known which values it may have. What is missing from an observed system is only missing
@@ -52,7 +52,7 @@ _Pairs: TypeAlias = list[tuple[_End, _End]]
 
 
 class _KnownValues(NamedTuple):
-    """What one system says.
+    """The endpoints and topics of one system.
 
     Attributes:
         slots: its endpoints.

@@ -1,4 +1,4 @@
-"""Explaining one publisher and one subscriber: every policy, what the subscriber gets, and the way over bridges."""
+"""Explains one publisher and one subscriber: every policy, the guarantees, and the path over bridges."""
 
 from __future__ import annotations
 
@@ -263,7 +263,7 @@ class _Pair:
         )
 
     def assumed(self, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
-        """What is assumed for options that the system leaves open."""
+        """Return the assumptions for options that the system leaves open."""
         ends = [self.offering, self.requesting]
         packs = {each.pack.id: each.pack for each in self._endpoints}
         return assumptions([each.participant for each in ends], ends, [each.id for each in ends], findings, packs)

@@ -1,4 +1,4 @@
-"""From what running programs say of endpoints that do not fit to the pairs, rules and remedies that a system knows."""
+"""Explains messages of running programs about incompatible endpoints by the pairs, rules and fixes of a system."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LogExplanation:
-    """What is known of one thing that programs say.
+    """The explanation of one message of programs.
 
     Attributes:
         rules: of the pack, over the policy that is named.
@@ -100,7 +100,7 @@ class _KnownEnds:
 
 
 def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
-    """How programs may call the topic of an endpoint: in full, as stated, or by the last parts of its name."""
+    """Yield the names that programs may print for the topic of an endpoint: in full, as stated, or its last parts."""
     key = endpoint.key or ""
     ends = (key[at + 1 :] for at, letter in enumerate(key) if letter == "/" and key[at + 1 : at + 2] != "/")
     return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])

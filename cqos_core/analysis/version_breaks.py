@@ -1,4 +1,4 @@
-"""Two versions of a system at the same time: which pairs get worse while only some participants are updated, and in which order to update."""
+"""Pairs that get worse while only some participants of a system are updated, and the order of update that avoids it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Updated(TextEnum):
-    """Which ends of a pair have their new version already."""
+    """The ends of a pair that are already updated."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -75,7 +75,7 @@ class Break:
 
 @dataclass(frozen=True, slots=True)
 class VersionBreaks:
-    """What an update of a system breaks while it is under way.
+    """Pairs that break while an update of a system is under way.
 
     Attributes:
         breaks: pairs that get worse, by topic.
@@ -129,7 +129,7 @@ class _Version:
 
     @cached_property
     def topics(self) -> Mapping[tuple[str, str], frozenset[tuple[str, str, int]]]:
-        """What decides the verdicts on each topic: who is there, with which values."""
+        """By topic the endpoints with their values, which decide its verdicts."""
         return {
             key: frozenset((each.id, each.endpoint.participant, id(each.profile)) for each in members)
             for key, members in topics(self.resolver).items()

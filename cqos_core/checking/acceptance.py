@@ -1,4 +1,4 @@
-"""Severities and accepted exceptions: what the people who run a check say about its findings."""
+"""Severities and accepted exceptions, by which users change the findings of a check."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:
-    """What a finding's rule is called: by its code, its name, former ones."""
+    """Return the spellings of a finding's rule: code, name and aliases."""
     rule = find_rule(finding.code)
     aliases = rule.aliases if rule is not None else ()
     return (finding.code.lower(), finding.name, *(alias.lower() for alias in aliases))
@@ -70,7 +70,7 @@ class AcceptanceIndex:
         return one, excuses
 
     def said(self, used: Collection[int]) -> list[Finding]:
-        """Report the entries that excuse nothing; ``used`` are the positions of those that do.
+        """Return findings about the entries that excuse nothing; ``used`` are the positions of those that do.
 
         What stands in one place for several endpoints is one entry.
         """
@@ -121,7 +121,7 @@ def _about(acceptance: Acceptance) -> str:
 
 
 def _names(finding: Finding, find_rule: RuleFinder) -> Iterator[str]:
-    """What an acceptance of a finding may be filed under."""
+    """Yield the patterns under which an acceptance of a finding may be filed."""
     for rule in _spellings(finding, find_rule):
         yield f"{rule} any"
         if finding.topic is not None:

@@ -1,4 +1,4 @@
-"""What findings about behaviour do to others: one cause is reported once, and a requirement that is excluded is not met."""
+"""Effects of findings about behaviour: other findings of the same cause are removed, and excluded requirements are not met."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The check: every topic judged as a unit, then what only the whole system can tell, put together as a report."""
+"""The check: judges every topic as a unit, then the whole system, and makes the report."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _participant_rules_of(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple
 
 
 def _ask_participant_rule(bound: BoundRule, endpoint: Resolved) -> Violation | None:
-    """Ask such a rule of an endpoint; None where it has nothing to say."""
+    """Ask such a rule about an endpoint; None if it does not report."""
     values = endpoint.profile.values
     spoken = ask(bound, values, values)
     return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
@@ -98,7 +98,7 @@ def assemble(
     context: CheckContext,
     problems: Sequence[Finding] = (),
 ) -> Report:
-    """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
+    """Make the report of all topics and the whole system; its findings are made when they are read."""
     packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
     judged, endpoints = (*results.values(),), resolved.endpoints
     of_topics = lazy_tuple(
@@ -182,7 +182,7 @@ def _left_out(note: ImportNote, context: CheckContext) -> Iterator[Part]:
 def with_acceptances(
     made: Sequence[FindingDraft], system: System, context: CheckContext, again: Memo = without_memo
 ) -> Sequence[FindingDraft]:
-    """Return findings as they count where people say what to make of them."""
+    """Return findings with the severities and acceptances that users state."""
     if system.severities or system.accept:
         from cqos_core.checking.acceptance import apply_acceptances
 
@@ -191,7 +191,7 @@ def with_acceptances(
 
 
 def as_drafts(findings: Iterable[Finding]) -> list[FindingDraft]:
-    """Return findings that are put together with no other by a key."""
+    """Return findings as drafts with keys of their own, so that they are not merged."""
     return [FindingDraft(finding, ("own", object()), frozenset()) for finding in findings]
 
 
@@ -204,7 +204,7 @@ def _in_report(made: Sequence[FindingDraft], templates: Mapping[str, str], size:
 def merge_drafts(
     made: Sequence[FindingDraft], templates: Mapping[str, str], again: Memo = without_memo
 ) -> list[Finding]:
-    """Put together what one missing fact leaves open, and what is said alike of instances; in no order."""
+    """Merge findings of one missing fact, and equal ones about instances; in no order."""
     found = [one.finding for one in one_per_cause(made, again)]
     if not templates:
         return found
@@ -308,7 +308,7 @@ _OF_TOPICS: Final = frozenset(("CQ401", "CQ402", "CQ403", "CQ406"))
 
 
 def _once_each(findings: list[Finding], again: Memo) -> list[Finding]:
-    """Put together what the core says alike of the topics of instances."""
+    """Merge equal findings of the core about the topics of instances."""
     alike: dict[object, list[Finding]] = {}
     for finding in findings:
         alike.setdefault(_alike_of_instances(finding) or id(finding), []).append(finding)
@@ -337,7 +337,7 @@ def _with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
 
 
 def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
-    """How many topics there are: a filter all of whose subscribers are on other topics is none."""
+    """Return the number of topics; a filter whose subscribers are all on other topics does not count."""
     if not any(result.lonely for result in results.values()):
         return len(results)
     met = {name for result in results.values() for group in result.groups for name in group.subscribers}
@@ -351,7 +351,7 @@ def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
 def stated_findings(
     system: System, resolved: ResolvedSystem, context: CheckContext, problems: Sequence[Finding]
 ) -> list[Finding]:
-    """Report what no topic decides: remarks of importers, of resolving, and of what is stated for the whole system."""
+    """Return findings that no topic decides: those of importers, of resolving, and about the whole system."""
     return [
         *_import_findings(system, context),
         *resolved.findings,
@@ -489,7 +489,7 @@ def spans_topics(system: System) -> bool:
 
 
 def _over_topics(pipeline: Pipeline) -> Iterator[Finding]:
-    """Report what rests on several topics."""
+    """Yield findings that depend on several topics."""
     system = pipeline.system
     # Most systems have none of these, and their modules are a tenth of the time of a small check.
     if system.bridges:

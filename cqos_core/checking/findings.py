@@ -1,4 +1,4 @@
-"""From a rule that spoke to a finding: words, both sides' values with their origins, remedies and causes."""
+"""Makes findings of rules that report: words, values of both sides with their origins, fixes and causes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "request
 
 @dataclass(frozen=True, slots=True)
 class FindingDraft:
-    """A finding with what is needed to put it together with others and to excuse it.
+    """A finding before it is merged with others and accepted.
 
     Attributes:
         cause: the facts without which a rule over pairs is undecided; empty for any other finding.
@@ -107,7 +107,7 @@ def _template_words(sides: Sequence[Side], topic: str) -> _Words:
 
 
 def headline(spoken: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
-    """One sentence that makes sense alone: the rule's own, or derived from both sides' values."""
+    """Return one sentence that makes sense alone: the rule's own, or derived from the values of both sides."""
     rule = spoken.bound.rule
     stated = [side for side in sides if side.role in VERBS]
     if spoken.unknown and rule.guarantee:
@@ -154,7 +154,7 @@ def _fill(template: str, words: Mapping[str, str]) -> str:
 
 
 def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
-    """What an undecided rule rests on: assumptions by name, and the reasons why values are not known."""
+    """Return the causes of an undecided rule: assumptions by name, and the reasons why values are unknown."""
     if spoken.failed is not None:
         return (spoken.failed,)
     found: dict[str, None] = {}
@@ -207,7 +207,7 @@ def _assumptions(labels: Iterable[str]) -> list[str]:
 
 
 def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
-    """What to state so that the answer is known."""
+    """Return the settings to state so that the answer is known."""
     steps = [
         "state `starts_after:` where the order of start is certain"
         if name == START_ORDER
@@ -314,7 +314,7 @@ def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
 
 
 def _further(hit: Hit[EndpointGroup]) -> str:
-    """How many combinations are put together here."""
+    """Return the number of combinations that are merged here, in words."""
     what = "combination of values" if hit.more == 1 else "combinations of values"
     if hit.spoken.unknown:
         return f"{hit.more} further {what} {'is' if hit.more == 1 else 'are'} not known to fit"
@@ -336,7 +336,7 @@ def _verdict(spoken: Violation) -> Verdict | None:
 
 
 def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
-    """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
+    """Return the merge key: findings with equal keys are one finding, such as one unknown cause over many topics."""
     rule = hit.spoken.bound.rule
     if hit.more:
         return ("own", object())
@@ -397,19 +397,19 @@ def merged(findings: Sequence[Finding]) -> Finding:
 
 
 class Memo(Protocol):
-    """Makes something of findings; one that remembers makes the same again of the same ones."""
+    """Calls a function on findings; may return an earlier result of the same findings."""
 
     def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
-        """Return what ``make`` makes of them."""
+        """Return ``make(of)``."""
 
 
 def without_memo(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
-    """Remember nothing."""
+    """Call ``make`` each time."""
     return make(of)
 
 
 def one_per_cause(made: Sequence[FindingDraft], again: Memo = without_memo) -> list[FindingDraft]:
-    """Report once per pair what one missing fact leaves open: guarantees together, or beside what else of it the fact decides.
+    """Merge the findings of a pair that one missing fact leaves open: guarantees with each other, or with another finding of that fact.
 
     A cause of the same words is the same fact only for the same endpoints of one protocol.
     """
@@ -434,7 +434,7 @@ def _by_endpoints(one: FindingDraft) -> tuple[bool, int, str]:
 
 
 def _cause_of(one: FindingDraft) -> tuple[Any, ...]:
-    """What has to be equal for one missing fact to be the cause of several findings."""
+    """Return a key that is equal for findings of one missing fact."""
     finding = one.finding
     whose = (finding.source, finding.topic, finding.more_topics)
     return (*whose, one.cause, tuple(finding.worlds), finding.severity, finding.accepted)

@@ -1,4 +1,4 @@
-"""Fixes of one finding: which single changes of a value make its rule pass, and what each does to the topic's pairs."""
+"""Fixes of one finding: single changes of a value that satisfy its rule, with their effect on the topic's pairs."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     Groups: TypeAlias = Sequence[EndpointGroup]
 
 LEVELS: Final = (ENDPOINT, "participant")
-"""What an endpoint has for itself."""
+"""Levels of policies that belong to an endpoint alone."""
 _PARTNERS_ASKED: Final = 20
-"""How many groups of partners each changed endpoint is tried with before a change is offered."""
+"""Groups of partners with which each changed endpoint is tried before a change is offered."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
 
 _CHANGED: Final = 1_024
-"""How many changed profiles are kept: each is asked for when a change is tried, when it is offered, and for its effect."""
+"""Changed profiles that are cached: each is needed when a change is tried, when it is offered, and for its effect."""
 
 
 def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
@@ -290,7 +290,7 @@ def _named(endpoint: Resolved, level: str) -> str:
 def remedy_text(
     role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint", shared: str = ""
 ) -> str:
-    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` names what is none of endpoints."""
+    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` is the target if it is not an endpoint."""
     if shared:
         return f"set {policy} `{value}` {shared}"
     where = _where(members)
@@ -302,7 +302,7 @@ def remedy_text(
 
 
 def effect(topic: MatchedTopic, groups: Groups, index: int, value: Plain) -> tuple[int | None, int | None]:
-    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
+    """Return the number of pairs of the topic that a change improves, and the number that it worsens; None if counting would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
     improves = breaks = 0
@@ -320,7 +320,7 @@ def effect(topic: MatchedTopic, groups: Groups, index: int, value: Plain) -> tup
 
 
 def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
-    """Whether something that bounds endpoints of other topics too follows from a value."""
+    """Return whether values that bound endpoints of other topics follow from a value."""
     return any(
         vocabulary.policies[at].together
         for members in groups

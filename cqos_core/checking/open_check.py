@@ -1,4 +1,4 @@
-"""A check that stays open: endpoints are put in place of others, and the topics that they touch are judged again."""
+"""A check that stays open: endpoints replace others, and only their topics are judged again."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _T = TypeVar("_T")
 
 
 class Step(NamedTuple):
-    """What an edit did: the groups that went and that came, and how many topics were judged for it."""
+    """The effect of an edit: removed and added groups, and the number of judged topics."""
 
     gone: list[Group]
     came: list[Group]
@@ -94,7 +94,7 @@ class OpenCheck:
         return [*chain.from_iterable(self._parts.get(each.id, ()) for each in self._system().endpoints)]
 
     def parts(self, name: str) -> Sequence[Resolved]:
-        """Return what a stated endpoint amounts to, by its id."""
+        """Return the resolved endpoints of a stated one, by its id."""
         return self._parts.get(name, ())
 
     def report(self) -> Report:
@@ -174,7 +174,7 @@ class OpenCheck:
 
 
 class _Again:
-    """Gives again what it made of the same in the round before, so that an edit changes only findings that it concerns."""
+    """Returns the result of the round before for the same findings, so that an edit changes only findings that it concerns."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Any] = {}
@@ -187,7 +187,7 @@ class _Again:
         return made
 
     def forget_others(self) -> None:
-        """Forget what this round did not ask for, and begin another."""
+        """Drop results that this round did not use, and begin another round."""
         self._known, self._asked = self._asked, {}
 
 

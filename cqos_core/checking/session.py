@@ -1,4 +1,4 @@
-"""A system kept open while it is edited: after an edit only the topics are judged again that it touches.
+"""A session: a system kept open while it is edited. After an edit only its topics are judged again.
 
 A session's report equals that of a fresh check, always.
 """
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _RULES: Final = frozenset({"checks", "accept", "severities"})
 _REMEMBERED: Final = 100
-"""How many revisions a session can go back to."""
+"""Revisions that a session can go back to."""
 
 
 class _Revision(NamedTuple):
-    """What one call of `Session.changes` found: findings and groups that came and went, and the counts before and after."""
+    """The result of one call of `Session.changes`: added and removed findings and groups, and the counts before and after."""
 
     number: int
     findings: NetChange
@@ -215,7 +215,7 @@ class Session(SystemEditor):
         return replace(self._rest, endpoints=[*chain.from_iterable(self._endpoints.values())])
 
     def _follow(self) -> None:
-        """Judge what edits have touched since the last time."""
+        """Judge the topics of edits since the last time."""
         self.judged = 0
         touched, self._touched = self._touched, {}
         if not self._stale and touched:
@@ -286,7 +286,7 @@ def _copied(endpoint: Endpoint) -> Endpoint:
 
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
-"""What a participant says beside its settings, which are in its layers."""
+"""The fields of a participant beside its settings, which are in its layers."""
 
 
 def _contents(endpoints: Sequence[Resolved]) -> list[tuple[object, ...]]:

@@ -94,7 +94,7 @@ def _filed(rule: TeamRule) -> str:
 
 
 def _names(topic: MatchedTopic) -> Iterator[str]:
-    """What the checks of a topic's endpoints may be filed under."""
+    """Yield the names under which checks of a topic's endpoints may be filed."""
     yield "any"
     for endpoint in topic.endpoints:
         offered = _offered(endpoint, topic)
@@ -180,7 +180,7 @@ def _applies(rule: TeamRule, endpoint: Resolved, topic: MatchedTopic) -> bool:
 
 
 def _offered(endpoint: Resolved, topic: MatchedTopic) -> dict[str, tuple[str, ...]]:
-    """What the patterns of ``where`` are compared with."""
+    """Return the texts that the patterns of ``where`` are compared with."""
     stated = endpoint.endpoint
     return {
         "role": (stated.role,),

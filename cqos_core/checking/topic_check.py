@@ -1,4 +1,4 @@
-"""One topic as a unit: its pairs, its findings, its unmatched endpoints."""
+"""The check of one topic as a unit: its pairs, its findings, its unmatched endpoints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class TopicResult:
-    """What the check of one topic came to: outcomes as topics of its shape share them, and whose they are.
+    """The result of checking one topic: the outcome that topics of its shape share, and its endpoints.
 
     Groups and findings are made of these when they are read.
     """
@@ -137,7 +137,7 @@ def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> 
 
 
 def _positions(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> tuple[int, int]:
-    """Where the groups of two endpoints are."""
+    """Return the positions of the groups of two endpoints."""
     return (
         next(at for at, members in enumerate(topic.publishers) if publisher.id in members.ids),
         next(at for at, members in enumerate(topic.subscribers) if subscriber.id in members.ids),

@@ -1,4 +1,4 @@
-"""Endpoints without any partner, and topics whose names nearly agree: what only several topics together can tell."""
+"""Findings about endpoints without any partner, and about topics whose names nearly agree."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def unmatched_endpoints(
 
 
 def read_of_topic(result: TopicResult | None) -> tuple[object, ...]:
-    """Return all that `unmatched_endpoints` reads of a topic."""
+    """Return everything that `unmatched_endpoints` reads of a topic."""
     if result is None:
         return ()
     met = frozenset(chain.from_iterable((*each.publishers, *each.subscribers) for each in result.groups))

@@ -1,4 +1,4 @@
-"""Fixes that set one value of some endpoints: what the change does to the pairs of their topic, and the texts that make it."""
+"""Fixes that set one value of some endpoints, judged by their effect on the pairs of the topic."""
 
 from __future__ import annotations
 

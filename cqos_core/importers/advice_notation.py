@@ -1,4 +1,4 @@
-"""What to write, in the notation of the file that it is for: advice is made in YAML, and JSON and TOML write the same otherwise."""
+"""Translates advice, which is written in YAML, into the notation of the file: JSON or TOML."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _BARE_KEY: Final = regular_expression(r"[A-Za-z0-9_-]+")
 
 
 def in_notation(problem: T) -> T:
-    """Return a problem or a note whose advice is written as the file writes it in which it is to be followed."""
+    """Return a problem or a note with its advice in the notation of its file."""
     if problem.place is None or not problem.help:
         return problem
     return replace(problem, help=advice_for(problem.help, problem.place.source))
 
 
 def advice_for(advice: str, name: str) -> str:
-    """Return advice with what stands in back quotes written as the file of a name writes it."""
+    """Return advice whose texts in back quotes are in the notation of a file."""
     write = _NOTATIONS.get(name.lower().rpartition(".")[2])
     return advice if write is None else _QUOTED.sub(lambda found: f"`{_written(found[1], write)}`", advice)
 

@@ -1,4 +1,4 @@
-"""Forms: the contents of a document as data. They read, check and explain it, and describe it as JSON schema.
+"""Forms of documents: classes that read a map, check it, explain mistakes, and describe it as JSON schema.
 
 A `Form` lists the keys of a map, each with the `ValueType` of its value. A `SourceReading` collects what is wrong with the map. What is right comes
 back as an `Entry`, typed by its keys.
@@ -345,7 +345,7 @@ class Key(Generic[T]):
 
 
 class Entry:
-    """What one map states, as its form reads it.
+    """The contents of one map, as its form reads it.
 
     Attributes:
         place: where the map, or the text that is short for one, begins.
@@ -381,7 +381,7 @@ class Entry:
 
 
 class TextEntry(Entry):
-    """What a map of texts states. Its settings, and its place, are made when one reads them.
+    """The contents of a map of texts. Its settings and its place are made when they are read.
 
     Attributes:
         node, reading: the map, and the reading of its source.

@@ -38,7 +38,7 @@ def may_have_exceptions(data: bytes) -> bool:
 
 
 SMALLEST_SYSTEM = "participants: {NAME: {publishes: {TOPIC: }}, OTHER: {subscribes: {TOPIC: }}}"
-"""What a system file states at least, for messages."""
+"""The smallest system file, for messages."""
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = regular_expression(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
 _FLOW_VERSION_KEY = regular_expression(

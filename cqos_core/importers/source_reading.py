@@ -1,4 +1,4 @@
-"""One source being read: places of its parts, and the one list in which all problems are collected."""
+"""The state of reading one source: places of its parts, and the list that collects all problems."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LONGEST_TO_WRITE: Final = 160
 
 
 class SourceReading:
-    """Reads one source on behalf of a caller who wants every problem at once.
+    """The state of reading one source; it collects every problem.
 
     Attributes:
         source: what is read.

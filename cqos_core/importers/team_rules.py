@@ -18,7 +18,7 @@ _SEVERAL: Final = ("one_of", "not")
 
 
 class _Bounds(ValueType[tuple[Bound, ...]]):
-    """What a check requires: policy to value, or to a map of relations and values."""
+    """The bounds of a check: policy to value, or to a map of relations and values."""
 
     def __init__(self) -> None:
         super().__init__("a map from policies to what is required of them")

@@ -1,4 +1,4 @@
-"""What the values of a document may be: each shape reads one value, explains what it refuses, and knows its JSON schema."""
+"""Types of values in documents: each reads one value, explains a refusal, and has a JSON schema."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ _DATE: Final[Schema] = {"type": "string", "format": "date", "pattern": r"^\d{4}-
 TEXT: Final = Scalar("a text", _TEXT, _text, advice=_meant_text)
 """Any text that is not empty; a number or flag is the text it is written as."""
 FLAG: Final = Scalar("true or false", {"type": "boolean"}, flag, advice=_meant_flag)
-"""What YAML 1.2 takes for a flag: ``yes`` is a text."""
+"""A flag of YAML 1.2; ``yes`` is a text."""
 EXPRESSION: Final = Scalar("a text", _TEXT, _expression)
 """A regular expression over names."""
 DATE: Final = Scalar("a date such as 2027-01-31", _DATE, _date, code="CQ011")

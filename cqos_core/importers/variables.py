@@ -1,4 +1,4 @@
-"""Multiplies what mentions a variable: `${drone}` in a text makes one copy for each name in `instances: {drone: …}`.
+"""Variables: `${drone}` in a text makes one copy of its object for each name in `instances: {drone: …}`.
 
 A variable that the name of a thing mentions is bound for everything within it; several make every combination.
 `$${` stands for the characters `${`.
@@ -22,10 +22,10 @@ from cqos_core.model.system import ProfileRef
 T = TypeVar("T")
 
 MOST_INSTANCES: Final = 100_000
-"""How many participants, endpoints, topics and so on `instances` may make altogether."""
+"""The most participants, endpoints, topics and so on that `instances` may make altogether."""
 
 MOST_CHARACTERS: Final = 100_000_000
-"""How long all texts together may be that variables are put into."""
+"""The most characters of all texts together in which variables are replaced."""
 
 _MENTION: Final = regular_expression(r"\$\$\{|\$\{([^{}$]*)(\}?)")
 _LISTED: Final = "starts_after"

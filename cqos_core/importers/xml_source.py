@@ -36,7 +36,7 @@ _LONGEST = 100
 LONGEST_TEXT: Final = 10_000_000
 """Letters of the longest text that the parser puts into a tree."""
 MOST_LINES: Final = 65_535
-"""Where the parser ends to count lines."""
+"""The line at which the parser stops counting."""
 _PART: Final = 32_768
 _OPTIONS: Final[dict[str, Any]] = {
     "encoding": "utf-8",  # instead of the declared one, which `_utf8` has seen to

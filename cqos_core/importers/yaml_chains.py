@@ -1,4 +1,4 @@
-"""Chains and links of the system form: which keys they have, and what becomes of them.
+"""Chains and links of the system form: their keys, and their reading.
 
 Times and rates stay text here; `cqos_core.behaviour.paths` reads them, and reports what it cannot read.
 """

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
 
 _IN_ROWS: Final = frozenset(key.name for key in (form.ID, form.TYPE, form.PROTOCOL, form.EXTERNAL, form.OBSERVED))
-"""What a row may state beside settings: its id, and what is the same for all of its kind."""
+"""Keys that a row may have beside settings: its id, and keys with one value for all rows of a pattern."""
 
 
 class Direction(NamedTuple):
@@ -29,7 +29,7 @@ class Direction(NamedTuple):
 
     @property
     def word(self) -> str:
-        """What stands in ids made up for these endpoints."""
+        """The role or kind in the ids of endpoints that state none."""
         return self.role if self.kind == "message" else self.kind
 
 

@@ -129,7 +129,7 @@ def explain(reading: SourceReading, error: yaml.YAMLError) -> None:
 
 
 class _Failure(NamedTuple):
-    """What the parser says: what is wrong and where, and in what, which begins at ``first``."""
+    """An error of the parser: its message and place, and the construct around it, which begins at ``first``."""
 
     problem: str
     context: str

@@ -1,4 +1,4 @@
-"""Reads C-QoS system files: YAML or JSON documents in the system form, with what they include, become one `System`."""
+"""Reads C-QoS system files: YAML or JSON documents in the system form, with their includes, become one `System`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Finds what YAML read otherwise than a person meant: names lost in comments, keys glued to their values.
+"""Finds text that YAML reads otherwise than a person meant: names lost in comments, keys glued to their values.
 
-It reports only what is hardly ever meant so, and never an ordinary comment.
+It never reports an ordinary comment.
 """
 
 from __future__ import annotations

@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from cqos_core.model.problems import Problem
 
 DEEPEST: Final = 64
-"""How deep lists and maps may be nested; system files need about ten."""
+"""The deepest nesting of lists and maps; system files need about ten levels."""
 
 MOST_REPEATED: Final = 10_000_000
-"""How many characters and values aliases may repeat altogether, so that a small file cannot stand for a huge one."""
+"""The most characters and values that aliases may repeat altogether, so that a small file cannot stand for a huge one."""
 
 _PREFIX = "tag:yaml.org,2002:"
 _NONSPECIFIC = "!"
@@ -53,7 +53,7 @@ _SPECIAL = NULL | {_MERGE}
 
 @dataclass(slots=True)
 class Tree:
-    """What one source holds.
+    """The documents of one source.
 
     Attributes:
         documents: their roots; documents without content are left out.
@@ -70,7 +70,7 @@ class Tree:
 
 
 Repeated: TypeAlias = Literal["refuse", "keep", "last", "merge"]
-"""What the program that owns a format does with a key that stands twice in one map: it refuses it; takes both; takes the last;
+"""Treatments of a key that stands twice in one map, by the program that owns the format: it refuses it; takes both; takes the last;
 or joins maps and takes the last of other values. A program that does not refuse them takes empty keys too."""
 
 
@@ -157,7 +157,7 @@ class _RefusedError(Exception):
 
 @dataclass(slots=True, eq=False)
 class _Anchored:
-    """What an anchor names, None while it is still being read; its values and characters, and how deep it nests others."""
+    """The node of an anchor, None while it is still being read; its size in values and characters, and its depth."""
 
     node: Node | None = None
     size: int = 0

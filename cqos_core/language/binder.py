@@ -1,4 +1,4 @@
-"""Binding conditions to the policies of a pack: every part is checked against them, and made into what judges values."""
+"""Binds conditions to the policies of a pack: checks every part against them, and compiles it into functions over values."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ _OPERANDS: Final[dict[tuple[Any, ...], tuple[Judge, ...]]] = {}
 
 
 class _Judges(NamedTuple):
-    """What judges a part: where all values are known, and where some may be open."""
+    """The two functions of a part: for known values only, and for values of which some may be open."""
 
     plain: Judge
     open: Judge
@@ -79,7 +79,7 @@ def _applied(operation: Operation, forms: Sequence[_Judges]) -> _Judges:
 
 
 def _joined(op: str, left: _Judges, right: _Judges) -> _Judges:
-    """Both, or either; the right one is asked only where the left one does not decide."""
+    """Join two parts by ``&`` or ``|``; the right one is asked only where the left one does not decide."""
     (f, f_open), (g, g_open) = left, right
     if op == "&":
         return _Judges(
@@ -97,7 +97,7 @@ def _looked_up(term: Term, index: int) -> Judge:
 
 
 class Binder:
-    """Binds one condition, or what stands within an aggregate of it."""
+    """Binds one condition, or the argument of an aggregate in it."""
 
     def __init__(self, vocabulary: Vocabulary, *, within: bool = False) -> None:
         self.vocabulary = vocabulary
@@ -123,7 +123,7 @@ class Binder:
         raise ConditionError(f"`{node}` is no condition of the language")
 
     def operand(self, node: Node, domain: Domain | None) -> _Judges:
-        """A value; constants are read as ``domain``."""
+        """Compile a value; constants are read as ``domain``."""
         match node:
             case Literal():
                 value = self.constant(node, domain)
@@ -138,7 +138,7 @@ class Binder:
         raise ConditionError(f"`{node}` is no value of the language")
 
     def operation(self, name: str) -> Operation:
-        """Return what a name applies: of the language, or of the pack."""
+        """Return the operation of a name: of the language, or of the pack."""
         if name in OPERATIONS:
             return OPERATIONS[name]
         function = self.vocabulary.functions.get(name)
@@ -173,7 +173,7 @@ class Binder:
         return _Judges(judge, judge)
 
     def aggregate(self, node: Test | Apply) -> _Judges:
-        """What holds of all publishers, or of all subscribers, of a signal; it is found once for each signal."""
+        """Compile an aggregate over all publishers, or all subscribers, of a topic; it is evaluated once for each topic."""
         second = self.side(node)
         if self.within:
             raise ConditionError(f"`{node}` stands inside another aggregate")
@@ -196,7 +196,7 @@ class Binder:
         return _Judges(judge, judge)
 
     def side(self, node: Node) -> bool:
-        """Whether the terms inside an aggregate speak of subscribers (True) or publishers (False)."""
+        """Return whether the terms inside an aggregate are about subscribers (True) or publishers (False)."""
         scopes = {t.scope for t in node.walk() if isinstance(t, Term)}
         sides = {scope in SECOND_SCOPES for scope in scopes - {"topic", "option"}}
         if len(sides) != 1 or "own" in scopes:
@@ -244,12 +244,12 @@ class Binder:
     # Kinds of values
 
     def operands(self, node: Node, domain: Domain | None) -> list[_Judges]:
-        """The values that something is applied to, constants read by the kind of the others."""
+        """Compile the operands of an operation; constants are read by the kind of the others."""
         kinds = self.kinds_of_test(node) if isinstance(node, Test) else self.kinds_of_value(node, domain)
         return [self.operand(arg, kind) for arg, kind in zip(node.args, kinds, strict=True)]
 
     def kinds_of_test(self, node: Test) -> list[Domain | None]:
-        """As what the arguments of a test are read."""
+        """Return the kinds by which the arguments of a test are read."""
         found = [self.domain(arg) for arg in node.args]
         kind: Domain | None = Text()  # for functions of packs
         if node.name == HOLDS:
@@ -266,7 +266,7 @@ class Binder:
         return [kind] * len(found)
 
     def compared(self, node: Test, found: Sequence[Domain | None]) -> Domain:
-        """As what both sides of a comparison are read."""
+        """Return the kind by which both sides of a comparison are read."""
         left, right = found
         domain = left or right
         if domain is None:
@@ -278,7 +278,7 @@ class Binder:
         return domain
 
     def contained(self, node: Test, found: Sequence[Domain | None]) -> Domain:
-        """Whether a value is one of those listed, or one of a list of names."""
+        """Return the kind by which the operands of ``in_`` are read."""
         sought, *listed = found
         if isinstance(sought, Names):
             raise ConditionError(f"`{node}` looks for a list; `overlaps` compares lists")
@@ -290,7 +290,7 @@ class Binder:
         return domain
 
     def kinds_of_value(self, node: Node, domain: Domain | None) -> list[Domain | None]:
-        """As what the arguments of an operation are read whose value is read as ``domain``."""
+        """Return the kinds by which the operands of an operation are read; its own value is read as ``domain``."""
         kind = self.domain(node) or domain
         if node.name == "first":
             kind = None
@@ -299,18 +299,18 @@ class Binder:
             if kind is None:
                 raise ConditionError(f"`{node}` computes with constants only")
         elif node.name == "*" and isinstance(kind, Duration):
-            # What a duration is multiplied by is a number.
+            # The factor of a duration is a number.
             times = [self.domain(arg) is None and self.is_factor(arg, node) for arg in node.args]
             return [Count(maximum=INFINITE) if factor else kind for factor in times]
         return [kind] * len(node.args)
 
     def is_factor(self, arg: Node, node: Node) -> bool:
-        """Whether an argument of a product is a number beside a value."""
+        """Return whether an operand of a product is a plain number beside a value with a unit."""
         number = isinstance(arg, Literal) and isinstance(arg.value, int)
         return number or any(self.domain(other) is not None for other in node.args if other is not arg)
 
     def domain(self, node: Node) -> Domain | None:
-        """The kind of value an operand has; None for a literal, which takes that of its surroundings."""
+        """Return the kind of an operand; None for a literal, which takes the kind of its surroundings."""
         match node:
             case Literal(value):
                 return Flag() if isinstance(value, bool) else None
@@ -335,7 +335,7 @@ class Binder:
         return domain
 
     def together(self, node: Node) -> Domain | None:
-        """The kind of value that all arguments have; None for nothing but literals."""
+        """Return the common kind of all operands; None if all are literals."""
         found = [domain for arg in node.args if (domain := self.domain(arg)) is not None]
         for other in found[1:]:
             if not _alike(found[0], other):
@@ -344,7 +344,7 @@ class Binder:
 
 
 def _computed(node: Node, left: Domain | None, right: Domain | None) -> Domain | None:
-    """The kind of a sum or a product."""
+    """Return the kind of a sum or a product."""
     kinds = [domain.kind for domain in (left, right) if domain is not None]
     if not {*kinds} <= {"duration", "count"}:
         raise ConditionError(f"`{node}` computes with values that are no numbers")
@@ -356,7 +356,7 @@ def _computed(node: Node, left: Domain | None, right: Domain | None) -> Domain |
 
 
 def _alike(left: Domain, right: Domain) -> bool:
-    """Whether values of both can be compared."""
+    """Return whether values of both kinds can be compared."""
     return left.kind == right.kind and getattr(left, "names", None) == getattr(right, "names", None)
 
 

@@ -1,4 +1,4 @@
-"""What conditions amount to: judging them, three-valued, over values that may be open.
+"""Three-valued evaluation of conditions over values that may be open.
 
 A profile's values are a tuple in the order of a `Vocabulary`; behind them stand the words they were written with,
 as far as a rule asks for those (``stated``). A bound condition judges two such tuples: the first holds what
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class Signal:
     """The endpoints an aggregate runs over: distinct value tuples with how many endpoints have them.
 
-    ``memory`` holds what follows from them alone, as a rule over one end is asked about each end of a topic.
+    ``memory`` caches results that depend on these endpoints only: a rule over one end is asked about each end of a topic.
     """
 
     publishers: tuple[tuple[Values, int], ...] = ()
@@ -64,13 +64,13 @@ def known_value(judge: Judge, a: Values, b: Values) -> Any:
 
 
 _MOST_ANSWERS: Final = 2_000
-"""How many answers each condition remembers."""
+"""Cached answers of each condition."""
 _PLAIN: Final = KNOWN | {type(None)}
 
 
 @dataclass(frozen=True, slots=True)
 class RuleAnswer:
-    """What a condition amounts to: True, False or None, and under which assumption what, where it depends on any."""
+    """The answer of a condition: True, False or None; and its answer under each assumption that it depends on."""
 
     result: bool | None
     worlds: tuple[tuple[str, bool | None], ...] = ()
@@ -103,17 +103,17 @@ class BoundCondition:
 
     @cached_property
     def options(self) -> tuple[int, ...]:
-        """Where it reads options. They may differ between participants, so it reads them on both sides."""
+        """The indices of options that it reads. They may differ between participants, so it reads them on both sides."""
         return tuple(use.index for use in self.uses if use.term.scope == "option")
 
     @cached_property
     def indices(self) -> tuple[int, ...]:
-        """The policies whose values it reads, on any side."""
+        """The indices of policies that it reads, on any side."""
         return tuple(dict.fromkeys(use.index for use in (*self.uses, *self.aggregate_uses)))
 
     @cached_property
     def sides(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Where it looks in the first and in the second tuple, at values and at how they were written."""
+        """The positions that it reads in the first and in the second tuple: values, and how they were written."""
         shared = {*self.options}
         first, second = (
             [use for use in self.uses if use.second is side or use.index in shared] for side in (False, True)
@@ -122,16 +122,16 @@ class BoundCondition:
 
     @cached_property
     def own(self) -> tuple[int, ...]:
-        """Where it looks outside aggregates, in either tuple."""
+        """The positions that it reads outside aggregates, in either tuple."""
         return self._read_by(self.uses)
 
     @cached_property
     def aggregated(self) -> tuple[int, ...]:
-        """Where it looks within aggregates."""
+        """The positions that it reads within aggregates."""
         return self._read_by(self.aggregate_uses)
 
     def _read_by(self, uses: Iterable[Use]) -> tuple[int, ...]:
-        """Where terms look: at values, and at how they were written where the condition asks for that."""
+        """Return the positions that terms read: values, and how they were written if the condition asks for that."""
         indices = dict.fromkeys(use.index for use in uses)
         return (*indices, *(index + self.vocabulary.size for index in indices if index in self.asked))
 
@@ -145,10 +145,10 @@ class BoundCondition:
         return all(type(values[use.index]) in _PLAIN for use in self.uses)
 
     def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> RuleAnswer:
-        """Judge two value tuples, by sets of values; where that leaves it open, each assumption in play is taken apart, in at most 64 worlds."""
+        """Judge two value tuples by ranges of values; if that leaves the answer open, judge them in each of at most 64 worlds."""
         if self.aggregate_uses:
             return self._over_worlds(a, b, signal)
-        # What is open is open alike for many endpoints (an option that is not set).
+        # Many endpoints leave the same open, such as an option that is not set.
         return RuleAnswer(self.plain(a, b, NO_SIGNAL)) if self._are_plain(a, b) else self.recall(a, b)[0]
 
     def recall(self, a: Values, b: Values) -> tuple[RuleAnswer, bool]:

@@ -1,10 +1,10 @@
-"""Many conditions as one Python function over known values: a bit for each condition that may report.
+"""Compiles many conditions into one Python function over known values, which returns a bit for each condition that may report.
 
-The function is built from the nodes of the conditions, never from text. `BoundCondition` stays the meaning. What the function
-cannot say for certain (aggregates, functions of packs, quotients) counts as "may report", and is then evaluated there.
+The function is built from the nodes of the conditions, never from text. `BoundCondition` defines the meaning. Parts that the
+function cannot decide (aggregates, functions of packs, quotients) count as "may report" and are then evaluated by `BoundCondition`.
 
-A function may also be for tuples that have some values in common, such as those that are not known and those of options. These
-are constants of it, so most conditions that read them are decided when the function is made.
+A function may also be for tuples that have some values in common, such as unknown ones and those of options. These are its
+constants, so most conditions that read them are decided when the function is made.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ class _Profiles:
 
 
 class _Place(TypedDict):
-    """Where a node of Python's stands, which it needs."""
+    """The position that every node of Python's syntax tree needs."""
 
     lineno: int
     col_offset: int
@@ -204,7 +204,7 @@ def _called(name: str, parts: list[ast.expr]) -> ast.expr:
 
 
 def _overlapping(parts: list[ast.expr]) -> ast.expr:
-    """Write what `operations` has as a function, whose call costs more than its work."""
+    """Write ``overlaps`` inline: a call of the function in `operations` costs more than its work."""
     one, other = (ast.Set([ast.Starred(names, ast.Load(), **_AT)], **_AT) for names in parts)
     return ast.BinOp(one, ast.BitAnd(), other, **_AT)
 
@@ -226,4 +226,4 @@ _WRITERS: Final[dict[str, Callable[[list[ast.expr]], ast.expr]]] = {
     "word": lambda parts: ast.Attribute(parts[0], "word", ast.Load(), **_AT),
     **{op: partial(_called, name) for op, name in _NAMES.items()},
 }
-"""By what is applied, what writes it of its parts."""
+"""The writer of each operation."""

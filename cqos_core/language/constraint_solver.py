@@ -31,7 +31,7 @@ class Solution(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What the solver gets.
+    """The input of the solver.
 
     Attributes:
         weights: per place the weight of each choice; choice 0 leaves it as it is.

@@ -89,7 +89,7 @@ class Domain:
         return (value, value + 1, value - 1)
 
     def expected(self) -> str:
-        """What is allowed, for messages."""
+        """Return the allowed values, for messages."""
         return self.example
 
     def describe(self) -> dict[str, Any]:

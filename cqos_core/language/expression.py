@@ -29,12 +29,12 @@ SCOPES: Final = (
     "broker",
     "option",
 )
-"""Where a term's value is looked up; ``own`` is written as the bare policy name."""
+"""The scopes in which a term's value is looked up; ``own`` is written as the bare policy name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """How many arguments something takes, and at which positions these are conditions instead of values."""
+    """The number of arguments of a function, and the positions of those that are conditions instead of values."""
 
     least: int
     most: int | None
@@ -64,7 +64,7 @@ CONDITION_FUNCTIONS: Final = {
 AGGREGATES: Final = frozenset({"count", "total", "all_equal", "any_of"})
 """Functions over all publishers or all subscribers of a signal, by the scope of the terms inside."""
 _BINDING: Final = {HOLDS: 0, **dict.fromkeys(COMPARISONS, 1), "|": 1, "&": 1, "+": 2, "*": 3, "~": 4}
-"""How strongly operators bind. Comparisons within ``&`` and ``|`` always stand in parentheses, as Python needs them."""
+"""The precedence of operators. Comparisons within ``&`` and ``|`` always stand in parentheses, as Python needs them."""
 _SIGNATURES: Final = {
     **VALUE_FUNCTIONS,
     **CONDITION_FUNCTIONS,
@@ -250,7 +250,7 @@ class Apply(Operand):
 
 
 class Test(Condition):
-    """What is true or false: a comparison, ``& | ~``, a flag, ``in_ overlaps matches stated all_equal any_of``, or what a pack declares."""
+    """A node that is true or false: a comparison, ``& | ~``, a flag, ``in_ overlaps matches stated all_equal any_of``, or what a pack declares."""
 
     __test__ = False
 

@@ -106,7 +106,7 @@ def any_of(parts: Sequence[Formula]) -> Formula:
 
 @dataclass(frozen=True, slots=True)
 class ReadValues:
-    """Where a condition reads the values of one end.
+    """The values of one end that a condition reads.
 
     Attributes:
         values: at the moment.

@@ -1,4 +1,4 @@
-"""Reading conditions from text: Python's own parser makes a syntax tree, which is translated node by node and never evaluated."""
+"""Parses conditions: Python's own parser makes a syntax tree, which is translated node by node and never evaluated."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _MISWRITTEN: Final = (
     (regular_expression(r"(?<![=<>!])=(?!=)"), "compare with `==`"),
     (regular_expression(r"\b\d[\d.]*[A-Za-z]"), 'a duration stands in quotes, for instance "5s"'),
 )
-"""What other languages have and Python refuses to parse, with what to write instead."""
+"""Operators of other languages that Python refuses to parse, each with the text to write instead."""
 
 
 def parse(text: str, definitions: Mapping[str, Node] = MappingProxyType({})) -> Condition:
@@ -172,7 +172,7 @@ class _Reader:
 
 
 def _hint(node: ast.expr) -> str | None:
-    """What to write instead of something that people try."""
+    """Return the text to write instead of a common mistake."""
     match node:
         case ast.BoolOp():
             return "use & and | instead of `and` and `or`, each side in parentheses"
@@ -193,7 +193,7 @@ def _joins(node: ast.expr) -> bool:
 
 
 def _with_underscores(*written: str) -> str:
-    """How to write a name with hyphens, which reads as a subtraction; empty for anything else."""
+    """Return advice for a name with hyphens, which reads as a subtraction; empty for anything else."""
     names = [text.replace("-", "_") for text in written if _HYPHENS.fullmatch(text)]
     return f"; names have `_` where others have `-`: `{names[0]}`" if names else ""
 

@@ -1,6 +1,6 @@
-"""What conditions answer that are asked again and again, of values that have much in common.
+"""Conditions that are evaluated often, over values that have much in common.
 
-An answer is true, false, or None where it is not known. `BoundCondition.judge` is what it means.
+An answer is true, false, or None if it is unknown. `BoundCondition.judge` defines the answers.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Use
 
 WORTH_A_FUNCTION: Final = 12
-"""How often something is asked before it is compiled."""
+"""Evaluations of a condition before it is compiled."""
 _OPEN: Final = "open"
 _SAYS: Final[list[Any]] = [
     True if not bits & 0b1 else False if not bits & 0b10 else None if not bits & 0b1100 else _OPEN for bits in range(16)
 ]
-"""By what a function may report, what a condition answers."""
+"""The answer of a condition, by the bits of the compiled function."""
 
 
 class RepeatedConditions:
-    """Conditions asked one by one: each is compiled once it was asked often."""
+    """Evaluates conditions one by one; compiles each after it was evaluated often."""
 
     def __init__(self, at: tuple[frozenset[int], frozenset[int]]) -> None:
-        """Begin without any; ``at``: where the values of either side are those of all others."""
+        """Begin without conditions; ``at``: the indices at which all value tuples of either side are equal."""
         self._at = at
         self._uses = Counter[int]()
         self._made: dict[int, tuple[BoundCondition, Reporting]] = {}
 
     def of(self, condition: BoundCondition, a: Values, b: Values) -> bool | None:
-        """Ask a condition; of one that fails nothing is known."""
-        # The condition is kept with what is remembered of it, so that no other one gets its identity.
+        """Return the answer of a condition; None if it raises an error."""
+        # The condition is kept with its entry, so that its id is not reused.
         made = self._made.get(id(condition))
         if made is not None and (says := _SAYS[made[1](a, b)]) is not _OPEN:
             return says  # type: ignore[no-any-return]
@@ -58,8 +58,8 @@ class RepeatedConditions:
 
 
 def compile_answers(conditions: Iterable[tuple[BoundCondition, CommonValues]]) -> Reporting:
-    """Compile conditions into a function from two sides to a number that stands for all answers; see `all_known`."""
-    # Whether it may be other than true, other than false, false for certain, and true for certain.
+    """Compile conditions into one function from two value tuples to a number that encodes all answers; see `all_known`."""
+    # Four bits: may be other than true; may be other than false; certainly false; certainly true.
     ways = ((False, True), (True, True), (False, False), (True, False))
     return compile_conditions(
         [Question(each, answer, undecided, common) for each, common in conditions for answer, undecided in ways]
@@ -67,12 +67,12 @@ def compile_answers(conditions: Iterable[tuple[BoundCondition, CommonValues]]) -
 
 
 def all_known(answers: int) -> bool:
-    """Whether all conditions have the answers for which a number stands; else they have to be asked one by one."""
+    """Return whether a number of `compile_answers` encodes certain answers; else ask the conditions one by one."""
     return all(_SAYS[answers >> at & 0b1111] is not _OPEN for at in range(0, answers.bit_length(), 4))
 
 
 def turning_values(condition: BoundCondition, use: Use, a: Values, b: Values) -> Iterator[Value]:
-    """Yield values of ``use`` at which a condition may turn, also by values that depend on an assumption."""
+    """Yield the values of ``use`` at which the answer of a condition may change, under any assumption."""
     yield from turning_points(condition, use, a, b)
     for other in condition.uses:
         value = (b if other.second else a)[other.index]

@@ -1,4 +1,4 @@
-"""Solving a condition for one side: which single change of a value makes it true (or false)."""
+"""Single changes of a value that make a condition true or false."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Use, Vocabulary
 
 _TRIED: Final = 6
-"""How many values of one policy are proposed to `may`, the best ones first."""
+"""Values of one policy that are proposed to `may`, the best ones first."""
 
 
 def may_change(policy: str, scope: str, fixes: Collection[str]) -> bool:
-    """Whether a remedy may change what a rule reads of a policy in one scope, by the ``fixes`` of the rule."""
+    """Return whether a fix may change a policy that a rule reads in one scope, by the ``fixes`` of the rule."""
     return not fixes or policy in fixes or f"{scope} {policy}" in fixes
 
 
@@ -43,7 +43,7 @@ _FOLLOWS: Final = Anything("it follows from what changes")
 
 
 def restated(values: Values, vocabulary: Vocabulary, index: int, value: Plain) -> dict[int, Any]:
-    """Return by position what is other of ``values`` where one policy is stated anew; what follows from it is not known then."""
+    """Return the values that change, by position, when one policy is set; values that follow from it become unknown."""
     policy = vocabulary.policies[index]
     found: dict[int, Any] = dict.fromkeys(vocabulary.follows(policy.name, values), _FOLLOWS)
     found[index] = value
@@ -147,7 +147,7 @@ def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: 
 
 
 def _candidates(bound: BoundCondition, use: Use, policy: Policy, a: Values, b: Values, *, second: bool) -> list[Plain]:
-    """Values worth trying: all of a small domain, else those where a comparison turns."""
+    """Return values worth trying: all of a small domain, else those at which a comparison changes."""
     domain = policy.domain
     values = dict.fromkeys(domain.candidates()) or turning_points(bound, use, a, b)
     if domain.ordered and domain.highest == INFINITE:
@@ -191,7 +191,7 @@ _COMPARED: Final[dict[tuple[Any, ...], tuple[Node, ...]]] = {}
 
 
 def _beside(node: Node, at: int, bound: BoundCondition, a: Values, b: Values) -> Plain | None:
-    """The value that an operation has beside its argument ``at``; None where that is open."""
+    """Return the other operand of an operation, beside operand ``at``; None if it is open."""
     others = [
         known_value(judge, a, b)
         for other, judge in enumerate(bind_operands(node, bound.vocabulary))
@@ -201,7 +201,7 @@ def _beside(node: Node, at: int, bound: BoundCondition, a: Values, b: Values) ->
 
 
 def _goals(op: str, at: int, target: Plain | None, other: Plain | None) -> tuple[Plain | None, ...]:
-    """What argument ``at`` must amount to for an operation to amount to ``target``, beside the value ``other``."""
+    """Return the values of operand ``at`` for which an operation has the value ``target``, if its other operand is ``other``."""
     if op in COMPARISONS:
         return (other,)
     if not isinstance(target, int):

@@ -1,7 +1,7 @@
-"""A condition as two spans of values: where it surely holds, and where it surely fails. Between them it is unknown.
+"""A condition as two spans of values: it certainly holds in one, and certainly fails in the other. Between them it is unknown.
 
-What a value may be has bounds, its least and its largest; a known value has both alike. A condition is walked once, here. Where its
-values stand is told by a `ValueReader`. `cqos_core.language.condition_compiler` writes spans as functions over profiles, `cqos_bulk` writes them for
+A value has bounds, the least and the largest that it may be; those of a known value are equal. A condition is walked once, here. A
+`ValueReader` returns the bounds of its values. `cqos_core.language.condition_compiler` writes spans as functions over profiles, `cqos_bulk` writes them for
 columns. `BoundCondition.open` stays the meaning.
 """
 
@@ -45,9 +45,9 @@ class SpanNode(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Where a condition surely holds, and where it surely fails.
+    """The two spans of a condition: where it certainly holds, and where it certainly fails.
 
-    ``left_open`` names a part of which only the condition itself tells what it amounts to.
+    ``left_open`` names a part that only `BoundCondition` can evaluate.
     """
 
     holds: SpanNode
@@ -56,7 +56,7 @@ class Spans(NamedTuple):
 
     @property
     def negated(self) -> Spans:
-        """Those of the condition that this one does not hold."""
+        """The spans of the negated condition."""
         return Spans(self.fails, self.holds, self.left_open)
 
 
@@ -73,10 +73,10 @@ NOT_KNOWN: Final[Bounds] = (SpanNode("constant", UNKNOWN_TEXT[:1]), SpanNode("co
 
 
 class ValueReader(Protocol):
-    """Tells where the values stand that a condition reads."""
+    """Returns the bounds of the values that a condition reads."""
 
     def value(self, term: Term, index: int) -> Bounds:
-        """Return what the value of a policy may be."""
+        """Return the bounds of a policy's value."""
 
     def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `Use`
         """Return whether a policy is ``stated`` or ``stated_here``, and as this word where one is given."""
@@ -121,7 +121,7 @@ def compared(op: str, left: SpanNode, right: SpanNode) -> SpanNode:
 
 
 def certain(form: SpanNode) -> Spans:
-    """Return the spans of what is never unknown."""
+    """Return the spans of a form that is never unknown."""
     return Spans(form, negated(form))
 
 
@@ -164,7 +164,7 @@ def spans_of(
 
 
 class _LeftOpenError(Exception):
-    """Only the condition itself tells what a part amounts to; the text names it."""
+    """Only `BoundCondition` can evaluate a part; the text names it."""
 
 
 class _Walk:

@@ -19,7 +19,7 @@ from cqos_core.model.dataclass import dataclass
 INFINITE: Final = 2**63 - 1
 """An infinite duration in nanoseconds, and an unlimited count."""
 START_ORDER: Final = "start order"
-"""What the values depend on that follow from the order in which endpoints start."""
+"""The assumption of values that depend on the order in which endpoints start."""
 MAXIMUM_WORLDS: Final = 64
 
 
@@ -84,14 +84,14 @@ class Range(NamedTuple):
 
 
 class WrittenValue(NamedTuple):
-    """How a value was written: the normalised word, and whether it stands at the endpoint itself, not in a profile."""
+    """The text of a value as it was written: the normalised word, and whether it stands at the endpoint itself, not in a profile."""
 
     word: str
     here: bool
 
 
 UNREAD: Final = WrittenValue("", here=False)
-"""How a value was written that was not understood: perhaps not at all."""
+"""The `WrittenValue` of a value that was not understood."""
 COMBINATIONS: Final = (
     "any",
     "constant",
@@ -101,14 +101,14 @@ COMBINATIONS: Final = (
     "strongest_if_all",
     "strongest_if_any",
 )
-"""What `FromPeers.peers` may be."""
+"""The possible values of `FromPeers.peers`."""
 
 Plain: TypeAlias = int | str | tuple[str, ...]
 Value: TypeAlias = Plain | Anything | Depends | FromPeers
 Values: TypeAlias = tuple[Any, ...]
 """A value per policy of a vocabulary, then per policy a `WrittenValue` or None."""
 Assumptions: TypeAlias = dict[str, tuple[str, ...]]
-"""What values depend on, each with its cases."""
+"""Assumptions that values depend on, each with its cases."""
 
 ANYTHING: Final = Anything("its value is not known")
 KNOWN: Final = frozenset({int, str, tuple, bool})

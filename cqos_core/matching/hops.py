@@ -1,4 +1,4 @@
-"""Hops over bridges, between who meets whom on either side of them."""
+"""Hops over bridges, and the peers of endpoints on either side."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Hop:
 
 
 class PeerIndex:
-    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself.
+    """Finds the peers of endpoints on all wires and keys; an endpoint may have copies on several.
 
     Equal endpoints are asked about once: a bridge often stands beside hundreds that nothing tells apart.
     """

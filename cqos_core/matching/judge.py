@@ -1,4 +1,4 @@
-"""Judging distinct profiles: which rules speak of a pair or an endpoint. Pure, and remembered per process."""
+"""Judges distinct profiles: returns the rules that report on a pair or an endpoint. Pure; results are cached per process."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ABSENT: Final = Anything("its role does not have it")
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A rule that speaks: `outcome.result` is False or None for ``requires``, True for ``forbids``.
+    """A rule that reports: `outcome.result` is False or None for ``requires``, True for ``forbids``.
 
     ``failed`` is the error of a rule whose own function raised one; such a rule is unknown.
     """

@@ -1,4 +1,4 @@
-"""What a pair that fits gives its subscriber: derived from the rules on which a pack's guarantees rest.
+"""Guarantees of a compatible pair, derived from the rules of its pack.
 
 A number is given where the strongest need that all rules grant is that number, so nothing is stated twice.
 """
@@ -41,7 +41,7 @@ NOT_NAMED: Final = "an implementation that is not stated"
 
 @dataclass(frozen=True, slots=True)
 class FaultGuarantee:
-    """What is given of one guarantee under one fault.
+    """One guarantee under one fault.
 
     Attributes:
         value: 1 or 0 for what holds or not, else the number; None where it cannot be known.
@@ -98,7 +98,7 @@ class PairGuarantee:
 
 
 def faults_between(publisher: QosProfile, subscriber: QosProfile) -> tuple[str, ...]:
-    """Return the faults that can befall a pair: of a broker only where the pack has brokers, or a guarantee changes by them."""
+    """Return the possible faults of a pair; faults of a broker only if the pack has brokers or a guarantee depends on them."""
     given = () if _has_brokers(publisher.pack) else guarantees_of(publisher, subscriber)
     return tuple(
         fault
@@ -113,7 +113,7 @@ def _has_brokers(pack: RulePack) -> bool:
 
 
 def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
-    """Return the values of a pair that no end states, by name; one that is not known as all that it may be."""
+    """Return the derived values of a pair, by name; an unknown one as all its possible values."""
     found = []
     for derivation, values in publisher.pack.derived:
         possible = [
@@ -162,7 +162,7 @@ def _open_at(frame: ProfileFrame, places: tuple[int, ...]) -> int:
 
 @lru_cache(maxsize=_CACHE)
 def _read(pack: RulePack, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return where a guarantee looks at the values of a publisher, and of a subscriber whatever that needs."""
+    """Return the positions that a guarantee reads of a publisher, and of a subscriber without its needs."""
     first, second = (
         {*_both(pack), *(at for rule in pack.guaranteed[word] for at in rule.bound.sides[side])} for side in (0, 1)
     )
@@ -171,20 +171,20 @@ def _read(pack: RulePack, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 @lru_cache
 def _both(pack: RulePack) -> tuple[int, ...]:
-    """Return where a guarantee looks on both sides, whatever its rules read."""
+    """Return the positions that every guarantee reads on both sides."""
     restarts, implementation = pack.vocabulary.indices[NEED, RESTARTS_IN.name], _implementation(pack)
     return (restarts,) if implementation is None else (restarts, implementation)
 
 
 @lru_cache
 def _asked(pack: RulePack) -> frozenset[int]:
-    """Return the positions of needs, which differ from question to question."""
+    """Return the positions of needs, which differ between questions."""
     survives = pack.vocabulary.indices[NEED, SURVIVES.name]
     return frozenset((survives, *(index for index, _ in pack.needs.values())))
 
 
 class _ByAnswers:
-    """One guarantee of pairs with much in common: where all rules answer alike, as much is given."""
+    """One guarantee of pairs with much in common: equal answers of all rules give the same."""
 
     def __init__(self, word: GuaranteeWord, at: tuple[frozenset[int], frozenset[int]]) -> None:
         """Take the word, and the positions of what the profiles have in common."""
@@ -262,7 +262,7 @@ def _counting(
 def _evidence(
     word: GuaranteeWord, faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
+    """Return where a guarantee was observed on running middleware, and the implementations of the pair where it was not."""
     pack = publisher.pack
     index = _implementation(pack)
     if index is None:
@@ -297,10 +297,10 @@ def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
 
 
 class _AskedWord:
-    """One word of a pair, and what each rule answers; a rule that reads no fault is asked once for all faults."""
+    """One guarantee of a pair, with the answer of each rule; a rule that reads no fault is asked once for all faults."""
 
     def __init__(self, word: GuaranteeWord, publisher: QosProfile, subscriber: QosProfile) -> None:
-        """Begin with a subscriber that needs nothing."""
+        """Begin with a subscriber without needs."""
         pack = subscriber.pack
         self.word = word
         # The weakest need there is.
@@ -357,7 +357,7 @@ class _AskedWord:
         return found
 
     def candidates(self, bound: BoundRule, least: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
-        """Return needs at which a rule may turn, also those of values that depend on an assumption."""
+        """Return needs at which the answer of a rule may change, under any assumption."""
         key = (id(bound), self.read_by(bound, faults))
         if key not in self._candidates:
             use = next((use for use in bound.bound.uses if use.index == self.need), None)

@@ -1,4 +1,4 @@
-"""Who meets whom: endpoints of one topic, grouped by equal values, and which groups form pairs."""
+"""Endpoints by topic, and groups of equal ones on each topic."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 TopicKey: TypeAlias = tuple[str, str]
-"""Protocol, and topic in the form endpoints meet on."""
+"""Protocol and resolved topic."""
 
 
 class GroupKey(NamedTuple):
-    """A group of endpoints in the eyes of rules; the fields are those of `EndpointGroup`, ``size`` is their number.
+    """A group of endpoints without names, as rules see it; the fields are those of `EndpointGroup`, ``size`` is the number of endpoints.
 
     ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
     """
@@ -182,7 +182,7 @@ def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved
 
 
 def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
-    """Put copies of subscribers beside the publishers that they meet on another key, as a filter meets names."""
+    """Put copies of subscribers on the topics of publishers that they match under another key, as a filter matches names."""
     keys: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     packs: dict[str, RulePack] = {}
     for (protocol, key), endpoints in found.items():
@@ -219,13 +219,13 @@ def _tell_overlapping(endpoints: list[Resolved], pack: RulePack) -> None:
 
 
 def most_diverse(pack: RulePack, endpoints: Collection[Resolved]) -> int | None:
-    """Return the policy, by index, that matching needs to be equal, and that tells most of these endpoints apart."""
+    """Return the index of the policy that must be equal to match, and that has the most values among these endpoints."""
     indices = equal_in_pairs(pack)
     return max(indices, key=lambda index: len({each.profile.values[index] for each in endpoints}), default=None)
 
 
 def key_at(endpoint: Resolved, index: int | None) -> Value | None:
-    """Return the known value of such a policy; None may match any."""
+    """Return the known value of such a policy; None may equal any value."""
     if index is None:
         return None
     value: Value = endpoint.profile.values[index]

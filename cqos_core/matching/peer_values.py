@@ -1,7 +1,7 @@
 """Values that an endpoint takes from its peers when it is created (``best_available``).
 
-The outcome depends on who is there by then. ``starts_after`` states that of some peers; for the others the settled value is
-what every order gives, or depends on the assumption ``start order``.
+The outcome depends on the peers that have started by then. ``starts_after`` states that of some peers; for the others the settled
+value is the same in every order, or depends on the assumption ``start order``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
 _DEEPEST: Final = 50
-"""How many values may follow from each other before the first of them is known."""
+"""The longest chain of values that follow from each other."""
 _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
@@ -64,7 +64,7 @@ def settle(topic: MatchedTopic) -> None:
 
 
 class _PeerWay(NamedTuple):
-    """How a group takes a value, and the values of the peers that are stated to be there before it."""
+    """The way in which a group takes a value, and the values of peers that are stated to start before it."""
 
     taken: FromPeers
     known: tuple[Value, ...]
@@ -212,7 +212,7 @@ def lone(policy: Policy, value: Value) -> Value:
 
 
 def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
-    """What the peers' values amount to, each assumption they depend on taken apart."""
+    """Return the combination of the peers' values, under each assumption that they depend on."""
     variables: dict[str, tuple[str, ...]] = {}
     for value in seen:
         collect_variables(value, variables)

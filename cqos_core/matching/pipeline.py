@@ -1,4 +1,4 @@
-"""The way of a system from stated texts to topics, each stage once; and what surrounds it: packs, options."""
+"""The stages of a system from stated texts to topics, each run once; and their context: packs and options."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
-"""How many endpoints a system may have after bridges added theirs, where nothing else is set."""
+"""The most endpoints that a system may have with those of bridges, by default."""
 RuleFinder: TypeAlias = Callable[[str], "Rule | CodeInfo | None"]
-"""Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
+"""Returns the rule, or the code of the core or an importer, of a code, name or alias."""
 
 
 def _find_core_code(code: str) -> CodeInfo | None:
@@ -43,7 +43,7 @@ def _find_core_code(code: str) -> CodeInfo | None:
 
 @dataclass(frozen=True, slots=True)
 class CheckContext:
-    """What a check needs beside the system: the packs, and the protocol of endpoints that state none.
+    """The context of a check: the packs, and the protocol of endpoints that state none.
 
     `most_endpoints` bounds what bridges may make of a system.
     """
@@ -56,7 +56,7 @@ class CheckContext:
 
 
 class Pipeline:
-    """One system on its way: bridges become endpoints, texts become values, endpoints meet on topics.
+    """The stages of one system: bridges become endpoints, texts become values, endpoints match on topics.
 
     Each stage runs when it is first asked for, and once. A report, an explanation, a difference and an export begin here.
 
@@ -89,7 +89,7 @@ class Pipeline:
 
     @cached_property
     def resolver(self) -> Resolver:
-        """What resolved all endpoints."""
+        """The resolver after it resolved all endpoints."""
         return self._resolve(self)
 
     @property
@@ -118,7 +118,7 @@ class Pipeline:
 
 
 def resolver_of(pipeline: Pipeline) -> Resolver:
-    """Return what resolves the endpoints of a system, before it has resolved any."""
+    """Return a resolver for a system that has resolved no endpoint yet."""
     where = pipeline.where
     return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
 

@@ -93,7 +93,7 @@ def expanded(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Way:
-    """How a name came about: by which route, from and to which name, and how the former did."""
+    """The origin of a name: a route, the names on both sides, and the origin of the first name."""
 
     bridge: Bridge
     route: Route
@@ -102,7 +102,7 @@ class _Way:
     previous: _Way | None
 
     def before(self) -> Iterator[_Way]:
-        """Yield the ways before this one, the last first."""
+        """Yield the earlier origins, the last first."""
         way = self.previous
         while way is not None:
             yield way
@@ -223,7 +223,7 @@ _Filed = dict["Value | None", list["Resolved"]]
 
 
 class _Around:
-    """Who is there at one moment, and who of them the sides of bridges can meet.
+    """The endpoints at one moment, and those that the sides of bridges can match.
 
     Endpoints and sides are filed by a value that matching needs to be equal, such as the domain, so that a side is asked only
     about endpoints that it may match.
@@ -389,7 +389,7 @@ class _Around:
             yield ImportNote("CQ506", "note", message, route.place)
 
     def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> dict[str, str]:
-        """What the `*` of a pattern stands for in the names on which a side of a bridge can match an endpoint of a role.
+        """Return the texts that match the `*` of a pattern, in the names on which a side of a bridge can match an endpoint of a role.
 
         Each with the id of the endpoint that has the name. The bridge itself does not count: what it publishes it does not
         take back.
@@ -437,7 +437,7 @@ class _Around:
 
 @dataclass(slots=True)
 class _Known:
-    """What a side has seen of who is there: the names that it matches, and how many endpoints it looked at, as filed."""
+    """The names that a side matches, and the number of endpoints that it has looked at, as filed."""
 
     rests: dict[str, str] = field(default_factory=dict)
     seen: dict[Value | None, int] = field(default_factory=dict)
@@ -450,7 +450,7 @@ class _Known:
 
 
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
-    """Where endpoints are whose topics a route carries, with role and names, and where others wait for them."""
+    """Return the side whose endpoints a route carries, with role and names, and the side where others wait for them."""
     before = (route.source, PUBLISHER, route.source.topic or "")
     behind = (route.target, SUBSCRIBER, route.target.topic or route.source.topic or "")
     return (before, behind) if route.source.kind == MESSAGE else (behind, before)
@@ -463,7 +463,7 @@ def _longer(route: Route) -> int:
 
 
 def _through(route: Route, name: str) -> str:
-    """What a route with a pattern makes of a name, itself perhaps with a `*` in it; empty where it does not carry it."""
+    """Return the name that a route with a pattern makes of a name, which may contain a `*`; empty if it is not carried."""
     source = route.source.topic or ""
     before, _, after = source.partition("*")
     if not name or len(name) < len(before) + len(after) or not (name.startswith(before) and name.endswith(after)):
@@ -478,6 +478,6 @@ def _meet(one: Resolved, other: Resolved) -> bool:
 
 
 def _gate(route: Route) -> Callable[[str], bool]:
-    """Return what says whether a route carries a name."""
+    """Return a function that tells whether a route carries a name."""
     only, but = any_name_matcher(route.only), any_name_matcher(route.but)
     return lambda name: (not route.only or only(name)) and not but(name)

@@ -1,4 +1,4 @@
-"""Hits: a rule, what it says, and the groups of endpoints that it says it of. Findings are made of them."""
+"""Hits: a rule that reports, and the groups of endpoints concerned. Findings are made of them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_COMBINATIONS: Final = 25
 
 @dataclass(slots=True)
 class Hit(Generic[G]):
-    """A finding before it has words: one rule, equal values on each side.
+    """A finding without words: one rule, equal values on each side.
 
     Its groups are positions in a shape, or those of a topic once it is `placed`.
 
@@ -65,13 +65,13 @@ def reach(hit: Hit[int], groups: Mapping[int, int], example: Sequence[int] = ())
 
 
 class EndpointHits(dict[tuple[Any, ...], Hit[G]]):
-    """What rules say of single endpoints: a hit for equal values, beyond a few combinations one for all others."""
+    """Hits of rules over single endpoints: one for equal values; beyond a few combinations one for all others."""
 
     def __init__(self) -> None:
         self._listed = Counter[tuple[str, str, bool]]()
 
     def note(self, spoken: Violation, role: str, members: G, profile: QosProfile, tags: frozenset[int]) -> None:
-        """Add what a rule says of one group."""
+        """Add the report of a rule about one group."""
         start = (called(spoken), role, spoken.unknown)
         key: tuple[Any, ...] = (*start, tuple(profile.values[use.index] for use in spoken.bound.bound.uses), tags)
         further = key not in self and self._listed[start] >= MOST_COMBINATIONS
@@ -101,5 +101,5 @@ def placed(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
 
 
 def called(spoken: Violation) -> str:
-    """Tell a rule from others, and the severities of one from each other."""
+    """Return a key that tells rules apart, and the severities of one rule."""
     return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"

@@ -1,4 +1,4 @@
-"""Rules that are asked together: which of them report on two profiles, by their compiled conditions.
+"""Sets of rules: returns those that report on two profiles, by their compiled conditions.
 
 A rule that reads what is not known, and one that is not compiled for certain, is asked by itself.
 """
@@ -52,7 +52,7 @@ class RuleQuestion(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class SharedValues:
-    """What many profiles have in common on one side of rules: the values that are not known, and those of options.
+    """The values that many profiles share on one side of rules: unknown ones, and those of options.
 
     Attributes:
         values: those, at their places in the values of a profile.
@@ -134,7 +134,7 @@ class RuleSet:
         return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
 
     def _surrounding(self, profile: QosProfile, *, second: bool) -> SharedValues:
-        """Return what a profile has in common with others, as the rules read it on one side."""
+        """Return the values that a profile shares with others, as the rules read them on one side."""
         frame = profile.frame
         found = self._by_frame[second].get(frame)
         if found is None:

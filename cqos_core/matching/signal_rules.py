@@ -1,4 +1,4 @@
-"""Rules over a whole signal: all who meet on one topic."""
+"""Rules over a whole topic: all endpoints that match on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def signal_hits(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Hit[int]]:
-    """Yield what the rules over topics say; ``met_by`` has per publisher group the subscriber groups it meets, as bits."""
+    """Yield the hits of the rules over topics; ``met_by`` has per publisher group the subscriber groups that it matches, as bits."""
     rules = _may_report(shape)
     for publishers, subscribers in _parts(shape, met_by) if rules else ():
         for bound in rules:
@@ -93,7 +93,7 @@ def _signal_rule(
 
 
 def _sorted(groups: Sequence[GroupKey], chosen: Iterable[int], indices: Sequence[int]) -> list[list[int]]:
-    """Sort some groups by what stands at ``indices``, and by who excuses them."""
+    """Sort groups by their values at ``indices``, and by the acceptances that name them."""
     found: dict[Any, list[int]] = {}
     for position in chosen:
         values = groups[position].profile.values
@@ -104,7 +104,7 @@ def _sorted(groups: Sequence[GroupKey], chosen: Iterable[int], indices: Sequence
 def _distinct(
     groups: Sequence[GroupKey], chosen: Iterable[int], indices: Sequence[int]
 ) -> tuple[tuple[Values, int], ...]:
-    """One value tuple per combination of values at ``indices``, with how many endpoints have it."""
+    """Return one value tuple per combination of values at ``indices``, with its number of endpoints."""
     return tuple(
         (groups[alike[0]].profile.values, sum(groups[position].size for position in alike))
         for alike in _sorted(groups, chosen, indices)

@@ -1,4 +1,4 @@
-"""What rules say of a topic: of groups of endpoints on both sides, without names. Outcomes of a shape are cached.
+"""Outcomes of topics: pairs and hits of rules over groups of endpoints, without names. Outcomes of a shape are cached.
 
 A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
 endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
@@ -76,11 +76,11 @@ class JudgedPairs(NamedTuple):
 
 
 class TopicOutcome(NamedTuple):
-    """What rules say of a shape.
+    """The outcome of a shape.
 
     Attributes:
-        met: per publisher group, the subscriber groups it meets, as bits.
-        kept_apart: what keeps which groups from each other.
+        met: per publisher group, the subscriber groups that it matches, as bits.
+        kept_apart: the conditions that keep groups from matching.
         rows: all pairs.
         hits: what rules report.
     """
@@ -104,7 +104,7 @@ def judge_shape(shape: TopicShape) -> TopicOutcome:
 
 
 class _Said(NamedTuple):
-    """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
+    """The report of a rule over two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
 
     publishers: ValueGroup
     subscribers: ValueGroup
@@ -113,7 +113,7 @@ class _Said(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """What a rule says of a class of publishers: the subscriber groups it certainly reports, as bits, and what else."""
+    """The report of a rule over a class of publishers: the subscriber groups that it certainly reports, as bits, and others."""
 
     publishers: ValueGroup
     certain: int
@@ -133,7 +133,7 @@ class _Pairs:
     sizes: list[int] = field(default_factory=list)
 
     def weight(self, mask: int) -> int:
-        """How many endpoints the subscriber groups of ``mask`` have."""
+        """Return the number of endpoints of the subscriber groups in ``mask``."""
         return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 

@@ -1,4 +1,4 @@
-"""The groups of one side of a topic, sorted by what a rule reads of them."""
+"""Groups of one side of a topic, sorted by the values that a rule reads."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ValueGroups:
         return self.each[self._at[(mask & -mask).bit_length() - 1]]
 
     def count(self, mask: int) -> int:
-        """How many classes have groups in ``mask``."""
+        """Return the number of value groups with endpoints in ``mask``."""
         single, wide = self._by_width
         return (mask & single).bit_count() + sum(1 for one in wide if one.mask & mask)
 
@@ -71,7 +71,7 @@ class ValueGroups:
 
 
 def value_groups(groups: Iterable[GroupKey], indices: Sequence[int]) -> ValueGroups:
-    """Sort one side's groups by the values that a rule reads of it, and by who excuses them."""
+    """Sort one side's groups by the values that a rule reads, and by the acceptances that name them."""
     found: dict[Any, ValueGroup] = {}
     for position, alike in enumerate(groups):
         values = alike.profile.values

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
-    """Sort the resolved endpoints by protocol and topic, with copies beside those that they meet on another one."""
+    """Sort the resolved endpoints by protocol and topic, with copies on topics of the wire."""
     found = bucket(resolver.result.endpoints)
     introduce(found)
     protocols = {protocol for protocol, _ in found}
@@ -77,7 +77,7 @@ def _share_facts(endpoints: list[Resolved]) -> None:
 
 
 def _layer(index: int, value: Value, carried: Resolved) -> Layer:
-    """Where a fact comes from that a carried endpoint knows."""
+    """Return the layer of a fact that a carried endpoint knows."""
     origin, place = carried.origin(index)
     text = carried.pack.policies[index].domain.format(value)  # type: ignore[arg-type]
     return Layer(origin, {index: Stated(text, Setting(text, place))})

@@ -1,4 +1,4 @@
-"""What a system file states about time and capacity: chains of steps that data takes, and links that it is sent over.
+"""Time and capacity in a system file: chains of steps that data takes, and links that it is sent over.
 
 Settings are text until `cqos_core.behaviour.paths` reads them, like all that importers produce.
 """
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Place, Settings
 
 STEP_TIMES: Final = ("latency", "waits", "takes")
-"""What a step states: ranges of durations."""
+"""Keys of a step: ranges of durations."""
 CHAIN_LIMITS: Final = ("max_age", "max_gap")
-"""What a chain requires at its last step: durations."""
+"""Keys of a chain: durations that are required at its last step."""
 LINK_FACTS: Final = ("rate", "loss", "mtu", "round_trip")
-"""What is known of a link."""
+"""Keys of a link."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What the core itself reports, under codes of its own, and what it suggests for a name that means nothing."""
+"""Findings that the core itself reports, under its own codes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     PUBLISHER: ("offers", "offer"),
     SUBSCRIBER: ("requests", "request"),
 }
-"""What a side does, as a verb of it and as an imperative."""
+"""The verb of each role: third person, and imperative."""
 
 
 def asks_less(remedy: Remedy) -> str:

@@ -1,4 +1,4 @@
-"""How much of its inputs a report was made from."""
+"""The share of the inputs that a report covers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ALL: Final = 100
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How much of its inputs a report was made from.
+    """The share of the inputs that a report covers.
 
     Attributes:
         endpoints: how many were read.
@@ -35,7 +35,7 @@ class Coverage:
 
     @property
     def percent(self) -> int:
-        """How many of a hundred endpoints were read and are known whole, of all that are known to exist; 100 only if nothing is unread."""
+        """Return the percentage of existing endpoints that were read and understood completely; 100 only if nothing is unread."""
         known = self.endpoints - len(self.unclear)
         whole = self.endpoints + sum(each.endpoints for each in self.unread)
         if known == whole and not self.unread:

@@ -25,7 +25,7 @@ FIRST_TEXT: Final = 4
 
 
 class SettingsPattern:
-    """What the settings of several endpoints say, which differ in the texts of some; compared by identity.
+    """The settings that several endpoints have in common, with gaps for the texts that differ; compared by identity.
 
     Attributes:
         setting_texts: what `Endpoint.setting_texts` returns of such an endpoint.
@@ -57,7 +57,7 @@ def pattern_of(names: tuple[str, ...], known: dict[tuple[str, ...], SettingsPatt
 
 
 class RowPattern(ABC):
-    """What rows of one file share, which differ in id, label, topic, place and the texts of some settings. Importers derive from it.
+    """The part that rows of one file share; id, label, topic, place and the texts of some settings differ. Importers derive from it.
 
     Attributes:
         endpoint: an endpoint like theirs, which is not changed any more: no instance of a template, and no alternative.

@@ -1,4 +1,4 @@
-"""Exact columns of what a report points at: found again in its sources when one reads them."""
+"""Exact columns for the places in a report, found in the sources when they are read."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def with_exact_columns(report: Report, sources: Mapping[str, bytes]) -> Report:
     """
     from cqos_core.model.excerpt import exact, is_xml
 
-    # Only in XML has what a fix changes no column yet; fixes of other findings are left to be computed when they are read.
+    # Only places in XML lack columns; fixes in other formats stay lazy.
     xml = any(map(is_xml, sources.values()))
     findings = report.findings
 

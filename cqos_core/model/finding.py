@@ -1,4 +1,4 @@
-"""One rule that spoke: a finding with its severity, values, places and fixes.
+"""A finding with its severity, values, places and fixes.
 
 All values are text in the spelling of the YAML form, so nothing here needs a rule pack to be understood.
 """
@@ -55,7 +55,7 @@ _VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
 
 
 class Severity(TextEnum):
-    """How loud a finding speaks (DESIGN 7)."""
+    """Severity of a finding."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -63,7 +63,7 @@ class Severity(TextEnum):
 
     @property
     def rank(self) -> int:
-        """0 error, 1 warning, 2 note: smaller is louder."""
+        """0 error, 1 warning, 2 note: smaller is more severe."""
         return _SEVERITIES.index(self)
 
 
@@ -72,7 +72,7 @@ _SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One value a finding speaks of.
+    """A value that a finding names.
 
     Attributes:
         policy: canonical name.
@@ -171,7 +171,7 @@ class Remedy:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One rule that spoke.
+    """A rule that reports, with the endpoints concerned.
 
     Attributes:
         code, name: of the rule, permanent; `source` names the pack or plugin it comes from.

@@ -1,4 +1,4 @@
-"""The control flow of processes: what starts, follows, waits and repeats. Plain data that names no protocol and no file format.
+"""The control flow of processes as plain data: starts, sequences, waits and repetitions. It names no protocol and no file format.
 
 A `ControlFlow` is a graph. Its nodes refer to each other by their positions in `ControlFlow.nodes`. A process is a node, and so is
 a sub-process; what is inside them names them as `FlowNode.parent`.
@@ -18,13 +18,13 @@ ActivityKind: TypeAlias = Literal["task", "call", "subprocess", "adhoc", "transa
 GatewayKind: TypeAlias = Literal["exclusive", "inclusive", "parallel", "complex", "event_based", "event_start"]
 """``event_based`` waits for one of the catches behind it; ``event_start`` does so as the start of its process."""
 NodeKind: TypeAlias = Literal["process", EventKind, ActivityKind, GatewayKind, "unknown"]
-"""What a node is; ``unknown`` was not understood."""
+"""The kinds of nodes; ``unknown`` was not understood."""
 OutsideKind: TypeAlias = Literal["signal", "message", "timer", "conditional"]
 """Triggers that come from outside of the process instance."""
 InsideKind: TypeAlias = Literal["link", "error", "escalation", "compensation", "cancel", "terminate"]
 """Triggers that an instance gives itself."""
 TriggerKind: TypeAlias = Literal[OutsideKind, InsideKind, "unknown"]
-"""What an event waits for or does; ``unknown`` was not understood, so it may happen at any time."""
+"""The kinds of triggers; an ``unknown`` one was not understood, so it may happen at any time."""
 WITHIN: Final = frozenset({"process", "subprocess", "adhoc", "transaction"})
 """The kinds of nodes that other nodes are in."""
 
@@ -51,7 +51,7 @@ class Timer(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Trigger(Immutable):
-    """One definition of an event: what it waits for, or what it does.
+    """One definition of an event: its trigger, or its action.
 
     Attributes:
         timer: of a timer.

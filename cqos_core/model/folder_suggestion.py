@@ -1,4 +1,4 @@
-"""How a path is read that no importer reads as it is named: by the switch that its importer reads folders with."""
+"""Suggestions for a path that no importer reads as it is named: importers may read it as a folder with a switch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FolderSuggestion:
-    """One way to read what lies at a path.
+    """One way to read the files at a path.
 
     Attributes:
         folder: what the importer reads.
@@ -44,7 +44,7 @@ class ProblemWithLines(Problem):
 
 
 class FolderSuggester(Protocol):
-    """Finds entrances, without running anything that lies there."""
+    """Finds suggestions for a path, without running anything there."""
 
     def __call__(self, path: str, files: Sequence[str] | None) -> Sequence[FolderSuggestion]:
-        """Return the entrances at ``path``, the most likely first; ``files`` are those below it, None if it is a file."""
+        """Return the suggestions for ``path``, the most likely first; ``files`` are those below it, None if it is a file."""

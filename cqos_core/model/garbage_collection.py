@@ -15,11 +15,11 @@ _MANY: Final = 10_000
 
 @contextmanager
 def gc_paused(size: int = _WORTH_IT) -> Iterator[None]:
-    """Keep the garbage collector away while what stays is built; below ``size`` 1,000 that is not worth it.
+    """Pause the garbage collector while many objects are built; ``size`` below 1,000 changes nothing.
 
-    It would look at all of that again and again, which takes longer than the building. What was built makes no cycles:
-    many objects are put among the old ones unseen. Threads may do this at the same time: who found the collector running
-    switches it on again.
+    The collector would visit the new objects again and again, which takes longer than building them. They have no cycles,
+    so many of them are put into the oldest generation without a visit. Several threads may pause it at the same time: the
+    thread that found it running starts it again.
     """
     collecting = gc.isenabled() and size >= _WORTH_IT
     if collecting:
@@ -39,10 +39,10 @@ _SELDOM: Final = 1_000
 
 
 def collect_new_objects_only() -> None:
-    """Keep the garbage collector away from all that is loaded now, and for long from what is remembered later.
+    """Exempt all loaded objects from garbage collection, and make full collections rare.
 
-    For a process that answers calls. With the memories of some thousand pairs, a look at all of them stops it for 0.2 s; a
-    look at the new objects takes 0.5 ms. Cycles that outlive one such look stay until 1,000 times as much came.
+    For a process that answers calls. With the caches of some thousand pairs, a full collection stops it for 0.2 s; one of the
+    new objects takes 0.5 ms. Cycles that survive one such collection stay until 1,000 times as many objects came.
     """
     gc.collect()
     gc.freeze()

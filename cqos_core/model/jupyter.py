@@ -1,4 +1,4 @@
-"""How a notebook shows the result of a check, where a cell ends with it: a table of its findings, and what explains a pair."""
+"""Display of results in Jupyter notebooks: tables of findings, policies and guarantees."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     class _Printer(Protocol):
-        """What IPython hands over."""
+        """The printer that IPython passes."""
 
         def text(self, obj: str) -> object:
             """Write something."""
 
     class _Finding(Protocol):
-        """What a table has of a finding."""
+        """The columns of a finding."""
 
         @property
         def severity(self) -> object: ...
@@ -31,7 +31,7 @@ _SHOWN: Final = 100  # findings in a notebook
 
 
 class JupyterDisplay:
-    """How a notebook shows a result where a cell ends with it."""
+    """Base of results that a notebook shows at the end of a cell."""
 
     __slots__ = ()
     findings: tuple[_Finding, ...]

@@ -1,4 +1,4 @@
-"""Parts of a report that are made when they are first read."""
+"""Tuples whose items are computed when they are first read."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _T = TypeVar("_T")
 
 
 class _Items(tuple[_T, ...]):
-    """What was computed: of a type of its own, so that no input is taken for it."""
+    """Computed items; a type of its own tells them from the input."""
 
     __slots__ = ()
 
@@ -65,5 +65,5 @@ _NOTHING: Final = object()
 
 
 def lazy_tuple(compute: Callable[..., Iterable[_T]], given: object = _NOTHING) -> tuple[_T, ...]:
-    """Return the items that ``compute`` makes, of what is ``given``, when they are first read; it must be pure."""
+    """Return a tuple that calls ``compute`` with ``given``, or nothing, when it is first read; ``compute`` must be pure."""
     return cast("tuple[_T, ...]", _Later(compute, given))

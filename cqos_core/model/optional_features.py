@@ -1,4 +1,4 @@
-"""What is not in every installation, and the line that adds it from where the user stands.
+"""Features that are not in every installation, and the command that installs each.
 
 ``features.json`` is the table: a feature, its distribution, the folder of that in a clone, its extra, the Pythons that it runs on, and
 the commands, formats and other names that it brings. The line is for the place that C-QoS was installed from: a clone, a folder of
@@ -35,7 +35,7 @@ _WHOLE: Final = "cqos"
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """One row of the table.
+    """One optional feature: a row of the table.
 
     Attributes:
         name: what code calls it.

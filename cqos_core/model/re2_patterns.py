@@ -1,7 +1,7 @@
-"""Regular expressions over names, matched in linear time.
+"""Regular expressions over names, matched by RE2 in linear time.
 
-What is configured by regular expressions mostly comes from programs whose own matcher is linear (Rust, Go). Python's is not, so
-a pattern from a file could keep it busy for ever; RE2 is, and reads nearly the same as those.
+Such expressions mostly come from the configuration of programs in Rust or Go, whose matchers are linear. Python's matcher may take
+exponential time for an expression from a file. RE2 is linear and has nearly the same syntax.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from cqos_core.model.regular_expressions import re, regular_expression
 _OPERATOR: Final = regular_expression(
     r"\[\^?\]?(?:\\.|\[:\^?[a-z]+:\]|[^\]\\\[&~-]|[&~-](?![&~-]))*+(&&|~~|--|\[)", re.DOTALL
 )
-"""What Rust reads within a class of characters, and RE2 takes for characters."""
+"""Operators of Rust within a class of characters, which RE2 takes for characters."""
 
 
 class PatternError(CqosError):
-    """A regular expression is wrong, or uses what is not read here; the text says which part."""
+    """A regular expression is wrong or uses an unsupported operator; the text names the part."""
 
 
 @lru_cache(maxsize=1_024)
 def name_matcher(text: str) -> Callable[[str], bool]:
-    """Return whether a whole name matches a regular expression as Rust, Go and RE2 write them.
+    """Return a function that tells whether a whole name matches a regular expression in the syntax of Rust, Go and RE2.
 
     Raises:
-        PatternError: it is none, or uses operators on classes of characters (``[a-z&&[^b]]``), which Rust has.
+        PatternError: it is not a regular expression, or uses operators on classes of characters (``[a-z&&[^b]]``), which Rust has.
     """
     import re2
 
@@ -47,10 +47,10 @@ def name_matcher(text: str) -> Callable[[str], bool]:
 
 @lru_cache(maxsize=256)
 def any_name_matcher(texts: tuple[str, ...]) -> Callable[[str], bool]:
-    """Return whether a whole name matches one of several regular expressions, at a cost that their number hardly changes.
+    """Return a function that tells whether a whole name matches one of several regular expressions; their number hardly changes its cost.
 
     Raises:
-        PatternError: one of them is none.
+        PatternError: one of them is not a regular expression.
     """
     names = frozenset(re.sub(r"\\(\W)", r"\1", text) for text in texts if _LITERAL.fullmatch(text))
     expressions = [text for text in texts if not _LITERAL.fullmatch(text)]
@@ -67,11 +67,11 @@ _LITERAL: Final = regular_expression(r"(?:[\w/~:-]|\\[^\w\s])*")
 
 
 def _sound(text: str) -> str:
-    """Return a text without halves of characters, which a damaged file may bring."""
+    """Return a text without lone surrogates, which a damaged file may contain."""
     return text.encode("utf-8", "replace").decode()
 
 
 def _reason(error: Exception) -> str:
-    """What RE2 says: ``missing ): (a``."""
+    """Return the message of RE2: ``missing ): (a``."""
     said = error.args[0]
     return said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)

@@ -1,4 +1,4 @@
-"""What a check returns: verdicts of groups of pairs, findings with their remedies, and what was not looked at.
+"""Results of a check: verdicts of groups of pairs, findings with their fixes, and coverage.
 
 Leaf types only: formatters, the service and callers read them, `checker` makes them. As plain data they are the JSON report,
 version 1, documented in ``docs/json-report.md``.
@@ -34,12 +34,12 @@ __all__ = [
 ]
 
 REPORT_VERSION = 1
-"""Of the JSON report; a number that a reader does not know means that it must not go on."""
+"""Version of the JSON report; a reader must refuse a number that it does not know."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """One publisher and one subscriber that meet."""
+    """One publisher and one subscriber that match."""
 
     topic: str
     publisher: str
@@ -201,11 +201,11 @@ class Report(JupyterDisplay):
 
     @property
     def pair_count(self) -> int:
-        """How many pairs were judged."""
+        """Return the number of judged pairs."""
         return sum(group.pairs for group in self.groups)
 
     def count(self, severity: Severity) -> int:
-        """How many findings of one severity there are, accepted ones not counted."""
+        """Return the number of findings of one severity; accepted ones do not count."""
         return sum(1 for finding in self.findings if finding.severity is severity and finding.accepted is None)
 
     @property
@@ -227,7 +227,7 @@ class Report(JupyterDisplay):
 
 
 class _Unmade:
-    """A report with a verdict; the rest of it is made when any part of that is first read."""
+    """A report with a verdict; the rest is made when any other part is first read."""
 
     __slots__ = ("_make",)
 
@@ -308,7 +308,7 @@ def _fields(stated: list[tuple[str, Any]]) -> Json:
 
 @dataclass(frozen=True, slots=True)
 class GuaranteeCell:
-    """What a subscriber gets of one guarantee under one fault.
+    """One guarantee of a subscriber under one fault.
 
     Attributes:
         fault: of `cqos_core.packs.guarantee.FAULTS`, or ``link`` for ends that stay connected.
@@ -327,7 +327,7 @@ class GuaranteeCell:
 
 @dataclass(frozen=True, slots=True)
 class Guarantee:
-    """What a subscriber gets, in one of the words of `cqos_core.packs.guarantee`.
+    """One guarantee of a subscriber, in the words of `cqos_core.packs.guarantee`.
 
     Attributes:
         word: ``loss_free``.

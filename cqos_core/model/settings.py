@@ -1,4 +1,4 @@
-"""What a file states as text, and where: settings and their places."""
+"""Settings as text, with their places in files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Immutable:
-    """What never changes is its own copy."""
+    """Immutable; `deepcopy` returns the object itself."""
 
     __slots__ = ()
 

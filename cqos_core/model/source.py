@@ -1,4 +1,4 @@
-"""What importers are given: the bytes of one file, and what they may ask of their caller; and what they are as functions."""
+"""Inputs of importers (the bytes of one file, functions of their caller) and the signatures of importers."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class SourceGroup:
 
 @dataclass(frozen=True, slots=True)
 class ReadContext:
-    """What a reader may use beside its source.
+    """Everything that a reader may use beside its source.
 
     Attributes:
         open: opens included files.

@@ -17,7 +17,7 @@ def listed(names: Sequence[str], most: int = 40) -> str:
 
 
 def suggestion(name: str, known: Iterable[str] | KnownNames) -> str:
-    """``did you mean X? known: …`` for a name that is not among ``known``.
+    """Return ``did you mean X? known: …`` for a name that is not among ``known``.
 
     Where many names are looked up in many, make `KnownNames` once.
     """

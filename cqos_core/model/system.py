@@ -1,4 +1,4 @@
-"""What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
+"""Systems of participants, endpoints, topics and bridges, as importers make them; settings are still text.
 
 Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated thing keeps its
 `Place`, so that a finding can point at the line.
@@ -53,7 +53,7 @@ MESSAGE: Final = "message"
 
 @dataclass(frozen=True, slots=True)
 class Room(Immutable):
-    """Where a file has room for further settings; the inserter of its format knows how to add them.
+    """A place in a file where further settings can be added by the inserter of its format.
 
     Attributes:
         place: what the inserter is given.
@@ -72,7 +72,7 @@ class Room(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Scope(Immutable):
-    """Which endpoints take a profile where it is named, and what of it.
+    """The endpoints that take a named profile, and the part that they take.
 
     Attributes:
         role: endpoints of this role only; None: of both.
@@ -132,7 +132,7 @@ class Profile:
 
 @dataclass(slots=True)
 class Topic:
-    """What is stated about a topic as such.
+    """Facts that a file states about a topic.
 
     Attributes:
         name: as written.
@@ -209,7 +209,7 @@ class Endpoint:
     room: Room | None = None
 
     def setting_texts(self) -> SettingTexts:
-        """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""
+        """Return its settings and its overlay without places; equal for endpoints that state the same."""
         return (
             tuple([(name, each.text, each.unknown, each.derived) for name, each in self.settings.items()]),
             tuple([(name, each.text, each.unknown) for name, each in self.overlay.items()]),
@@ -251,7 +251,7 @@ class Overlay:
 
 @dataclass(slots=True)
 class Participant:
-    """Who takes part: ROS node, DDS participant, MQTT client, BPMN pool.
+    """A ROS node, DDS participant, MQTT client or BPMN pool.
 
     Attributes:
         id: unique in the system.
@@ -298,7 +298,7 @@ class Broker:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """One way over a bridge: what it subscribes to, and what it publishes that as.
+    """One route of a bridge: a subscription, and the publication that it becomes.
 
     Both ends are endpoints of participants of the system, whose ids may be empty. Where the topic of ``source`` has a
     ``*``, there is such a way for every topic that matches, and the ``*`` in the topic of ``target`` stands for the same.
@@ -335,7 +335,7 @@ class Bridge:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a team rule demands of one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
+    """A demand of a team rule on one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
 
     policy: str
     relation: Literal["exactly", "at_least", "at_most", "one_of", "not"]
@@ -393,7 +393,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class ImportNote:
-    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap.
+    """A remark of an importer that is no reason to stop: a skipped part, a guess, a trap.
 
     Attributes:
         parts: those of the input that it says are not read although they may decide. A note needs none whose code is about such a

@@ -1,4 +1,4 @@
-"""What a comparison of two systems returns: endpoints that one of them lacks, and values that differ."""
+"""Results of a comparison of two systems: endpoints that one of them lacks, and values that differ."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Different:
 
 @dataclass(frozen=True, slots=True)
 class Diff:
-    """What was found; true if there is any difference.
+    """All differences of two systems; true if there is any.
 
     Attributes:
         missing: endpoints that one of the systems lacks.

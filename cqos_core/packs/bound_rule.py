@@ -72,7 +72,7 @@ class BoundRule:
     def by_severity(self) -> Iterator[BoundRule]:
         """Yield the rule once for each severity, limited to the values of the option that give it.
 
-        What is forbidden of pairs as an error comes as required not to be: a pair for which it cannot be decided is unknown.
+        A rule that forbids something of pairs as an error becomes a rule that requires the opposite: an undecided pair is unknown.
         """
         if isinstance(self.rule.severity, str):
             yield self._opposite() if self.breaks_pairs else self

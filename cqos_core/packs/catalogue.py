@@ -147,7 +147,7 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
 
 
 def assumed_options(bound: BoundRule) -> list[tuple[Use, Plain]]:
-    """Options that a rule reads, with the defaults they have."""
+    """Return the options that a rule reads, with their defaults."""
     policies = bound.bound.vocabulary.policies
     return [
         (use, policies[use.index].domain.parse(default))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownEntity:
-    """A participant, an endpoint or a broker as `RulePack.complete` sees it: with resolved values, never with their text.
+    """A participant, an endpoint or a broker with resolved values, as `RulePack.complete` takes it.
 
     Attributes:
         id, place, template, external: as stated.
@@ -46,7 +46,7 @@ class KnownEntity:
         return self.find_needs()
 
     def value(self, policy: Policy) -> Value | None:
-        """Return what is stated of a policy, in the settings, a profile, a preset or an overlay; None where nothing is."""
+        """Return the stated value of a policy, from the settings, a profile, a preset or an overlay; None if nothing states it."""
         found = self.read(policy)
         return None if found is None else found[0]
 
@@ -64,7 +64,7 @@ class KnownEntity:
 
 @dataclass(frozen=True, slots=True)
 class Completion:
-    """What follows from all that a system states together, and nothing in it states alone.
+    """Settings and endpoints that follow from a whole system.
 
     Attributes:
         participants: settings by id of the participant.
@@ -79,7 +79,7 @@ class Completion:
 
 @dataclass(frozen=True, slots=True)
 class Folding:
-    """Which participants a pack cannot tell apart, so that each kind of them is completed once in a fleet of millions.
+    """Tells which participants a pack treats alike, so that each kind is completed once in a fleet of millions.
 
     Beside what is listed here, `RulePack.complete` reads of a participant only its own settings and endpoints, and of these, which
     have the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.

@@ -1,4 +1,4 @@
-"""What samples of a protocol cost: the bytes that an implementation puts around them, and how many an endpoint keeps."""
+"""Costs of samples: the bytes that an implementation puts around them, and the number that an endpoint keeps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """How one implementation sends a sample; all sizes in bytes.
+    """The framing of a sample by one implementation; all sizes in bytes.
 
     Attributes:
         value: of `RulePack.implementation_option`: ``cyclonedds``.
@@ -66,7 +66,7 @@ class Framing:
 
 @dataclass(frozen=True, slots=True)
 class MessageFraming:
-    """How a sample travels as one message over TCP, from one end of a connection to the other; all sizes in bytes.
+    """The framing of a sample as one message over TCP; all sizes in bytes.
 
     A message has a fixed header, a length of seven bits a byte, the name of the topic, fields, and the sample.
 
@@ -100,7 +100,7 @@ class MessageFraming:
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """How many samples an endpoint keeps at most.
+    """The most samples that an endpoint keeps.
 
     Attributes:
         when: over the values of the endpoint, written as those of a publisher.
@@ -115,7 +115,7 @@ class Store:
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """What samples of a protocol cost.
+    """Costs of the samples of a protocol.
 
     Attributes:
         keyed: the fact of a topic that it has several instances; None: no topic has.

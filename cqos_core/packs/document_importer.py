@@ -1,4 +1,4 @@
-"""What importers of foreign YAML and JSON documents share: tables of fields, and parts of an expected kind."""
+"""Base of importers of YAML and JSON documents of other programs: tables of fields, and parts of an expected kind."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def word_field(policy: str, *words: str) -> Field:
 
 
 class DocumentImporter(FileImporter):
-    """One YAML or JSON document that is being read."""
+    """Reads one YAML or JSON document of another program."""
 
     def finish(self) -> System:
         """Return the system, with its notes in the order of the document.
@@ -64,7 +64,7 @@ class DocumentImporter(FileImporter):
         return root
 
     def followed(self, node: Node | None) -> Node | None:
-        """Return what a node stands for; formats with references follow them."""
+        """Return the target of a reference, or the node itself; formats with references override it."""
         return node
 
     def a_map(self, node: Node | None, name: str) -> MappingNode:
@@ -158,6 +158,6 @@ def only_document(reading: SourceReading, *, repeated: Repeated = "refuse", json
 
 
 def position(reported: Problem | ImportNote) -> tuple[str, int, int]:
-    """Return what problems and notes are sorted by: where they stand."""
+    """Return the sort key of a problem or note: its place."""
     place = reported.place
     return ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)

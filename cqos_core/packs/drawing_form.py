@@ -1,4 +1,4 @@
-"""How people state things in a drawing: as attributes and child elements of its elements, in one namespace.
+"""The form of drawings: attributes and child elements, in one namespace, that state QoS at elements of a drawing.
 
 An importer of drawings has one `DrawnForm`. Its reader takes its words from it, and so do editors.
 """
@@ -13,7 +13,7 @@ from cqos_core.model.dataclass import dataclass
 Meaning: TypeAlias = Literal[
     "protocol", "preset", "requirement", "exception", "option", "external", "type", "team_rule", "settings"
 ]
-"""What a word says, whatever a drawing calls it."""
+"""The meanings of words, whatever a drawing calls them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class DrawnWord:
 
 @dataclass(frozen=True)
 class DrawnOwner:
-    """A kind of element that can state something.
+    """A kind of element of a drawing that can have words and settings.
 
     Attributes:
         types: its types in the meta-model of the drawing.
@@ -80,7 +80,7 @@ class DrawnOwner:
 
 @dataclass(frozen=True, slots=True)
 class DrawnForm:
-    """All that a kind of drawing can state.
+    """The words and settings of one kind of drawing.
 
     Attributes:
         dialect: of the packs, which spells the settings.

@@ -1,4 +1,4 @@
-"""What importers of foreign formats share: one file becomes one system, with notes by code and endpoints with ids.
+"""Base of importers of other programs' files: one file becomes one system, with notes by code and endpoints with ids.
 
 An importer is a subclass of `FileImporter`, of `DocumentImporter` for YAML and JSON, or of `XmlImporter` for XML. `run` walks
 the file, and the class's `load` is the function that is registered.
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class FileImporter(SourceReading):
-    """One file of a foreign format that is being read.
+    """Reads one file of another program.
 
     Attributes:
         protocol: of the system; of its participants, where the file is of no other.

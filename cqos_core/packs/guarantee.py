@@ -25,11 +25,11 @@ from cqos_core.packs.rule import Rule
 Kind = Literal["holds", "at_least", "at_most"]
 Over = Literal["every hop", "sum", "last hop", "not over a bridge"]
 FAULTS: Final = ("link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash")
-"""What may happen to a pair; without any, a guarantee speaks of both ends while they are connected."""
+"""Faults of a pair. A guarantee without a fault is about ends that stay connected."""
 LINK: Final = "link"
-"""What a rule survives that speaks of connected ends only."""
+"""`Rule.survives` of a rule about connected ends only."""
 INTERMEDIARY: Final = "intermediary_restart"
-"""What stands between both ends is stopped or crashes, and comes back."""
+"""The broker between both ends stops or crashes, and comes back."""
 _SEVERAL: Final = {LINK: (), INTERMEDIARY: ("broker_stop", "broker_crash")}
 _AFTER: Final = {
     LINK: "",
@@ -40,7 +40,7 @@ _AFTER: Final = {
 
 @dataclass(frozen=True, slots=True)
 class GuaranteeWord:
-    """One word of the currency.
+    """One guarantee, such as ``loss_free``.
 
     Attributes:
         need: the policy under which a subscription asks for it.
@@ -208,7 +208,7 @@ TAKEN_EVERY: Final = Policy(
     roles=("subscriber",),
 )
 NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, RESTARTS_IN, OUTAGE)
-"""What a pack that gives guarantees adds to its policies; packs with rules over `TAKEN_EVERY`, `REPAIR_TIME` or `REDISCOVERY_TIME` add these."""
+"""The policies that a pack with guarantees adds to its own; packs with rules over `TAKEN_EVERY`, `REPAIR_TIME` or `REDISCOVERY_TIME` add these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,7 @@ class Unaffected:
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """One cell of guarantees and faults that was seen on a running implementation.
+    """A guarantee under a fault that was observed on a running implementation.
 
     Attributes:
         guarantee: the word.
@@ -300,7 +300,7 @@ def gives(
 
 
 def _befalls(fault: str) -> Condition:
-    """Say that what must be survived brings a fault about at this pair."""
+    """Return the condition that a fault which must be survived causes this one at a pair."""
     side = {"publisher_restart": offered, "subscriber_restart": requested}.get(fault)
     survives = requested(SURVIVES)
     return in_(Constant(fault), survives) if side is None else overlaps(side(RESTARTS_IN), survives)
@@ -313,7 +313,7 @@ def befalling(fault: str, publisher: Collection[str], subscriber: Collection[str
 
 
 NOT_STATED: Final = "CQ218"
-"""Code of what `unstated` makes."""
+"""Code of the rules that `unstated` makes."""
 
 
 def unstated(rules: Iterable[Rule], unaffected: Iterable[Unaffected]) -> Iterator[Rule]:

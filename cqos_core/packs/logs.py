@@ -1,4 +1,4 @@
-"""Finds in the output of programs the lines that speak of endpoints which do not fit; packs know how these are worded."""
+"""Finds lines about incompatible endpoints in the output of programs; packs know their wording."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Role
 
 _LONGEST: Final = 64 * 1024
-"""Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""
+"""Characters of a line that are read: no program writes its messages so far to the right."""
 _ESCAPES: Final = regular_expression(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-Z\\^_])")
 
 
 @dataclass(frozen=True, slots=True)
 class LogMismatch:
-    """What one line of output says: a participant discovered an endpoint that does not fit to one of its own.
+    """A line of output by which a participant discovered an endpoint that is incompatible with its own.
 
     Attributes:
         protocol: id of the pack that read the line.
@@ -53,7 +53,7 @@ SAME: Final = ""
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """What one or more lines say alike: how many there are, and where the first one is."""
+    """Equal mismatches in one or more lines: their number, and the place of the first line."""
 
     misfit: LogMismatch
     count: int

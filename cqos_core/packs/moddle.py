@@ -1,4 +1,4 @@
-"""What a drawing can state for the installed packs: the settings on each kind of element, and a moddle descriptor of it all."""
+"""The moddle descriptor of a drawing form with the settings of the installed packs; moddle reads and writes XML for bpmn-js."""
 
 from __future__ import annotations
 

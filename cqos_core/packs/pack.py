@@ -1,4 +1,4 @@
-"""Rule packs: what an author states of one protocol, and what follows from it, as one value."""
+"""Rule packs: the definition of a protocol by an author, and everything derived from it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RulePack(PackDefinition):
-    """Everything C-QoS knows about one protocol: what its author states, which `PackDefinition` lists, and what follows from that."""
+    """Everything that C-QoS knows about one protocol: a `PackDefinition`, and values derived from it."""
 
     def __post_init__(self) -> None:
         """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.
@@ -80,7 +80,7 @@ class RulePack(PackDefinition):
 
     @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
-        """Rules by scope; meeting conditions under ``meets``. Guarantees come last: they are of pairs that fit."""
+        """Rules by scope; matching conditions under ``meets``. Guarantees come last: only compatible pairs have them."""
         ordered = sorted(self.judging_rules, key=lambda bound: bool(bound.rule.guarantee))
         found = grouped(("meets" if bound.rule.kind == "meets" else bound.scope, bound) for bound in ordered)
         return {"meets": (), **{scope: tuple(rules) for scope, rules in found.items()}}
@@ -133,7 +133,7 @@ class RulePack(PackDefinition):
 
     @cached_property
     def definitions(self) -> Mapping[str, Node]:
-        """The definitions that its conditions use, by name: what `cqos_core.language.expression.parse` reads them with."""
+        """The definitions that its conditions use, by name, as `cqos_core.language.expression.parse` takes them."""
         return definitions(*(bound.rule.condition for bound in self.bound_rules))
 
     def policy(self, name: str, level: str = ENDPOINT) -> Policy:

@@ -1,4 +1,4 @@
-"""What the author of a rule pack states: policies, rules, presets, dialects and meeting of one protocol."""
+"""The definition of a rule pack by its author: policies, rules, presets, dialects and topic matching of one protocol."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Derivation:
-    """What a pair amounts to in a value that neither end states: the QoS with which a message arrives.
+    """A value of a pair that neither end states, such as the QoS with which a message arrives.
 
     Attributes:
         name: for people, such as ``arrives with QoS``.
@@ -55,13 +55,13 @@ def no_mismatches(line: str) -> tuple[LogMismatch, ...]:  # noqa: ARG001 - the s
 
 @dataclass(frozen=True, eq=False)
 class PackDefinition:
-    """What the author of a rule pack states: everything that C-QoS knows about one protocol.
+    """The definition of a rule pack by its author: everything that C-QoS knows about one protocol.
 
     Attributes:
         id: what systems name it by: ``ros2``.
         title: for people: ``ROS 2``.
         policies: of all levels; their order is the order of display.
-        rules: judging rules and meeting conditions.
+        rules: judging rules and matching conditions.
         presets: by canonical name.
         base_preset: what unset policies take their values from, before policy defaults; None for none.
         dialects: by name; ``yaml`` is used where an importer's dialect is not listed.

@@ -175,7 +175,7 @@ def _keys_of(record: Any, **forms: Any) -> dict[str, Any]:
 
 
 class _PolicyKind(_Model):
-    """What a policy file says of the kind of its values; ``kind`` says which of the other keys apply."""
+    """The keys of a policy about its kind of value; ``kind`` decides which of the other keys apply."""
 
     kind: Literal["choice", "duration", "count", "flag", "names", "text"]
     values: Many = ()
@@ -331,11 +331,11 @@ _EXPECTED: Final = {
     **dict.fromkeys(("too_long", "too_short"), "a map with one entry"),
     "string_pattern_mismatch": "lower-case letters, digits and `_` after a letter",
 }
-"""What pydantic misses, by its type of error."""
+"""The expected values, by pydantic's type of error."""
 
 
 def _mistakes(errors: Sequence[Any], root: Node, reading: SourceReading) -> Iterator[Problem]:
-    """Yield what pydantic found, in the words of all other files."""
+    """Yield the errors of pydantic as problems in the words of other files."""
     unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
     for error in errors:
         *above, last = error["loc"] or [""]
@@ -370,7 +370,7 @@ def _mistake(error: Any, root: Node, reading: SourceReading) -> Problem:
 
 
 _KEY: Final = "[key]"
-"""What pydantic puts behind a key that is none of those that there may be."""
+"""The suffix of pydantic for an unknown key."""
 
 
 def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: SourceReading) -> Problem:
@@ -439,7 +439,7 @@ def _build(model: PackModel, root: Node, reading: SourceReading) -> RulePack:
 
 
 def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
-    """Where a mistake stands in the file: its rules are a list, from which the last of a code is meant."""
+    """Return the path of a mistake in the file: rules are a list, and the last rule of a code is meant."""
     if at[:1] == ("rules",) and at[1] in codes:
         return ("rules", len(codes) - 1 - codes[::-1].index(at[1]), *(_CONDITION if at[2:] else ()))
     return at

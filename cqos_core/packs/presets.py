@@ -1,4 +1,4 @@
-"""The parts of a rule pack beside policies and rules: presets, dialects, conventions, and what follows from a whole system."""
+"""Parts of a rule pack that state values: presets, dialects, conventions and common mistakes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Preset:
 
 @dataclass(frozen=True, slots=True)
 class CommonMistake:
-    """What people write who think of another protocol, and what to write here.
+    """A setting as people write it who think of another protocol, and the setting to write here.
 
     Attributes:
         written: a regular expression for a setting, ``name: value``, or for the name of a profile, whole and without regard to case.
@@ -49,7 +49,7 @@ class CommonMistake:
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """How one kind of file writes the pack's settings.
+    """The notation of the pack's settings in one kind of file.
 
     Attributes:
         names: attribute name (normalised) to policy name, beside the policies' own aliases.
@@ -72,7 +72,7 @@ class Dialect:
 
 @dataclass(frozen=True, slots=True)
 class Convention:
-    """What users of a protocol agree on about some topics: facts that hold unless stated otherwise.
+    """Facts about some topics that hold by convention unless stated otherwise.
 
     Attributes:
         pattern: shell pattern over the resolved topic name.

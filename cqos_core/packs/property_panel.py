@@ -1,4 +1,4 @@
-"""How people see the settings of a pack: headings, names, and what each value means. A pack need not say any of it."""
+"""The property panel of a pack's settings: headings, labels and the meaning of each value. All of it is optional."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _TRUTH: Final = {"true": "Yes", "false": "No"}
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """What a pack says to people about its settings.
+    """Headings, labels and explanations of a pack's settings.
 
     A name stands for the policies of this name at every level.
 
@@ -51,7 +51,7 @@ class Panel:
 
 
 def describe_panel(panel: Panel, policy: Policy) -> dict[str, Any]:
-    """Describe for machines how people see a policy."""
+    """Return a policy's entry in the property panel, for machines."""
     name = policy.name
     group = next((heading for heading, names in panel.groups.items() if name in names), HEADINGS[policy.level])
     docs, labels = panel.values.get(name, {}), panel.value_labels.get(name, {})
@@ -87,7 +87,7 @@ def _in_words(name: str) -> str:
 
 
 class SettingSpelling(NamedTuple):
-    """How a person states a setting in one kind of file.
+    """The spelling of a setting in one kind of file.
 
     Attributes:
         name: the attribute to write.
@@ -124,7 +124,7 @@ def _plain_name(policy: Policy) -> str:
 
 
 def _of_people(words: Mapping[str, Meaning]) -> Iterable[str]:
-    """Words that a person would write: not what tools write for what they do not know, or bridges for what they copy."""
+    """Return the words that a person would write, without those that tools write for unknown and bridges for copied values."""
     return [word for word, meaning in words.items() if not any(map(_is_of_tools, parts_of(meaning)))]
 
 

@@ -1,4 +1,4 @@
-"""Plain values for runs of a pair: the plan that a prover is given, and the outcome that it returns."""
+"""The interface of provers, which run pairs on middleware: the plan of a run, and its outcome."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FAULTS: Final = {
     "broker_crash": "the broker is killed (SIGKILL), and started again after this time",
     "slow_reader": "the subscriber takes what arrived once in this time",
 }
-"""Kinds of faults, and what each does."""
+"""Kinds of faults, and their effects."""
 
 
 class NotRunnableError(CqosError):
@@ -27,7 +27,7 @@ class NotRunnableError(CqosError):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What goes wrong in the middle of a run.
+    """A fault in the middle of a run.
 
     Attributes:
         kind: one of `FAULTS`.
@@ -44,7 +44,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """One end of the pair. All values are resolved, by policy name, as text in the spelling of YAML.
+    """One end of a pair. All values are resolved, by policy name, as text in the spelling of YAML.
 
     Attributes:
         id: of the endpoint in the system.
@@ -118,7 +118,7 @@ def numbers(events: Iterable[Event], what: str) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What happened in one run.
+    """The outcome of one run.
 
     Attributes:
         by: the implementation with its version: ``Cyclone DDS 11.0.1``.

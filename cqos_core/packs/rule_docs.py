@@ -1,4 +1,4 @@
-"""What there is to say about a rule or code, derived from it: for the docs, for ``cqos rule``, as Markdown and as text."""
+"""Pages about rules and codes, derived from them: Markdown for the docs, text for ``cqos rule``."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One case of a rule's case file: what it shows, and its settings as YAML."""
+    """One case of a rule's case file, with its settings as YAML."""
 
     name: str
     text: str
@@ -246,7 +246,7 @@ def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """Something that is reported without a rule, by the core or by the importers that come with ``pack``."""
+    """A code of the core, or of the importers that come with ``pack``."""
 
     info: CodeInfo
     pack: RulePack | None = None

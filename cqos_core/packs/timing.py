@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Which policies say something about time: `cqos_core.behaviour.timers` and its like compares them with what control flow says.
+    """The policies of a pack with a meaning in time; `cqos_core.behaviour.timers` and its siblings compare them with the control flow.
 
     Names are those of policies; where the pack has no such policy they are empty. A pair is a policy and those of its values that
     have the meaning.

@@ -1,4 +1,4 @@
-"""How endpoints match: the names of topics, what matches beside equal names, and the protocol underneath."""
+"""Matching of topics: resolution of names, and pairs of different names that match."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NameProblem(NamedTuple):
-    """What is wrong with a name: a core or pack code, severity, message, and what to do."""
+    """A problem of a topic name: code of the core or the pack, severity, message and advice."""
 
     code: str
     severity: str
@@ -24,7 +24,7 @@ class NameProblem(NamedTuple):
 
 
 class Naming(NamedTuple):
-    """A topic name put into the form endpoints meet on.
+    """A topic name in the form on which endpoints match.
 
     ``key`` is that form (None: it names no topic), ``shown`` is what messages print.
     """
@@ -36,7 +36,7 @@ class Naming(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NameContext:
-    """What a topic name is resolved with; ``role`` is empty where it is asked for a topic, not for one of its endpoints."""
+    """The surroundings in which a topic name is resolved; ``role`` is empty for a topic without an endpoint."""
 
     participant: str
     label: str | None
@@ -74,10 +74,10 @@ def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
 
 @dataclass(frozen=True, slots=True)
 class TopicMatching:
-    """How endpoints match.
+    """The functions by which topic names are resolved and matched.
 
     Attributes:
-        resolve: puts a written name into the form endpoints meet on.
+        resolve: returns a written name in the form on which endpoints match.
         address: how files that lay settings over a participant's endpoints name it, from its id and its settings
             (a ROS node's name with its namespace).
         covers: whether a pattern of such a file covers an address; ``*`` covers all.

@@ -118,7 +118,7 @@ _TIMES: Final = {
 
 
 def _says_time(part: str, policy: Policy) -> bool:
-    """Whether a policy is of the kind and level that a part of `Timing` compares."""
+    """Return whether a policy has the kind and level that a part of `Timing` needs."""
     needed = _TIMES.get(part, "")
     kinds = (Duration,) if "duration" in needed else (Count,) if "count" in needed else ()
     fits = not kinds or isinstance(policy.domain, kinds)
@@ -211,7 +211,7 @@ def _names(pack: PackDefinition) -> Iterator[Mistake]:
 
 
 def _taken(named: Iterable[tuple[str, str]], alike: Callable[[str], str] = str) -> Iterator[tuple[str, str, str]]:
-    """Yield each spelling that something had before, with what has it now and what had it first."""
+    """Yield each spelling that two things have, with its second and its first owner."""
     first: dict[str, str] = {}
     for spelling, name in named:
         if alike(spelling) in first:
@@ -283,7 +283,7 @@ def _words(policy: Policy, pack: PackDefinition) -> Iterator[str]:
 
 
 def _word(policy: Policy, text: str) -> str:
-    """How a text is compared with the words; those of options come before the spellings of values."""
+    """Return a text as it is compared with the words; those of options come before the spellings of values."""
     return normalise(text) if policy.level == "option" else policy.domain.word(text)
 
 
@@ -302,7 +302,7 @@ def _domain(policy: Policy) -> Iterator[str]:
 
 
 def _text(policy: Policy, text: str | None) -> Iterator[str]:
-    """Yield what keeps a text from being read as a value or a word of a policy."""
+    """Yield the reasons why a text is no value or word of a policy."""
     if text is None or _word(policy, text) in policy.words:
         return
     try:

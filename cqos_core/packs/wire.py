@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """How endpoints of a protocol look to the protocol that carries them, so that endpoints of both can meet.
+    """The mapping of endpoints to the protocol that carries them, so that endpoints of both can match.
 
     A pair of one endpoint of each is judged by the wire's pack on wire values. Nothing here needs that pack installed.
 

@@ -1,4 +1,4 @@
-"""What importers of XML share: places of elements, and problems at them."""
+"""Base of importers of XML: places of elements, and problems at them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class XmlImporter(FileImporter):
-    """One XML file that is being read.
+    """Reads one XML file of another program.
 
     Attributes:
         unread: paths of elements that nothing reads, each with its first place.

@@ -1,4 +1,4 @@
-"""What was meant by words of other protocols, by calls such as ``QoSProfile(depth=10)`` and by lists of values: settings to write."""
+"""Settings to write in place of common mistakes: words of other protocols, calls such as ``QoSProfile(depth=10)``, lists of values."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NUMBER: Final = regular_expression(r"\d{1,9}")
 
 
 def meant_instead(pack: RulePack, text: str) -> str:
-    """Return what to write for a setting, ``name: value``, or a profile that the pack lists as a slip; else nothing."""
+    """Return the text to write for a setting, ``name: value``, or a profile that the pack lists as a common mistake; else nothing."""
     for slip in pack.common_mistakes:
         if (found := re.fullmatch(slip.written, text.strip(), re.IGNORECASE)) is not None:
             return found.expand(slip.write)

@@ -1,4 +1,4 @@
-"""What follows from a whole system: what a pack sees of it, and the values that it gives endpoints in the end."""
+"""Values that follow from a whole system: the entities that a pack sees, and the values that it gives to endpoints."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def known_broker(broker: Broker, pack: RulePack, participants: Participants) -> 
 
 
 def sum_up(pack: RulePack, endpoints: Iterable[Resolved]) -> None:
-    """Give endpoints the values that follow from those of all."""
+    """Set the values of endpoints that follow from the values of all endpoints."""
     own = [each for each in endpoints if each.pack is pack]
     for each in own:
         if each.like.needs:

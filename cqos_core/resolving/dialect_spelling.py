@@ -1,4 +1,4 @@
-"""The text of a value as a dialect writes it."""
+"""The spelling of values in a dialect."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def dialect_text(policy: Policy, value: Plain, dialect: Dialect | None, old: str | None) -> str | None:
-    """Return the text of a value as a dialect writes it, in the manner of an ``old`` one; None where it has no text.
+    """Return the text of a value in a dialect, in the style of the ``old`` text; None if the dialect cannot write it.
 
     The text is read back with the same dialect, so a value that the dialect cannot write is never returned.
     """

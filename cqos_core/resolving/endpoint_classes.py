@@ -1,4 +1,4 @@
-"""Endpoints that differ in ids, topics and settings only: what they have in common is looked up once."""
+"""Classes of endpoints that differ in ids, topics and settings only; their common part is looked up once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ALIKE: Final = attrgetter("kind", "dialect", "role", "observed", "type", "exter
 
 
 def class_key(endpoint: Endpoint) -> tuple[Any, ...]:
-    """Return what endpoints of a participant have in common that are one family."""
+    """Return the key of an endpoint's class, among endpoints of one participant."""
     key: tuple[Any, ...] = _ALIKE(endpoint)
     if endpoint.profiles or endpoint.overlay or endpoint.needs:
         profiles = tuple([(ref.name, ref.scope) for ref in endpoint.profiles])
@@ -31,7 +31,7 @@ def class_key(endpoint: Endpoint) -> tuple[Any, ...]:
 
 
 class EndpointClass:
-    """Endpoints that differ in ids, topics and settings only.
+    """A class of endpoints that differ in ids, topics and settings only.
 
     Attributes:
         endpoint: one of them.
@@ -76,7 +76,7 @@ class EndpointClass:
         self._longest = min(LONGEST_REMEMBERED, meeting.longest or LONGEST_REMEMBERED)
 
     def plain_name(self, topic: str | None) -> str | None:
-        """Return the name on which one with a topic meets others, where there is nothing to say of it; None where that takes longer."""
+        """Return the resolved name of a topic if it has no problems; None if that takes a full resolution."""
         if self._before is None or topic is None:
             return None
         full = topic if self._is_plain(topic) else self._before + topic
@@ -84,7 +84,7 @@ class EndpointClass:
         return full if is_short and self._is_plain(full) and not self.conventions.may_match(full) else None
 
     def named(self, topic: str) -> Naming:
-        """Return the form in which they meet on a name."""
+        """Return the resolved form of a topic name."""
         key = self._number, topic
         naming = _NAMED.get(key)
         if naming is None:

@@ -1,4 +1,4 @@
-"""What is to be reported of an endpoint, with blanks for its name and places: it holds for all that state the same."""
+"""Findings about endpoints with blanks for their name and places; they hold for all endpoints that state the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reports say of the values of endpoints: their texts, and the options on which the meaning of words rests."""
+"""Values of endpoints in reports: their texts, and the options that decide the meaning of words."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def value_text(policy: Policy, value: Value, written: str | None) -> str:
-    """Print a value; what is undetermined is printed as it was written, with what it depends on, unless that is some value."""
+    """Return the text of a value; an undetermined one is shown as written, with the options or causes that it depends on."""
     if isinstance(value, (Anything, Depends)):
         text = "" if written is None else written
         if isinstance(value, Anything):
@@ -36,19 +36,19 @@ def value_text(policy: Policy, value: Value, written: str | None) -> str:
 
 
 def _is_value(policy: Policy, text: str) -> bool:
-    """Whether a text stands for one value, whatever the options are."""
+    """Return whether a text stands for one value under all options."""
     meaning = policy.words.get(policy.domain.word(text))
     return policy.domain.read(text) is not None if meaning is None else isinstance(meaning, (str, PerRole))
 
 
 def bare_fact(resolved: Resolved, value: Value, index: int) -> Fact:
-    """The value of one policy of one endpoint, without origin and place."""
+    """Return the value of one policy of one endpoint, without origin and place."""
     policy = resolved.pack.policies[index]
     return Fact(policy.name, value_text(policy, value, None if is_plain(value) else resolved.written(index)), "")
 
 
 def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
-    """The value of one policy of one endpoint, with its origin and place."""
+    """Return the value of one policy of one endpoint, with its origin and place."""
     policy = profile.pack.policies[index]
     origin, place = resolved.origin(index)
     value = profile.values[index]
@@ -63,7 +63,7 @@ def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
 
 
 def options_in_words(endpoint: Resolved) -> frozenset[str]:
-    """Return the options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
+    """Return the options that decide the meaning of the endpoint's words, stated or by default."""
     pack, role, steered = endpoint.pack, endpoint.role, steered_by_options(endpoint.pack)
     if endpoint.carried is not None:
         texts = {index: endpoint.written(index) or "" for index in steered}
@@ -84,12 +84,12 @@ def options_in_words(endpoint: Resolved) -> frozenset[str]:
 
 @lru_cache
 def _by_default(pack: RulePack, indices: frozenset[int], role: str) -> frozenset[str]:
-    """The options on which the defaults of policies rest."""
+    """Return the options that decide the defaults of policies."""
     return frozenset(name for index in indices for name in options_behind(pack, index, "", role))
 
 
 def options_behind(pack: RulePack, index: int, text: str, role: str) -> tuple[str, ...]:
-    """Return the options on which the meaning of a text rests that a policy was stated as, or of its default."""
+    """Return the options that decide the meaning of a policy's text, or of its default."""
     policy = pack.policies[index]
     word = word_of(policy, text or policy.default_for(role) or "")
     return tuple(_options_of(policy.words.get(word), role))
@@ -100,7 +100,7 @@ _remembered = lru_cache(maxsize=MAXIMUM_REMEMBERED)(options_behind)
 
 @lru_cache
 def steered_by_options(pack: RulePack) -> frozenset[int]:
-    """Return the policies with words that rest on an option, as far as a rule that sets verdicts reads them."""
+    """Return the policies whose spelling depends on an option, and that a rule which sets verdicts reads."""
     verdicts = (
         each for each in pack.by_scope.get("pair", ()) if each.rule.kind == "requires" and not each.rule.guarantee
     )

@@ -47,12 +47,12 @@ class Overlays:
 
     @property
     def noted(self) -> int:
-        """How much was noted for `report`; it grows."""
+        """The number of entries for `report`; it grows."""
         of_endpoints = len(self.used) + len(self._of_participants) + len(self._laid)
         return of_endpoints + len(self._took_effect) + len(self._gave_way)
 
     def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
-        """Yield the indices of the overlays that cover an endpoint; what was seen of an observed one is so, whatever files say."""
+        """Yield the indices of the overlays that cover an endpoint; observed values win over files."""
         pack = participant.pack
         covers = pack.topic_matching.covers
         addresses = (pack.topic_matching.address(endpoint.participant, participant.texts), endpoint.participant)
@@ -94,7 +94,7 @@ class Overlays:
         return certain, possible
 
     def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
-        """Return what an overlay sets where ``stated`` leaves it to others, or raises it; to all else it gives way."""
+        """Return the settings of an overlay that fill or raise values of ``stated``; it gives way to all others."""
         fills = self._system.overlays[overlay].fills
         taken = {}
         for index, setting in layer.settings.items():
@@ -156,7 +156,7 @@ def laid_on_participant(
         if certain is False or not any(pack.topic_matching.covers(overlay.participant, each) for each in addresses):
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
-        # Every name is one that the pack knows, so nothing is left over that may set something else.
+        # The pack knows every name, so no other setting is possible.
         found, _ = reader.recognise(Whose(pack, ("participant",), dialect, overlay.name, "system", []), settings)
         left_open = {
             index: stated
@@ -205,7 +205,7 @@ def is_of_participants(name: str, pack: RulePack) -> bool:
 
 
 def _unseen(layer: Layer, pack: RulePack) -> Layer:
-    """What a layer says of policies that nothing shows of what runs."""
+    """Return a layer with only the policies that no running system shows."""
     return layer._replace(
         settings={index: stated for index, stated in layer.settings.items() if pack.policies[index].unseen}
     )
@@ -222,7 +222,7 @@ def _raises(policy: Policy, before: str, after: Stated) -> bool:
 
 
 def _covering(overlay: Overlay) -> str:
-    """What an overlay is meant for, in words."""
+    """Return the target of an overlay in words."""
     parts = {
         f"participant `{overlay.participant}`": True,
         f"topic `{overlay.topic}`": True,

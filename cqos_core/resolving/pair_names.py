@@ -1,4 +1,4 @@
-"""Which publisher and subscriber people mean: ids of endpoints, or names of participants that leave one pair."""
+"""Finds a pair by two names: ids of endpoints, or names of participants with only one pair."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PAIRS: Final = 5
-"""Pairs that are listed where names leave several."""
+"""Pairs that a message lists if names fit several."""
 
 
 def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | list[CqosError]:
-    """Return the publisher and the subscriber that two names stand for, in whichever order; or the reasons that they stand for no pair."""
+    """Return the publisher and the subscriber of two names, in either order; or the reasons why there is no such pair."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]
     if {*roles} == {PUBLISHER, SUBSCRIBER}:
@@ -50,7 +50,7 @@ def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resol
 def _only_pair(
     ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
 ) -> tuple[Resolved, Resolved] | list[CqosError]:
-    """Return the only pair among endpoints of two participants; or why none or several are."""
+    """Return the only pair among endpoints of two participants; or the reason why there is none or several."""
     both = (*one, *other)
     packs = {each.pack.id: each.pack for each in both}.values()
     topics = {keys for pack in packs for keys in _matches(pack, both)}

@@ -1,4 +1,4 @@
-"""The policies of two endpoints side by side."""
+"""Comparison of the policies of two endpoints."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def compare_policies(
 
 
 def _alike(end: Resolved, parts: ProfileParts | None) -> tuple[int, Mapping[int, OwnSetting]] | None:
-    """Return a number for what an end shares with others, and what it changes; None where places or long texts are its own."""
+    """Return a number for the part that an end shares with others, and its own settings; None if places or long texts are its own."""
     if parts is None or not parts.inherited.is_of_any_system or end.endpoint.place is not None:
         return None
     changed, around = parts.changed, (*parts.of_topic, *end.participant.layers)

@@ -47,7 +47,7 @@ def _in_notation(advice: str, place: Place | None) -> str:
 
 
 class User(NamedTuple):
-    """Who takes values from profiles; ``topic`` is empty where the names of topics do not matter."""
+    """The endpoint that takes values from profiles; ``topic`` is empty if the names of topics do not matter."""
 
     dialect: str
     role: str
@@ -78,7 +78,7 @@ class Profiles:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
             for layer, preset in self._profile(ref, pack, user):
-                # What was read once for all is reported where it is used.
+                # Findings about a profile that is read once are reported at each use.
                 if preset is not None and not self._is_available(
                     ref if ref.name == preset.name else preset, pack, participant
                 ):
@@ -322,14 +322,14 @@ def preset_settings(name: str, pack: RulePack) -> dict[int, Stated]:
 
 
 def no_profile(ref: ProfileRef, pack: RulePack, level: str) -> Layer:
-    """Return what a name gives that is no profile: unknown is whatever nearer layers do not state."""
+    """Return the layer of a name that is no profile: every policy that nearer layers do not state is unknown."""
     unknown = Setting("", ref.place, f"profile `{ref.name}` is not defined")
     return Layer(f"profile {ref.name}", every_policy(pack, (level,), unknown, "CQ204"), unread=_NO_PROFILE)
 
 
 @cache
 def base_layer(pack: RulePack, preset: str) -> Layer:
-    """Return what endpoints take their values from that say nothing."""
+    """Return the layer of a pack's base preset, for endpoints that state nothing."""
     return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
 
 
@@ -341,7 +341,7 @@ def conventional(pack: RulePack) -> NameIndex[Convention]:
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
 def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
-    """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
+    """Return the layers of a pack's conventions for a topic, and whether its partners may be elsewhere by convention."""
     layers = []
     external = False
     for convention in conventional(pack).matching(key) if key is not None else ():

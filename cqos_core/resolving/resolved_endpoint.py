@@ -1,4 +1,4 @@
-"""Endpoints with values: what `resolve` makes, and all that follows reads.
+"""Resolved endpoints: the results of `Resolver`, which all later stages read.
 
 Endpoints with equal values share one interned `QosProfile`. Where a value came from is not stored: `Resolved.origin` finds
 it again in the layers, for the few values a finding prints.
@@ -46,7 +46,7 @@ class ResolvedParticipant:
     _contexts: dict[tuple[str, str, str], tuple[int | None, NameContext]] = field(init=False, default_factory=dict)
 
     def name_context(self, kind: str, dialect: str, role: str) -> tuple[int | None, NameContext]:
-        """Return what names of topics are resolved with, for endpoints of one kind, and its number; none if it is long."""
+        """Return the surroundings of topic names for endpoints of one kind, and their number; None for long ones."""
         found = self._contexts.get((kind, dialect, role))
         if found is None:
             owner = self.participant
@@ -65,13 +65,13 @@ class ResolvedParticipant:
 
     @property
     def texts(self) -> Mapping[str, str]:
-        """What options and the connection were stated as, by policy name."""
+        """The stated texts of options and the connection, by policy name."""
         return self.surroundings.texts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WireOrigin:
-    """An endpoint that appears on the wire of another protocol; ``own_index`` leads from wire policies to its own."""
+    """The endpoint behind a copy on the wire of another protocol; ``own_index`` maps wire policies to its own."""
 
     endpoint: Resolved
     own_index: Mapping[int, int]
@@ -82,7 +82,7 @@ _NOTHING: Final = frozenset[str]()
 
 @dataclass(slots=True, eq=False)
 class Resolved:
-    """One endpoint with its values and the topic it meets on.
+    """One endpoint with its values and its resolved topic.
 
     Attributes:
         id: the endpoint's id, unique in the system.
@@ -137,7 +137,7 @@ class Resolved:
         external: bool,
     ) -> Resolved:
         """Return an endpoint that has neither parts nor a profile and layers yet."""
-        # By hand, as an init would set what is made later.
+        # Set fields by hand: an init would set those that are made later.
         made = cls.__new__(cls)
         made.id, made.stated_id, made.pack = identifier, stated_id, participant.pack
         if type(endpoint) is tuple:
@@ -153,19 +153,19 @@ class Resolved:
 
     @property
     def representative(self) -> Endpoint:
-        """The endpoint, or one that differs from it in id, topic, settings, label and place only, and need not be made."""
+        """An endpoint of the same class: it may differ in id, topic, settings, label and place. A row need not become an object for it."""
         row = self.row
         return self.endpoint if row is None else row[0].endpoint
 
     @property
     def like(self) -> QosProfile:
-        """A profile with the frame and the codes of its own, which need not be made for it."""
+        """A profile with the same frame and codes; its own need not be made for it."""
         parts = self.parts
         return self.profile if parts is None else parts.inherited.profile
 
     @property
     def known(self) -> Sequence[Any]:
-        """What `QosProfile.known` is of its profile, which need not be made for it."""
+        """`QosProfile.known` of its profile, which need not be made for it."""
         parts = self.parts
         return self.profile.known if parts is None else parts.known
 
@@ -180,7 +180,7 @@ class Resolved:
 
     @property
     def names(self) -> frozenset[str]:
-        """What others name that start after it."""
+        """The names by which others start after it."""
         return frozenset((self.id, self.stated_id, self.participant.participant.id))
 
     @property
@@ -194,7 +194,7 @@ class Resolved:
         return self.representative.role
 
     def origin(self, index: int) -> tuple[str, Place | None]:
-        """Where the value of a policy came from, and its place or the endpoint's."""
+        """Return the origin of a policy's value, and its place or the endpoint's."""
         if self.carried is not None and index in self.carried.own_index:
             return self.carried.endpoint.origin(self.carried.own_index[index])
         if index in self.profile.ignored:
@@ -213,7 +213,7 @@ class Resolved:
         return own[stated.name].place if stated.name in own else None
 
     def written(self, index: int) -> str | None:
-        """The text the value was written as, where it was."""
+        """Return the text of a value as it was written; None if it was not."""
         if self.carried is not None and index in self.carried.own_index:
             return self.carried.endpoint.written(self.carried.own_index[index])
         for layer in (*self.layers, *self.participant.layers):
@@ -225,7 +225,7 @@ class Resolved:
 
 @dataclass(slots=True)
 class ResolvedSystem:
-    """All endpoints that a pack judges, and what was found on the way; ``packless`` are those that none judges, by protocol."""
+    """All endpoints of packs, and findings of resolving; ``packless`` are endpoints without a pack, by protocol."""
 
     system: System
     endpoints: list[Resolved] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Which of all that is stated holds for an endpoint: its own settings, profiles, overlays, conventions, defaults.
+"""Resolves endpoints: own settings, profiles, overlays, conventions and defaults become values.
 
 Each endpoint ends as a `QosProfile`, an interned tuple of values that endpoints with equal settings share. Where a
 value came from is not stored: `Resolved.origin` finds it again in the layers, for the few values a finding prints.
@@ -45,8 +45,8 @@ class Resolver:
     Attributes:
         result: what is resolved so far.
         ids: of the endpoints among it.
-        reaching: ids of stated endpoints that count beyond themselves: something is to be reported of what they state, or
-            they are the first to use a profile or an overlay.
+        reaching: ids of stated endpoints whose edit may change other findings: they have findings of their own, or are the
+            first to use a profile or an overlay.
         completed: a pack was asked what follows from the whole system.
         asked: by id of a pack, further policies whose spelling a rule asks for.
     """
@@ -112,7 +112,7 @@ class Resolver:
         return StartOrder(self.system)
 
     def _draft(self) -> Resolver:
-        """Return one for the same system; its findings are not read."""
+        """Return a resolver for the same system whose findings are not read."""
         return Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
 
     def run(self) -> ResolvedSystem:
@@ -134,7 +134,7 @@ class Resolver:
         return self.result
 
     def _complete(self) -> None:
-        """Ask the packs in use what follows from all that is stated."""
+        """Let the packs in use complete the system."""
         for protocol in protocols_in_use(self.system, self.default):
             pack = self._pack_of(protocol)
             if pack is None or (pack.complete is nothing_follows and pack.sum_up is nothing_summed):
@@ -200,11 +200,11 @@ class Resolver:
 
     @property
     def is_joint(self) -> bool:
-        """Whether endpoints are resolved by what others state: their ids, their start, all that a pack completes."""
+        """Whether endpoints depend on others when they are resolved: on ids, start order, or completion by a pack."""
         return self._joint or self.completed
 
     def _noted(self) -> tuple[int, ...]:
-        """How much was noted that is not of one endpoint alone."""
+        """Return the numbers of findings and notes that are not about one endpoint alone."""
         return self.reader.remarks, len(self._uses), self.overlays.noted if self.system.overlays else 0
 
     def _stated(self, endpoint: Endpoint | Row) -> None:
@@ -364,7 +364,7 @@ class Resolver:
     def _inherited(
         self, endpoint: Endpoint | Row, family: EndpointClass, naming: Naming | None, topic_layers: tuple[Layer, ...]
     ) -> Inherited:
-        """What an endpoint has before its own settings."""
+        """Return the profile and layers of an endpoint before its own settings."""
         before, like, by_topic, profiles = self.reader.remarks, family.endpoint, False, None
         if like.profiles:
             by_topic = self.profiles.by_topic or any(ref.scope.by_topic for ref in like.profiles)

@@ -1,4 +1,4 @@
-"""Which edits set a policy of endpoints: where the value stands, or may be added, and its text there."""
+"""Edits that set a policy of endpoints: at the place of its value, or where it can be added."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
 
 
 def _owner(endpoint: Resolved, policy: Policy) -> Endpoint | Participant | Broker | None:
-    """Return what a policy is stated of; nothing for topics, which several files describe."""
+    """Return the owner of a policy; None for topics, which several files describe."""
     if policy.level == TOPIC:
         return None
     if policy.level == BROKER:

@@ -24,7 +24,7 @@ class StartOrder:
         self._known: dict[tuple[str, ...], frozenset[str]] = {}
 
     def before(self, names: tuple[str, ...]) -> frozenset[str]:
-        """Return all that is up before whatever starts after ``names``: these, and what they start after."""
+        """Return everything that is up before something that starts after ``names``."""
         if names not in self._known:
             stated, found, left = self._by_name(), set[str](), [*names]
             while left:
@@ -36,7 +36,7 @@ class StartOrder:
         return self._known[names]
 
     def _by_name(self) -> dict[str, list[str]]:
-        """What each participant and endpoint starts after; of a participant that is up, all endpoints are."""
+        """Return the names after which each participant and endpoint starts; with a participant all its endpoints are up."""
         if self._stated is None:
             participants = self._system.participants
             self._stated = {name: [*each.starts_after] for name, each in participants.items()}

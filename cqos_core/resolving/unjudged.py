@@ -1,4 +1,4 @@
-"""What was read but nothing judges: endpoints without a pack, needs, and names that are none."""
+"""Findings about input that no rule pack judges: endpoints without a pack, needs, and invalid topic names."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _WrongNames = Mapping[tuple["NameProblem", str, str], Sequence["Endpoint"]]
 
 
 def unjudged_findings(resolved: ResolvedSystem, names: _WrongNames, known: Collection[str]) -> Iterator[Finding]:
-    """Say what nothing judges.
+    """Yield the findings about input that no rule pack judges.
 
     Args:
-        resolved: what packs judge, and what none does.
+        resolved: the endpoints with and without packs.
         names: what is wrong with names, by the name and the pack, with all endpoints that use it.
         known: packs to suggest.
     """

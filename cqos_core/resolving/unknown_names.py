@@ -1,4 +1,4 @@
-"""Names of settings that spell no policy: which ones may have been meant, and what is not known because of them."""
+"""Names of settings that spell no policy: the policies that may have been meant, which are then unknown."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TYPING_ERRORS: Final = 2
 
 
 def can_be_stated(policy: Policy) -> bool:
-    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
+    """Return whether a system may state a policy; needs of publishers are derived."""
     return policy.level != NEED or SUBSCRIBER in policy.roles
 
 
@@ -33,7 +33,7 @@ def may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> l
 
 
 def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
-    """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
+    """Return the policies within two typing errors of an unknown name."""
     from cqos_core.model.spelling import distance, folded
 
     written = folded(name)
@@ -56,7 +56,7 @@ def may_be_any(pack: RulePack, levels: tuple[str, ...], name: str, dialect: Dial
 
 
 def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:
-    """Let a setting that is unknown stand for every policy of ``levels``; ``code`` is that of the finding that says why."""
+    """Return an unknown setting for every policy of ``levels``; ``code`` is that of the finding with the cause."""
     return {
         index: Stated("", setting, code=code)
         for index, policy in enumerate(pack.policies)
@@ -65,7 +65,7 @@ def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code
 
 
 def meant_by(name: str, known: Sequence[str]) -> str:
-    """Say which name was probably meant, and which are known."""
+    """Return advice with the name that was probably meant, and the known names."""
     from cqos_core.model.spelling import nearest, same_start
     from cqos_core.model.suggestions import suggestion
 
@@ -76,7 +76,7 @@ def meant_by(name: str, known: Sequence[str]) -> str:
 
 
 def is_slip(pack: RulePack, name: str, text: str) -> bool:
-    """Whether a setting was written for another one, so that `elsewhere` depends on what stands beside it."""
+    """Return whether a setting is a common mistake, so that `elsewhere` depends on the settings beside it."""
     from cqos_core.resolving.common_mistakes import meant_instead
 
     return bool(meant_instead(pack, f"{name}: {text}"))
@@ -167,7 +167,7 @@ def with_unclear(
     pack: RulePack,
     levels: tuple[str, ...],
 ) -> dict[int, Stated]:
-    """Add that the policies are not known which names that spell none may have been meant for."""
+    """Return the settings with unknown values for the policies that misspelt names may mean."""
     for name, (setting, meant) in misread.items():
         every = every_policy(pack, levels, Setting("", setting.place, f"`{name}` is not understood"), "CQ202")
         found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}

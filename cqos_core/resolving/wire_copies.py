@@ -1,4 +1,4 @@
-"""Copies of endpoints in the terms of another protocol, on whose wire they are."""
+"""Copies of endpoints in the terms of the protocol on whose wire they are."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolver import Resolver
 
 FACTS: Final = ("topic", "option")
-"""Levels of policies that say what is known, rather than what is set."""
+"""Levels of policies that are facts rather than settings."""
 
 
 def plain_texts(endpoint: Resolved) -> dict[str, str]:
-    """Return what is known for certain of an endpoint: texts by policy name."""
+    """Return the certain values of an endpoint: texts by policy name."""
     pairs = zip(endpoint.pack.policies, endpoint.profile.values, strict=False)
     return {policy.name: policy.domain.format(value) for policy, value in pairs if is_plain(value)}
 
@@ -87,7 +87,7 @@ def on_wire(
 
 
 def states(endpoint: Resolved, index: int) -> bool:
-    """Whether anything says what a value is, rather than a default or nothing."""
+    """Return whether a value is stated, rather than a default or missing."""
     return any(index in layer.settings for layer in (*endpoint.layers, *endpoint.participant.layers))
 
 
