@@ -1,7 +1,7 @@
 """Configuration of a project: ``cqos.toml``, or ``[tool.cqos]`` in ``pyproject.toml``, of the nearest folder above.
 
-It says what a system file may say too (options, severities, checks, accept), in the same words, and gives the command
-its defaults. What a system file says itself wins over it.
+It has options, severities, checks and accepted findings in the words of system files, and defaults of the command. A system
+file wins over it.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Config:
         path: the file, None without one.
         options, severities, checks, accept: as in a system file.
         packs, baseline: paths that can be opened from where the process runs.
-        exclude: what a search of folders passes over.
+        exclude: patterns of files that a search of folders skips.
         serve: options of ``cqos serve``, as text.
         sources: the files that were read, with their bytes, for excerpts.
     """
@@ -104,7 +104,7 @@ class Config:
     sources: Mapping[str, bytes] = field(default_factory=dict)
 
     def apply_to(self, system: System) -> System:
-        """Return ``system`` with this configuration laid under what the system says itself."""
+        """Return ``system`` with this configuration below its own statements."""
         options = {pack: dict(settings) for pack, settings in self.options.items()}
         for pack, settings in system.options.items():
             options.setdefault(pack, {}).update(settings)
@@ -333,7 +333,7 @@ class _At(NamedTuple):
 
 
 def _node(value: Any, path: _Path, places: Mapping[_Path, _At], above: _At) -> Node:
-    """Return a parsed value as a tree; what has no place of its own has the line of what it is part of."""
+    """Return a parsed value as a tree; a part without a place of its own has the line of its parent."""
     at = places.get(path, _At(above.line))
     if isinstance(value, dict):
         node = MappingNode(at.line, at.value)

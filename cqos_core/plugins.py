@@ -96,7 +96,7 @@ class ImporterOption:
     Attributes:
         option: as on the command line (``--launch``).
         switch: of the importer; its value has one line for each time that the option is given.
-        metavar: what its value is called in the help (``FILE``).
+        metavar: name of its value in the help (``FILE``).
     """
 
     option: str
@@ -122,11 +122,11 @@ class ImporterInfo:
         drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none. The reader of a drawing has the switch
             ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
-        options: what it adds to the command line.
+        options: those that it adds to the command line.
         folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
             The reader then has the folder as the name of a source without bytes.
-        folder_suggestions: ``"module:function"``, an `FolderSuggester`: says how what no importer reads as it is named is read with
-            ``folders_with``; the module must be light.
+        folder_suggestions: ``"module:function"``, a `FolderSuggester`: suggests values of ``folders_with`` for paths that no importer
+            reads as they are named; the module must be light.
     """
 
     name: str
@@ -303,7 +303,7 @@ _OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 class Origin:
     """The origin of a registered object: the entry point ``plugin``, its import package, and its distribution with the version.
 
-    What is ``shipped`` is a part of C-QoS, and comes before others.
+    A ``shipped`` one is a part of C-QoS, and comes before others.
     """
 
     plugin: str

@@ -16,7 +16,7 @@ A case file has the code of one rule and named cases::
         remedies: ["publisher reliability=reliable", "subscriber reliability=best_effort"]
 
 A case states a pair (``offered``, ``requested``, ``needs``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
-the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
+the YAML form. ``expect`` is the severity with which the rule reports, ``ok`` if it does not, ``unknown`` if it leaves
 the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. In every
 case, no headline may have unfilled ``{braces}`` of its rule. No two findings of a pair may name the same missing
 fact: it is one finding, with the codes of all its rules.

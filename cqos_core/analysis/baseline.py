@@ -33,7 +33,7 @@ class BaselineEntry:
     Attributes:
         topics: the finding's topics, all of them; none where its members are instances, which decide what they are on.
         members: everybody it concerns: endpoint ids, or those of participants and brokers; of instances their template.
-        message: what it said; compared only where there is neither a topic nor a member to tell findings apart.
+        message: its message; compared only if the finding has neither a topic nor a member.
         more_codes: further rules of the finding.
         file: where several files were checked each by itself, the file it is about; None means any.
     """
@@ -117,7 +117,7 @@ def name_of(file: str, baseline: str) -> str:
 
 
 def entry_of(finding: Finding, file: str | None = None) -> BaselineEntry:
-    """Return what a baseline keeps of a finding."""
+    """Return the entry of a finding."""
     return BaselineEntry(
         code=finding.code,
         topics=frozenset(
@@ -163,7 +163,7 @@ def read_baseline(path: str, data: bytes) -> Baseline:
     """Read the content of a baseline file; ``path`` names it in messages.
 
     Raises:
-        InputError: it is none, or one of a later version of C-QoS.
+        InputError: it is no baseline, or one of a later version of C-QoS.
     """
     try:
         document = json.loads(data)

@@ -1,8 +1,8 @@
 """Differences between two systems, such as a design and a snapshot, or a design and a bag.
 
-Only what both know is compared. A default is known of a designed endpoint and not of an observed one; of a value that
-depends on something, it is known which values it may have. What is missing from an observed system is only missing
-where it was looked for: on a topic that it mentions, among the endpoints of a kind that it has.
+Only values that are known on both sides are compared. A default is known of a designed endpoint, not of an observed one; a value that
+depends on an option has a known set of possible values. An endpoint is missing from an observed system only if the system mentions
+its topic and has endpoints of its kind.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def compare(
 def _known(
     system: System, side: ComparedSide, context: CheckContext, topics: Sequence[str], ignored: Sequence[str]
 ) -> _KnownValues:
-    """Sort what a system says; what no pack judges is not compared."""
+    """Sort the endpoints and topics of a system; endpoints without a pack are not compared."""
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     profiles: dict[int, QosProfile] = {}
@@ -135,7 +135,7 @@ def _known(
 
 
 def _without_variants(system: System, context: CheckContext) -> System:
-    """Return the system without options that choose another way to judge: values are compared by what they mean."""
+    """Return the system without options that choose a variant of a pack: values are compared by their meaning."""
     options = {}
     for pack_id, settings in system.options.items():
         pack = context.find_pack(pack_id)
@@ -198,7 +198,7 @@ def _by_participant(ends: Iterable[_End]) -> dict[str, list[_End]]:
 
 
 def _matched(a: Sequence[_End], b: Sequence[_End], *, by_id: bool) -> tuple[_Pairs, list[_End], list[_End]]:
-    """Match endpoints, first those that have one id or differ least; return the pairs and what is left of both."""
+    """Match endpoints, those with one id or the fewest differences first; return the pairs and the rest of both sides."""
     shorter, longer = sorted((len(a), len(b)))
     if longer <= 1 or shorter == 0 or longer > _CLOSEST:
         return list(zip(a, b, strict=False)), list(a[shorter:]), list(b[shorter:])

@@ -101,7 +101,7 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
 
 
 def settled_pair(system: System, publisher: str, subscriber: str, where: CheckContext) -> tuple[MatchedTopic, Resolver]:
-    """Return a topic with these two endpoints alone, their values settled among all others, and what resolved them.
+    """Return a topic with these two endpoints alone, their values settled among all others, and their resolver.
 
     Raises:
         CqosError: there is no such endpoint, or the two never meet on one topic.
@@ -189,7 +189,7 @@ def _found(pipeline: Pipeline, publisher: str, subscriber: str) -> _Pair:
 
 
 class _Pair:
-    """A publisher and a subscriber, and what is known of them; each part is found out when it is asked for.
+    """A publisher and a subscriber with the parts of their explanation, each computed when it is read.
 
     They are of a system on its way. Without one they are the whole system, and resolving reported nothing.
     """
@@ -339,7 +339,7 @@ def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
 def _path_report(
     way: Sequence[Pair | Hop], by_topic: Mapping[tuple[str, str], list[Resolved]], check: Callable[[], Report]
 ) -> PairReport:
-    """Report on two endpoints that meet over bridges: each pair on the way, and what is left in the end."""
+    """Report on two endpoints that are connected over bridges: each pair on the path, and the guarantees at its end."""
     report = cache(check)
     bridges = [each for each in way if isinstance(each, Hop)]
     pairs = [each for each in way if not isinstance(each, Hop)]

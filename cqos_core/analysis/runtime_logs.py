@@ -60,7 +60,7 @@ def rules_over(misfit: LogMismatch, pack: RulePack | None) -> tuple[Rule, ...]:
 
 
 def explain_alone(occurrences: Iterable[Occurrence], context: CheckContext) -> list[LogExplanation]:
-    """Explain what can be said without any system."""
+    """Explain messages of programs without a system."""
     return [
         LogExplanation(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences
     ]
@@ -69,13 +69,13 @@ def explain_alone(occurrences: Iterable[Occurrence], context: CheckContext) -> l
 def explain_mismatches(
     occurrences: Iterable[Occurrence], system: System, context: CheckContext
 ) -> list[LogExplanation]:
-    """Explain what programs say by the pairs of a system."""
+    """Explain messages of programs by the pairs of a system."""
     known = _KnownEnds(endpoints_of(system, context), check_system(system, context))
     return [_explained(each, known, context) for each in occurrences]
 
 
 class _KnownEnds:
-    """A checked system, by what programs name in it.
+    """A checked system, indexed by the names that programs print.
 
     Attributes:
         endpoints: by protocol and topic (None: all), as programs print it in full or name it themselves.

@@ -61,7 +61,7 @@ def fix_system(system: System, context: CheckContext, wanted: Wanted, *, weaken:
     It checks the system again after each round, so an error that one remedy fixes needs no second one.
     """
     endpoints = judged(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
-    # What stands for several topics has one setting for all of them, and its parts cannot be changed apart.
+    # An endpoint of several topics, such as a service, has one setting for all of them.
     alone = {each.id for each in endpoints if each.whole is not None}
     policies = {
         policy.name
@@ -97,7 +97,7 @@ def _chosen(
     taken: dict[tuple[str, str], str] = {}
     chosen = []
     for error in errors:
-        # The smallest change may weaken the design; what is written for programs keeps its promises where it can.
+        # The smallest change may weaken the design; an export for programs prefers fixes that do not.
         for remedy in sorted(error.remedies, key=lambda each: (each.weakens, each.kind == "needs_code")):
             if (wanted == "configuration" and remedy.kind != "configuration") or remedy.breaks or remedy in before:
                 continue

@@ -155,7 +155,7 @@ class _State:
 
 
 def _mixed(publishers: _Version, subscribers: _Version, new: System, versions: tuple[_Version, _Version]) -> _State:
-    """Judge the publishers of one version with the subscribers of another; ``new`` says what is accepted."""
+    """Judge the publishers of one version with the subscribers of another; ``new`` has the accepted findings."""
     resolver = copy(subscribers.resolver)
     ends = [each for each in publishers.endpoints.values() if each.role == PUBLISHER]
     ends += [each for each in subscribers.endpoints.values() if each.role == SUBSCRIBER]
@@ -207,7 +207,7 @@ def _loses(pair: _MixedPair, updated: Updated, state: _State, old: _Version, new
 
 
 def _apart(state: _State, pair: _MixedPair) -> Finding | None:
-    """Return what keeps the ends of a pair apart, where a rule does."""
+    """Return the finding of the rule that keeps the ends of a pair from matching, if any."""
     made = (one.finding for result in state.results for one in result.made)
     return next((each for each in made if {*pair} <= {*each.endpoints}), None)
 
@@ -221,7 +221,7 @@ def _lost(pair: _MixedPair, publishing: str, topic: str, new: _Version, old: _Ve
 
 
 def _reason(result: TopicResult, pair: _MixedPair, verdict: Verdict, stated: Iterable[Finding]) -> Finding:
-    """Return the finding that says why a pair has its verdict: of both ends if there is one, else of either, else of what one states."""
+    """Return the finding with the reason of a pair's verdict: about both ends if there is one, else about either, else about a setting."""
     made = [one.finding for one in result.made if one.finding.verdict is verdict]
     of_both = (each for each in made if {*pair} <= {*each.endpoints})
     others = sorted((*made, *stated), key=lambda each: each.severity.rank)

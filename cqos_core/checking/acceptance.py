@@ -69,10 +69,10 @@ class AcceptanceIndex:
             one = replace(one, finding=replace(one.finding, accepted=self._acceptances[excuses[0]].because))
         return one, excuses
 
-    def said(self, used: Collection[int]) -> list[Finding]:
+    def unused_entries(self, used: Collection[int]) -> list[Finding]:
         """Return findings about the entries that excuse nothing; ``used`` are the positions of those that do.
 
-        What stands in one place for several endpoints is one entry.
+        Several entries with one place are one.
         """
         found = []
         done = {self._entry(index) for index in used}
@@ -109,12 +109,12 @@ def apply_acceptances(
 
     marked = [each for one in made for each in again(said, (one,))]
     used = {index for _, excuses in marked for index in excuses}
-    unused = [FindingDraft(finding, (), frozenset()) for finding in accepting.said(used)]
+    unused = [FindingDraft(finding, (), frozenset()) for finding in accepting.unused_entries(used)]
     return [*(one for one, _ in marked), *_with_severities(unused, system.severities, context.find_rule)]
 
 
 def _about(acceptance: Acceptance) -> str:
-    """The pattern that an acceptance is filed under, beside its rule: one that every finding it excuses matches."""
+    """Return the pattern under which an acceptance is filed, beside its rule; every finding that it excuses matches it."""
     if acceptance.topic is not None:
         return f"topic {acceptance.topic.lstrip('/')}"
     return f"endpoint {acceptance.endpoint}" if acceptance.endpoint is not None else "any"

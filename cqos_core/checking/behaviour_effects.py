@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
 
 _GAPS = frozenset({"BP101", "BP103"})
-"""Codes of what rules over a stated period also report."""
+"""Codes of findings whose cause rules over a stated period report too."""
 
 
 def with_behaviour(
     made: list[FindingDraft], groups: list[Group], behaviour: Iterable[Finding], packs: Mapping[str, RulePack]
 ) -> tuple[list[FindingDraft], list[Group]]:
-    """Return findings without those of rules whose cause behaviour reports already, and groups with what it excludes."""
+    """Return findings without those whose cause behaviour reports already, and groups with the requirements that it excludes."""
     excluded = [each for each in behaviour if each.code in UNMET]
     exceeded = [each for each in behaviour if each.code in _GAPS]
     if excluded:
@@ -41,7 +41,7 @@ def with_behaviour(
 
 
 def _divided(group: Group, excluded: Sequence[Finding]) -> list[Group]:
-    """Return a group without the subscribers whose requirement is not met, and one of these."""
+    """Return a group without the subscribers whose requirement is not met, and a group of these."""
     codes = {end: each.code for each in excluded if each.topic == group.topic for end in each.endpoints}
     failing = tuple(each for each in group.subscribers if each in codes)
     if not failing or group.verdict is Verdict.INCOMPATIBLE:

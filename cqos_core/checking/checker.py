@@ -216,7 +216,7 @@ def merge_drafts(
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Sort findings; places and members, which are made when they are read, tell apart what is else equal."""
+    """Sort findings; places and members, which are lazy, are compared only for equal findings."""
 
     def first(one: Finding) -> tuple[Any, ...]:
         return one.severity.rank, one.code, one.topic or "", one.message
@@ -250,7 +250,7 @@ def _groups(results: Iterable[TopicResult]) -> list[Group]:
 
 
 def _only_tried(made: Sequence[FindingDraft], packs: Mapping[str, RulePack]) -> list[FindingDraft]:
-    """Make a warning of what is wrong with a hypothetical pair, not with an end of it: nothing says that they ever match."""
+    """Turn errors of hypothetical pairs into warnings, but not those of single ends: nothing states that these pairs match."""
     rules = (
         bound for pack in packs.values() for bound in (*pack.by_scope.get("endpoint", ()), *pack.participant_rules)
     )
@@ -297,7 +297,7 @@ def _as_one(made: Sequence[FindingDraft]) -> FindingDraft:
 
 
 def templates_of(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
-    """Return what members are instances of, by id."""
+    """Return the templates of members, by id."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
     return of | {
         each.id: each.representative.template for each in endpoints if each.representative.template is not None
@@ -316,7 +316,7 @@ def _once_each(findings: list[Finding], again: Memo) -> list[Finding]:
 
 
 def _alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
-    """Return what makes findings about the topics of instances one finding; None for any other."""
+    """Return the merge key of a finding about topics of instances; None for any other."""
     if finding.code not in _OF_TOPICS or not any(side.templates for side in finding.sides):
         return None
     sides = tuple((side.role, side.templates, side.place) for side in finding.sides)
@@ -324,7 +324,7 @@ def _alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
 
 
 def _with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
-    """Say of members that are instances what they are instances of."""
+    """Add the templates of members that are instances."""
     if not any(member in of for side in finding.sides for member in side.members):
         return finding
     sides = (
@@ -391,8 +391,8 @@ def check_system(
     """Check one system.
 
     Args:
-        system: what to check.
-        context: the packs, and what is assumed where the system says nothing.
+        system: the system.
+        context: the packs, and assumptions for settings that the system does not state.
         step: called before each topic with how many of how many are judged.
     """
     report = _checked(system, context, step)
@@ -405,9 +405,9 @@ def check_system(
 
 
 def _with_unused(report: Report, apart: Report) -> Report:
-    """Add what is wrong with profiles that no endpoint uses, and how many pairs of them were tried.
+    """Add findings about profiles that no endpoint uses, and the number of pairs that were tried.
 
-    Notes and what is not known matter to the user of a profile. A cause that the report has already is no second finding, and
+    Notes and unknown verdicts matter to the user of a profile, and are left out. A cause that the report has already is no second finding, and
     the topics on which profiles are tried have no names of their own to find fault with.
     """
     from cqos_core.model.codes import CODES

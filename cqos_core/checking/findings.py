@@ -167,7 +167,7 @@ def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfi
 
 
 def _open_uses(bound: BoundCondition, a: Values, b: Values) -> Iterator[Use]:
-    """Yield what an undecided condition reads, without what its decided parts read: these leave nothing open."""
+    """Yield the values that an undecided condition reads, without those of its decided parts."""
     undecided = () if bound.aggregate_uses else [part for part in parts(bound) if part.judge(a, b).result is None]
     if not undecided:
         yield from bound.uses
@@ -260,7 +260,7 @@ def sides_of(
 
 
 def shown(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
-    """Return the groups that show what a hit says: where its values differ, only an example can."""
+    """Return the groups that show a hit: only an example if its values differ."""
     if not hit.more:
         return [*hit.publishers], [*hit.subscribers]
     one = {role: [members.only([members.first])] for role, members in hit.example.items()}
@@ -274,7 +274,7 @@ def _sides(hit: Hit[EndpointGroup]) -> list[Side]:
 
 
 def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
-    """Turn what a rule says of groups of a topic into a finding."""
+    """Turn a hit of a rule on a topic into a finding."""
     spoken = hit.spoken
     bound = spoken.bound
     publishers, subscribers = shown(hit)
@@ -341,7 +341,7 @@ def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ..
     if hit.more:
         return ("own", object())
     if because:
-        # What is not known may lead to other verdicts elsewhere, and then it is another finding.
+        # An unknown value may lead to other verdicts elsewhere, and then it is another finding.
         return ("cause", rule.code, because, tuple(finding.worlds.items()), hit.tags)
     endpoints = [e for members in (*hit.publishers, *hit.subscribers) for e in members.endpoints]
     if any(each.representative.template is not None for each in endpoints):
@@ -354,7 +354,7 @@ def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ..
         wanting = frozenset(e.id for members in hit.subscribers for e in members.endpoints)
         return ("meeting", rule.code, wanting, values, hit.tags)
     if hit.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
-        # What is wrong with a service is stated once, though it has several topics.
+        # A mistake in a service is stated once, though the service has several topics.
         stated = frozenset(e.stated_id for e in endpoints)
         return (
             "stated",
@@ -415,7 +415,7 @@ def one_per_cause(made: Sequence[FindingDraft], again: Memo = without_memo) -> l
     """
     alike: dict[tuple[Any, ...], list[list[FindingDraft]]] = {}
     kept: list[list[FindingDraft]] = []
-    # Those of most endpoints come first: what is about some of them joins.
+    # Findings of the most endpoints come first; those about some of these endpoints join them.
     for one in sorted([one for one in made if one.cause], key=_by_endpoints):
         known = alike.setdefault(_cause_of(one), [])
         ends = set(one.finding.endpoints)
@@ -464,7 +464,7 @@ def _together(made: Sequence[FindingDraft]) -> FindingDraft:
 
 
 def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
-    """Turn what a rule says of participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
+    """Turn the report of a rule over participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
     rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
     members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
     facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)

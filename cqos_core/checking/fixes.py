@@ -66,13 +66,13 @@ def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscri
     if pair and bound.rule.guarantee and not found:
         # Where no setting gives it, only less can be required.
         found = changes(SUBSCRIBER, (f"{NEED}.{bound.rule.guarantee}",), (NEED,))
-    # What connects today is no price for what is only advised or not known.
+    # A change for advice or an unknown verdict must not break a pair that connects today.
     pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
     return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
 
 
 def _shared(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
-    """Return the changes of what the endpoints share: of their broker, or of the topic."""
+    """Return the changes of a target that the endpoints share: their broker, or the topic."""
     bound = spoken.bound
     first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
     groups = [*publishers, *subscribers]
@@ -169,14 +169,14 @@ def _errors(spoken: Iterable[Violation]) -> set[str]:
 
 
 def _new(after: Iterable[Violation], before: Sequence[Violation]) -> set[str]:
-    """Return the errors that a change brings, also those that it may bring: what follows from a value is not known then."""
+    """Return the errors that a change brings or may bring; values that follow from the changed one are unknown."""
     unknown = {each.bound.rule.code for each in before if each.unknown}
     possible = {each.bound.rule.code for each in after if each.bound.rule.severity == "error"}
     return possible - _errors(before) - unknown | (_errors(after) - _errors(before))
 
 
 def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str | None = None) -> bool:
-    """Whether a change may break what is forbidden, because what follows from it is not known."""
+    """Return whether a change may violate a rule that forbids, because values that follow from it are unknown."""
     vocabulary = a.pack.vocabulary
     following = vocabulary.following.get(vocabulary.policies[index].name, ())
     return bool(following) and any(
@@ -279,7 +279,7 @@ def _where(members: Sequence[str]) -> str:
 
 
 def _named(endpoint: Resolved, level: str) -> str:
-    """Return what a change of a level is of, where that is no endpoint."""
+    """Return the target of a change if it is not an endpoint."""
     if level == BROKER and endpoint.participant.broker is not None:
         return f"of broker {endpoint.participant.broker.id}"
     if level == TOPIC:

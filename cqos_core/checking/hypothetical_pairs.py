@@ -60,8 +60,7 @@ def with_profiles_tried(system: System, protocol: str | None = None) -> System:
 def unused_profiles(system: System, protocol: str | None = None) -> System | None:
     """Return a hypothetical system that tries the profiles which no endpoint of ``system`` uses; None where there are none.
 
-    A profile that only publishers use is tried as a subscriber where it states something for subscribers alone; what it states for
-    both roles need not make a subscriber.
+    A profile that only publishers use is tried as a subscriber only if it has settings for subscribers alone.
     """
     if system.hypothetical or not system.profiles or not (system.endpoints or system.bridges):
         return None
@@ -112,7 +111,7 @@ def _used(system: System) -> set[tuple[str, Role]]:
 def _try(profile: Profile, pattern: str, system: System, among: Sequence[Role] = (PUBLISHER, SUBSCRIBER)) -> None:
     topic = _topic(pattern, profile.name)
     if topic in system.topics:
-        return  # what another profile does on this topic is not to be mixed up with it
+        return  # another profile is tried on this topic
     roles = [role for role in among if _says_something(profile, role, topic, system)]
     if not roles:
         return
@@ -143,7 +142,7 @@ def _patterns(name: str, system: System) -> dict[str, None]:
 
 
 def _bases(name: str, system: System, counts: Callable[[Scope], bool] = lambda _scope: True) -> Iterator[ProfileRef]:
-    """Yield what a profile, and each that it is based on, names as its base, where the scope counts."""
+    """Yield the bases of a profile, and of each that it is based on, if the scope counts."""
     seen, waiting = {name}, [name]
     while waiting:
         profile = system.profiles.get(waiting.pop())

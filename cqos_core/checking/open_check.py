@@ -68,7 +68,7 @@ class OpenCheck:
     """
 
     def __init__(self, pipeline: Pipeline, judged: JudgedTopics, topics: Topics, system: Callable[[], System]) -> None:
-        """Take what was judged; edits change ``topics`` and their results, and ``system`` returns what is stated by then."""
+        """Begin with judged topics; edits change ``topics`` and their results, and ``system`` returns the system at that time."""
         self._rules, self._context, self._system = pipeline.stated, pipeline.where, system
         self._resolver, self._topics, self._judged = pipeline.resolver, topics, judged
         result = self._resolver.result
@@ -121,7 +121,7 @@ class OpenCheck:
         return None if self._resolver.is_joint else self._follow(gone, came)
 
     def _follow(self, gone: Sequence[Resolved], came: Sequence[Resolved]) -> Step:
-        """Judge the topics that endpoints leave or come to, and find again what else rests on these endpoints."""
+        """Judge the topics that endpoints leave or join, and redo findings that depend on these endpoints."""
         touched = {(each.pack.id, each.key): None for each in (*gone, *came) if each.key is not None}
         for each in gone:
             if each.key is not None:
@@ -182,7 +182,7 @@ class _Again:
 
     def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
         key = (make.__qualname__, *map(id, of))
-        # What it was made of is kept with it, so that no other thing gets its id.
+        # The input is kept with the result, so that its id is not reused.
         made, _ = self._asked[key] = self._asked.get(key) or self._known.get(key) or (make(of), of)
         return made
 

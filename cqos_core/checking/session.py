@@ -59,7 +59,7 @@ class Session(SystemEditor):
     """Holds one system open for edits.
 
     Attributes:
-        judged: how many topics the last `report` or `changes` judged anew, for those who want to see that it is few.
+        judged: the number of topics that the last `report` or `changes` judged.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Session(SystemEditor):
         """Open ``system``, or an empty one; the session keeps a copy; bridges may make so many endpoints of it.
 
         Raises:
-            InputError: it is none that can be checked; every fault is listed.
+            InputError: the system cannot be checked; every fault is listed.
         """
         if system is not None and (wrong := faults(system)):
             raise InputError(wrong)
@@ -167,7 +167,7 @@ class Session(SystemEditor):
     def changes(self, since: int | None = None) -> Changes:
         """Check what has changed, and return what that changes in the report.
 
-        An edit of an endpoint costs little, if it changes only what is said of its topics. Other edits cost about a check.
+        An edit of an endpoint costs little if it changes only findings of its topics. Other edits cost about a check.
 
         Args:
             since: the revision of earlier changes, of the last hundred; None: the last call, or the opening of the session.
@@ -205,7 +205,7 @@ class Session(SystemEditor):
         return Changes(number, added, removed, added_groups, removed_groups, steps[-1].counts, steps[0].before)
 
     def resolved(self, names: Iterable[str]) -> list[tuple[Endpoint, Sequence[Resolved]]] | None:
-        """Return endpoints of the last `report` or `changes` with what they amount to; None where that takes resolving all."""
+        """Return endpoints of the last `report` or `changes`, each with its resolved ones; None if all would have to be resolved."""
         if not isinstance(self._last, OpenCheck) or not self._stayed:
             return None
         stated = (self._endpoints[name][0] for name in names if name in self._endpoints)
@@ -224,7 +224,7 @@ class Session(SystemEditor):
             self._afresh()
 
     def _put(self, touched: Iterable[str]) -> bool:
-        """Put what was edited into the open check; return whether that is all that it changes."""
+        """Put edited endpoints into the open check; return whether the edit changes nothing else."""
         if not isinstance(self._last, OpenCheck) or not self._endpoints:
             return False
         findings = self._last.findings
@@ -250,7 +250,7 @@ class Session(SystemEditor):
         self._opened, self._stale, self._stayed = True, False, False
 
     def _checked(self, whole: System) -> OpenCheck | Report:
-        """Check a system; topics keep their results if all that was read of them is as it was."""
+        """Check a system; topics whose input is unchanged keep their results."""
         results, topics, default = self._results, self._topics, self._context.default_protocol
         tried = with_profiles_tried(whole, default)
         if tried.hypothetical or unused_profiles(whole, default) is not None:
@@ -274,7 +274,7 @@ class Session(SystemEditor):
 
 
 def _apart(before: Iterable[_T], now: Iterable[_T]) -> tuple[list[_T], list[_T]]:
-    """Return what is in only one of two collections: that of the former, and that of the latter."""
+    """Return the items that are only in the first collection, and those only in the second."""
     old, new = set(map(id, before)), set(map(id, now))
     return [each for each in before if id(each) not in new], [each for each in now if id(each) not in old]
 

@@ -88,7 +88,7 @@ _FILED: Final = ("topic", "id", "participant")
 
 
 def _filed(rule: TeamRule) -> str:
-    """The pattern that a check is filed under: of what it applies to, what tells the most endpoints apart."""
+    """Return the pattern that a check is filed under: its most selective one."""
     where = dict(rule.where)
     return next((f"{key} {where[key]}" for key in _FILED if key in where), "any")
 
@@ -148,7 +148,7 @@ def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Hit[EndpointGroup
     drafts: EndpointHits[EndpointGroup] = EndpointHits()
     for members in (*topic.publishers, *topic.subscribers):
         role = members.first.role
-        if members.carried or check.bound.role not in {None, role}:
+        if members.copied or check.bound.role not in {None, role}:
             continue
         chosen = [each for each in members.endpoints if _applies(check.rule, each, topic)]
         spoken = ask_end(check.bound, members.profile, role) if chosen else None

@@ -125,7 +125,7 @@ def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolv
 
 
 def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> list[FindingDraft]:
-    """Return what rules over a whole settled topic refuse of one pair of it."""
+    """Return the findings of rules over a whole settled topic that refuse one pair of it."""
     first, second = _positions(topic, publisher, subscriber)
     return [
         draft_finding(topic, placed(topic, hit))
@@ -257,7 +257,7 @@ class _Alone(NamedTuple):
 
 def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: int = 0) -> _Alone:
     """The groups that match none; ``met`` is asked by their positions, from ``first`` on."""
-    left = [(at, each) for at, each in enumerate(groups) if not each.carried and not met(first + at)]
+    left = [(at, each) for at, each in enumerate(groups) if not each.copied and not met(first + at)]
     return _Alone(
         sum(1 << index for index, _ in left),
         sum(1 << index for index, each in left if not all(end.external for end in each.endpoints)),

@@ -36,7 +36,7 @@ def unmatched_endpoints(
     if system.hypothetical or not any(result.lonely for result in results.values()):
         return [], 0
     kinds = {each.id: each.kind for each in system.endpoints if each.kind != MESSAGE}
-    # Who has no partner of its own protocol may well have one on the wire.
+    # An endpoint without a partner of its own protocol may have one on the wire.
     met = {
         each
         for result in results.values()
@@ -84,7 +84,7 @@ def reported_alone(
         lonely: by topic the endpoints without partner.
         packs: by protocol.
         kinds: by id of a stated endpoint its kind, where that is no message.
-        busy: given the topics in question, returns what says which topic on which others match may be meant.
+        busy: takes the topics in question; returns a function that names the topic with matches that may be meant.
         partial: the system is a part.
     """
     near, silenced = near_misses(lonely, packs)
@@ -190,7 +190,7 @@ _DOES: Final = {
 
 
 def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str], meant: str | None) -> Finding:
-    """Report endpoints of one topic without partner; those of a service or an action by what was stated."""
+    """Return the finding about endpoints of one topic without partner; a service or action is named as it was stated."""
     ids = sorted(endpoint.id for endpoint in alone)
     first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
     does = _DOES.get(kinds.get(first.stated_id, "").partition("_")[2])
@@ -205,7 +205,7 @@ def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, 
 def near_misses(
     lonely: Mapping[TopicKey, Sequence[Resolved]], packs: Mapping[str, RulePack]
 ) -> tuple[dict[TopicKey, Finding], set[TopicKey]]:
-    """Report topics of subscribers and of publishers whose names nearly agree, by the former; and all that it speaks of."""
+    """Return findings about topics of subscribers and of publishers whose names nearly agree, by the former; and all topics concerned."""
     findings: dict[TopicKey, Finding] = {}
     silenced: set[TopicKey] = set()
     for pack_id, pack in sorted(packs.items()):

@@ -39,7 +39,7 @@ def advice_for(advice: str, name: str) -> str:
 
 
 def _written(text: str, write: Callable[[MappingNode], str]) -> str:
-    """Return entries of a map in another notation; what is none stays as it is."""
+    """Return entries of a map in another notation; other text stays as it is."""
     whole = text.startswith("{")
     reading = SourceReading(Source("advice", (text if whole else f"{{{text}}}").encode()), [], [])
     roots = read_tree(reading).documents

@@ -1,6 +1,6 @@
 """Forms of documents: classes that read a map, check it, explain mistakes, and describe it as JSON schema.
 
-A `Form` lists the keys of a map, each with the `ValueType` of its value. A `SourceReading` collects what is wrong with the map. What is right comes
+A `Form` lists the keys of a map, each with the `ValueType` of its value. A `SourceReading` collects the problems of the map. Its correct values come
 back as an `Entry`, typed by its keys.
 """
 
@@ -107,7 +107,7 @@ class MapOf(ValueType[dict[str, Member[T]]]):
         return found
 
     def _holds_names(self, node: Node) -> bool:
-        """Whether a value is none of this map: one with names as keys, which are maps or have a slash; or no map where each is one."""
+        """Return whether a value does not belong to this map: its keys are names (their values are maps, or they have a slash), or it is no map."""
         if not isinstance(node, MappingNode):
             return isinstance(self.shape, Form) and self.shape.short is None and not is_null(node)
         if isinstance(self.shape, Form):
@@ -395,7 +395,7 @@ class TextEntry(Entry):
         self.values = values
 
     def __getattr__(self, name: str) -> Any:
-        """Make what is not there yet."""
+        """Make a field that is not set yet."""
         if name == "place":
             self.place = self.reading.place(self.node)
         elif name == "settings":
@@ -435,7 +435,7 @@ class Form(ValueType[Entry]):
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
         bare: how a text, ``{0}``, is written as such a map; ``{name}`` is the name of the map.
         elsewhere: names that belong to other forms, with what to write there; `WRITTEN` in it stands for the value.
-        guess: says what to write for a key of no form, by its name, its value and the map it stands in; empty where that is not known.
+        guess: returns the text to write for an unknown key, by its name, its value and its map; empty if unknown.
     """
 
     def __init__(
@@ -657,7 +657,7 @@ def _is_bare(key: ScalarNode, value: Node, reading: SourceReading) -> bool:
 
 
 def _glued(key: ScalarNode, value: Node, reading: SourceReading, before: str) -> tuple[str, Setting] | None:
-    """Return what a key of a flow map without a colon means, as in ``{depth:5}`` and ``{depth=5}``: a setting that is not known.
+    """Return the meaning of a key of a flow map without a colon, as in ``{depth:5}`` and ``{depth=5}``: an unknown setting.
 
     ``before`` is the setting before it: in ``{deadline: 0,5s}`` a comma stands for a decimal point.
     """

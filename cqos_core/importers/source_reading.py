@@ -25,7 +25,7 @@ class SourceReading:
     """The state of reading one source; it collects every problem.
 
     Attributes:
-        source: what is read.
+        source: the source.
         problems, notes: of the whole read; sources that include each other share them.
     """
 
@@ -65,7 +65,7 @@ def read_switches(importer: str, context: ReadContext, known: Mapping[str, tuple
 
     Args:
         importer: its name.
-        context: what the caller says.
+        context: of the caller.
         known: each switch with the values it can have; none listed: any.
 
     Raises:
@@ -103,7 +103,7 @@ def in_quotes(text: str) -> str:
 
 
 def described(node: Node) -> str:
-    """Say what is written, for messages."""
+    """Return a description of a node, for messages."""
     if isinstance(node, MappingNode):
         return "a map"
     if isinstance(node, SequenceNode):

@@ -204,7 +204,7 @@ class Texts(ValueType[tuple[Setting, ...]]):
 
 
 class AnySetting(ValueType[Setting]):
-    """One setting: what may be stated is known to the rule pack, not to the form.
+    """One setting; the rule pack knows its allowed values, the form does not.
 
     ``maps`` tells whether its value may be a map.
     """
@@ -248,7 +248,7 @@ class AnySetting(ValueType[Setting]):
 
 
 def whatever_is_below(shared: dict[str, Schema]) -> Schema:
-    """Return what a schema says of a list's items and a map's values where they may be anything: no key is empty."""
+    """Return the schema of a list's items and a map's values of any type: no key is empty."""
     below: Schema = {"$ref": "#/$defs/value"}
     rest: Schema = {"items": below, "propertyNames": NAME, "additionalProperties": below}
     shared["value"] = {"description": "Any value.", **rest}

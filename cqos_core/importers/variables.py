@@ -55,7 +55,7 @@ class InstancesType(ValueType[tuple[str, ...]]):
     def _listed(self, node: SequenceNode, reading: SourceReading, name: str) -> tuple[str, ...] | None:
         names: dict[str, None] = {}
         for item in node.items:
-            # What is put into names and lists must not end them: no blanks, quotes, brackets or commas.
+            # Replaced text must not end names and lists: no blanks, quotes, brackets or commas.
             text = item.text if isinstance(item, ScalarNode) and not is_null(item) else ""
             if not text or not all(letter.isalnum() or letter in "_.+:/@-" for letter in text):
                 message = f"{shown(name)} must list names of letters, digits and _ . + : / @ -, found {described(item)}"

@@ -71,7 +71,7 @@ LINKS: Final = Key("links", MapOf(LINK, "a map of links"), "Links of limited cap
 
 
 def chains_and_links(document: Entry) -> Iterator[tuple[str, Chain | StatedLink]]:
-    """Yield the chains and links that a document states, each with what it is."""
+    """Yield the chains and links that a document states, each with its kind."""
     for name, member in (document.get(CHAINS) or {}).items():
         entry = member.value
         steps = (

@@ -39,12 +39,12 @@ class _Included(NamedTuple):
 
 
 class Loader:
-    """Reads documents and follows `include`; what they mean together is for the caller.
+    """Reads documents and follows `include`; the caller combines them.
 
     Attributes:
         problems, notes: of all files.
-        documents: in order: a file, then what it includes.
-        foreign: what included files of other formats state.
+        documents: in order: a file, then its includes.
+        foreign: systems of included files of other formats.
         sources: every file that was opened.
         opened: their paths, each with that of the file that names it first, empty for the first of all.
         templates: texts that mention variables and may do so.
@@ -72,7 +72,7 @@ class Loader:
                 waiting += self.read(opened, os.path.normpath(included.reading.source.name))
 
     def read(self, source: Source, above: str) -> list[_Included]:
-        """Read the documents of one file; return what it includes, the first last."""
+        """Read the documents of one file; return its includes, the first last."""
         self.sources[source.name] = source.data
         self.opened[os.path.normpath(source.name)] = above
         before = len(self.problems)
@@ -130,7 +130,7 @@ class Loader:
             return None
         stated = version[1]
         if not isinstance(stated, ScalarNode) or whole_number(stated) != form.VERSION:
-            # What another version means is not known, so only that is reported.
+            # The meaning of another version is unknown, so only the version is reported.
             message = f"version {described(stated)} of the form is not known, only version {form.VERSION} is"
             if isinstance(stated, ScalarNode) and not stated.plain:
                 message = f"`{form.CQOS.name}` must be the number {form.VERSION}, found the text {described(stated)}"

@@ -21,7 +21,7 @@ _IN_ROWS: Final = frozenset(key.name for key in (form.ID, form.TYPE, form.PROTOC
 
 
 class Direction(NamedTuple):
-    """A key whose value maps topics to endpoints, and what those endpoints are."""
+    """A key whose value maps topics to endpoints, with their role and kind."""
 
     key: Key[dict[str, Member[list[Entry]]]]
     role: Role
@@ -35,7 +35,7 @@ class Direction(NamedTuple):
 
 PUBLISHES: Final = Direction(form.PUBLISHES, PUBLISHER)
 SUBSCRIBES: Final = Direction(form.SUBSCRIBES, SUBSCRIBER)
-# What serves receives requests, what calls sends them; packs derive the topics from that.
+# A server receives requests, a client sends them; packs derive the topics from that.
 DIRECTIONS: Final = (
     PUBLISHES,
     SUBSCRIBES,
@@ -98,7 +98,7 @@ class Maker:
         self._kinds: dict[object, YamlRowPattern] = {}
 
     def endpoint(self, stated: Entry, name: str, topic: str, place: Place) -> Endpoint | Row:
-        """Return what an entry states as an endpoint with an id."""
+        """Return the endpoint of an entry, with an id."""
         if not stated.values.keys() <= _IN_ROWS:
             return self._object(stated, name, topic, stated.settings, place)
         if isinstance(stated, TextEntry):

@@ -1,4 +1,4 @@
-"""Turns what stopped a YAML parser into a problem that says what to do: most faults in YAML are missing quotes."""
+"""Turns errors of the YAML parser into problems with advice: most faults in YAML are missing quotes."""
 
 from __future__ import annotations
 
@@ -314,7 +314,7 @@ def _colon_in_value(failure: _Failure, reading: SourceReading) -> _Said | None:
 
 
 def _too_many(failure: _Failure, reading: SourceReading) -> _Said | None:
-    """Explain a comma or closing bracket behind what is closed already."""
+    """Explain a comma or closing bracket behind a closed list or map."""
     line, column = failure.last
     text = reading.lines.line(line)
     sign = text[column - 1 : column]
@@ -413,7 +413,7 @@ def _open_quotes(failure: _Failure, reading: SourceReading) -> _Said | None:
 
 
 def _other(failure: _Failure, reading: SourceReading) -> _Said:
-    """Say what the parser says in our own words, where it is best seen."""
+    """Return the parser's message in our own words, at the best place."""
     start = reading.lines.start(failure.last[0])
     at_end = start is None or not reading.lines.text[start + failure.last[1] - 1 :].strip()
     where = failure.first if at_end or _KEY in failure.context else failure.last

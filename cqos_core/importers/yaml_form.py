@@ -1,4 +1,4 @@
-"""The system form: every key of a C-QoS system file, with its shape and what it is for.
+"""The system form: every key of a C-QoS system file, with its type of value and its purpose.
 
 Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name; ``hints``
 name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.files.schema`).

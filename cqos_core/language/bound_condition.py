@@ -37,7 +37,7 @@ class Signal:
     memory: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def remembered(self, key: object, compute: Callable[[], Any]) -> Any:
-        """Return what ``compute`` returned first under this key."""
+        """Return the first result of ``compute`` under this key."""
         if key not in self.memory:
             self.memory[key] = compute()
         return self.memory[key]
@@ -152,7 +152,7 @@ class BoundCondition:
         return RuleAnswer(self.plain(a, b, NO_SIGNAL)) if self._are_plain(a, b) else self.recall(a, b)[0]
 
     def recall(self, a: Values, b: Values) -> tuple[RuleAnswer, bool]:
-        """Judge two value tuples once for all that are equal in what it reads; return the answer, and whether it is new.
+        """Judge two value tuples, with a cache by the values that it reads; return the answer, and whether it is new.
 
         A condition with aggregates is not asked so.
         """

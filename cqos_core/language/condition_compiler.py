@@ -51,7 +51,7 @@ class CommonValues(NamedTuple):
 class Question(NamedTuple):
     """A condition, and when it reports: where it has an answer, with ``undecided`` also where that is not known.
 
-    ``common``: what all tuples have in common that it is asked of; where it is None, all that is read of them is known.
+    ``common``: the values that all tuples share; if None, all values that it reads are known.
     """
 
     bound: BoundCondition
@@ -122,7 +122,7 @@ def _reporting(question: Question, *, alone: bool = False) -> tuple[SpanNode, bo
             CommonValues(settled(first, each, bound.indices), settled(second, each, bound.indices), at)
             for each in assumed
         ]
-    # What is left open has to count as "may report".
+    # An open part counts as "may report".
     open_as = FALSE if undecided else TRUE
     spans = under_all(
         [
@@ -149,7 +149,7 @@ class _Profiles:
         value = Binder(self.vocabulary).term(term).open(self.common.first, self.common.second, NO_SIGNAL)
         return value_bounds(value if type(value) is Range or type(value) in KNOWN else None)
 
-    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `Reading`
+    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `ValueReader`
         """Return how a value was written: None, or a `WrittenValue`, which was understood."""
         index += self.vocabulary.size
         if self.common is not None and index in self.common.at[second]:  # only what was not understood is

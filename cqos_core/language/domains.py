@@ -102,7 +102,7 @@ class Domain:
 
 
 _DENIAL: Final = regular_expression(r"(?:\b|_)(?:not?|non|un|never)_?$")
-"""The end of what stands before a name and says the opposite: `not_reliable`, `unreliable`."""
+"""The end of a prefix that negates a name: `not_reliable`, `unreliable`."""
 
 
 class Choice(Domain):

@@ -3,7 +3,7 @@
 A condition is a value. It is built with operators (``offered(RELIABILITY) >= requested(RELIABILITY)``) or read
 from text (`cqos_core.language.parser`), it prints as valid Python syntax, and ``parse(str(condition)) == condition``.
 
-There are four kinds of nodes: constants (`Literal`), values of policies (`Term`), and what is applied to others: an `Apply` has a
+There are four kinds of nodes: constants (`Literal`), values of policies (`Term`), and operations on other nodes: an `Apply` has a
 value, a `Test` is true, false or unknown. Operators are applied like functions, under their sign. So all that is done with
 conditions (printing, reading, judging, solving) is a table by the name of what is applied.
 """
@@ -88,7 +88,7 @@ class Node:
     """Anything in a condition. Nodes are immutable.
 
     Attributes:
-        name: what is applied, or the name of a policy.
+        name: of the operation or the policy.
         args: direct parts, in reading order.
         key: identifies the structure.
         label: the name that `define` gave, or nothing.
@@ -372,12 +372,12 @@ def all_equal(term: Operand) -> Condition:
 
 
 def any_of(condition: Condition | Operand) -> Condition:
-    """The condition holds for at least one endpoint of the side it speaks of."""
+    """The condition holds for at least one endpoint of its side."""
     return Test("any_of", as_condition(condition))
 
 
 def count(condition: Condition | Operand) -> Operand:
-    """For how many endpoints of the side it speaks of the condition holds."""
+    """The number of endpoints of its side for which the condition holds."""
     return Apply("count", as_condition(condition))
 
 
@@ -387,5 +387,5 @@ def total(operand: Operand, where: Condition | Operand | None = None) -> Operand
 
 
 def call(name: str, *args: Operand | str | int) -> Condition:
-    """A function that the pack declares (`cqos_core.packs.pack.Function`)."""
+    """A function that the pack declares (`cqos_core.packs.Function`)."""
     return Test(name, *map(as_operand, args))

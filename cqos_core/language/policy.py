@@ -99,9 +99,9 @@ class Policy(Term):
         derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
         follows: names of the policies that a derived one follows from, where a fix may change them.
         together: it follows from several endpoints, also from those on other topics.
-        unseen: nothing that shows what runs shows it, because programs do not set it. What was observed has its default, or what
-            an overlay sets.
-        raised: an overlay that fills in what is left open also raises it: the larger of both counts.
+        unseen: no tool shows it of running programs, because programs do not set it. Observed endpoints have its default, or the
+            value of an overlay.
+        raised: an overlay that fills open values also raises it: the larger of both counts.
     """
 
     name: str

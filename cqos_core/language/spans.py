@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class SpanNode(NamedTuple):
-    """A value or a truth value: what is applied, to which forms.
+    """A value or a truth value: an operation and its operands.
 
     ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `ValueReader` needs; ``<``, ``<=``,
     ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``, ``max``, ``matches`` or ``overlaps``; ``in_`` with a value and those of which
@@ -143,7 +143,7 @@ def compared_values(op: str, left: Bounds, right: Bounds, *, numbers: bool) -> S
 
 
 def under_all(worlds: Sequence[Spans]) -> Spans:
-    """Return the spans of a condition from those under each assumption: what differs between assumptions is unknown."""
+    """Return the spans of a condition from those under each assumption; a difference between assumptions is unknown."""
     holds, fails = (joined("and", [each[at] for each in worlds]) for at in (0, 1))  # type: ignore[misc]
     return Spans(holds, fails, next((each.left_open for each in worlds if each.left_open), ""))
 
@@ -258,7 +258,7 @@ class _Walk:
         return Spans(joined("or", found), joined("and", [one.fails for one in each]))
 
     def operand(self, node: Node, domain: Domain | None) -> Bounds:
-        """Return what a value may be; constants are read as ``domain``."""
+        """Return the bounds of a value; constants are read as ``domain``."""
         if isinstance(node, Literal):
             return constant(self.binder.constant(node, domain))
         if isinstance(node, Term):
@@ -298,7 +298,7 @@ def may_be_negative(form: SpanNode, vocabulary: Vocabulary) -> bool:
 
 
 def _over_known(form: SpanNode, values: Iterable[Bounds]) -> Spans:
-    """Return the spans of what is unknown unless all values are known."""
+    """Return the spans of a form that is unknown unless all values are known."""
     known = [compared("==", *each) for each in values]
     return Spans(joined("and", (*known, form)), joined("and", (*known, negated(form))))
 

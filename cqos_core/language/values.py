@@ -1,4 +1,4 @@
-"""Values: plain ones, those that are not known for certain, and what is left of them under an assumption.
+"""Values: plain ones, uncertain ones, and their values under an assumption.
 
 A plain value is an integer (the rank of a choice, nanoseconds, a count, a flag), a text, or a tuple of texts; so every
 comparison of the language is a comparison of plain Python values, and of column values too.
@@ -27,7 +27,7 @@ MAXIMUM_WORLDS: Final = 64
 class Anything:
     """Any value of the policy's domain; ``cause`` says why it is not known.
 
-    ``code``: of the finding that reports the cause, so that what follows from it needs none of its own.
+    ``code``: of the finding that reports the cause, so that consequences need no finding of their own.
     """
 
     cause: str
@@ -51,7 +51,7 @@ class Depends:
 class FromPeers:
     """A value taken from the other side when the endpoint is created; `settle` turns it into a plain one or `Depends`.
 
-    A bridge may also copy what it does not meet itself: on its publishing side what publishers offer on its other one.
+    A bridge may also copy from endpoints on its other side: its publication takes values of publishers there.
 
     Attributes:
         alone: the value without any peer, as text.
@@ -59,7 +59,7 @@ class FromPeers:
             ``strongest_if_all``, ``strongest_if_any``, ``any`` (that of the first one found) or ``constant`` (always
             ``alone``).
         waits: the endpoint is created only when a peer is there, so ``alone`` counts only where peers differ.
-        side: who is copied: its ``peers``; the ``publishers`` or the ``subscribers``, over a bridge where it is one of them
+        side: the endpoints that are copied: its ``peers``; the ``publishers`` or the ``subscribers``, over a bridge where it is one of them
             itself; or of both sides those that are there ``first``.
     """
 

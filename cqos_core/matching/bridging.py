@@ -52,35 +52,35 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
         hop.source.bridge = hop.target.bridge = (hop.bridge.id, hop.source.id)
     by_topic = topics(resolver)
     if hops:
-        meeting = PeerIndex(by_topic)
-        _copy_values(hops, meeting)
-        _mark_relayed(hops, meeting)
-        _hand_on(hops, meeting)
+        peers = PeerIndex(by_topic)
+        _copy_values(hops, peers)
+        _mark_relayed(hops, peers)
+        _hand_on(hops, peers)
     return by_topic, hops
 
 
 # Values
 
 
-def _copy_values(hops: Iterable[Hop], meeting: PeerIndex) -> None:
-    """Give the ends of bridges the values that they copy from one side or the other; `settle` has what peers alone decide."""
-    copying = _Copying(hops, meeting)
+def _copy_values(hops: Iterable[Hop], peers: PeerIndex) -> None:
+    """Set the values that ends of bridges copy from either side; `settle` sets values that peers alone decide."""
+    copying = _Copying(hops, peers)
     changes = [
         (copy, {index: value for index in copy.profile.from_peers if (value := copying.value(copy, index)) is not None})
         for hop in hops
         for end in (hop.source, hop.target)
-        for copy in meeting.copies(end)
+        for copy in peers.copies(end)
     ]
     for copy, values in changes:
         if values:
-            meeting.replace(copy, copy.profile.with_values(values))
+            peers.replace(copy, copy.profile.with_values(values))
 
 
 class _Copying:
-    """Finds what ends of bridges copy, looking through ends that copy themselves."""
+    """Finds the values that ends of bridges copy, across ends that copy themselves."""
 
-    def __init__(self, hops: Iterable[Hop], meeting: PeerIndex) -> None:
-        self.meeting = meeting
+    def __init__(self, hops: Iterable[Hop], peers: PeerIndex) -> None:
+        self.peers = peers
         self.met: dict[tuple[str, Role], list[Resolved]] = {}
         self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...], bool], Value] = {}
         self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
@@ -107,7 +107,7 @@ class _Copying:
         return Depends(START_ORDER, ((PUBLISHERS_FIRST, offered), (SUBSCRIBERS_FIRST, requested)))
 
     def reached(self, end: Resolved, index: int, role: Role, *, through_all: bool = False) -> list[Resolved]:
-        """Return who of a role is copied: those whom an end meets, or meets beyond the bridge.
+        """Return the endpoints of a role that are copied: the peers of an end, on its side or beyond the bridge.
 
         With ``through_all``, values cross ends without copied values too.
         """
@@ -133,16 +133,16 @@ class _Copying:
         return list(found.values())
 
     def near(self, end: Resolved, role: Role) -> list[Resolved]:
-        """Return who of a role an end meets, each as it is in its own protocol."""
+        """Return the peers of an end with a role, each as it is in its own protocol."""
         found = self.met.get((end.id, role))
         if found is None:
-            others = (pair[role == SUBSCRIBER] for pair in self.meeting.pairs(end))
-            found = [each.carried.endpoint if each.carried is not None else each for each in others]
+            others = (pair[role == SUBSCRIBER] for pair in self.peers.pairs(end))
+            found = [each.wire_origin.endpoint if each.wire_origin is not None else each for each in others]
             self.met[end.id, role] = found
         return found
 
     def combined(self, end: Resolved, index: int, taken: FromPeers, others: Sequence[Resolved]) -> Value:
-        """Put together what some endpoints have, in the terms of the one that copies; once for equal ones."""
+        """Combine the values of some endpoints, in the terms of the one that copies; once for equal ones."""
         # Which of them a bridge finds is not known unless all are there before it.
         all_there = taken.peers == "any" or any(_all_after([each], others) for each in (end, self.beyond[end.id]))
         question = (end.profile, index, tuple(each.profile for each in others), all_there)
@@ -194,41 +194,41 @@ _MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers
 # Needs
 
 
-def _mark_relayed(hops: Iterable[Hop], meeting: PeerIndex) -> None:
+def _mark_relayed(hops: Iterable[Hop], peers: PeerIndex) -> None:
     """Say of the ends of bridges when they start again, and whether publishers tell of the loss of those before them."""
     for hop in hops:
         for end in (hop.source, hop.target):
-            for copy in meeting.copies(end):
+            for copy in peers.copies(end):
                 indices = copy.pack.vocabulary.indices
                 if (NEED, RESTARTS_IN.name) not in indices:
                     continue
                 values: dict[int, Plain] = {indices[NEED, RESTARTS_IN.name]: faults_of("intermediary_restart")}
                 if end is hop.target and not hop.carries_liveliness:
                     values[indices[NEED, RELAYED.name]] = 1
-                meeting.replace(copy, copy.profile.with_values(values))
+                peers.replace(copy, copy.profile.with_values(values))
 
 
-def _hand_on(hops: Sequence[Hop], meeting: PeerIndex) -> None:
-    """Hand needs on to the subscriptions before bridges; what one subscription needs concerns the bridges before it."""
+def _hand_on(hops: Sequence[Hop], peers: PeerIndex) -> None:
+    """Propagate needs to the subscriptions before bridges; a need of one subscription concerns the bridges before it."""
     by_target = {hop.target.id: number for number, hop in enumerate(hops)}
     waiting = set(range(len(hops)))
     for _ in hops:
-        changed = [hop for hop in map(hops.__getitem__, sorted(waiting)) if _handed_on(hop, meeting)]
-        alike = {meeting.alike(hop.source): hop.source for hop in changed}
-        before = (publisher.id for source in alike.values() for publisher, _ in meeting.pairs(source))
+        changed = [hop for hop in map(hops.__getitem__, sorted(waiting)) if _handed_on(hop, peers)]
+        alike = {peers.match_key(hop.source): hop.source for hop in changed}
+        before = (publisher.id for source in alike.values() for publisher, _ in peers.pairs(source))
         waiting = {by_target[name] for name in before if name in by_target}
 
 
-def _handed_on(hop: Hop, meeting: PeerIndex) -> bool:
-    """Add what is needed behind a bridge to the needs of its subscription; return whether that changed anything."""
+def _handed_on(hop: Hop, peers: PeerIndex) -> bool:
+    """Add the needs behind a bridge to those of its subscription; return whether that changed anything."""
     wanted: dict[str, tuple[Plain, Resolved]] = {}
     faults: set[str] = set()
-    for publisher, subscriber in meeting.distinct(hop.target):
+    for publisher, subscriber in peers.distinct(hop.target):
         faults |= {*_faults(subscriber)}
         for word, value in _needed_before(hop, publisher, subscriber):
             if word not in wanted or _more(word, value, wanted[word][0]):
                 wanted[word] = (value, subscriber)
-    changes = [_add_needs(copy, hop.bridge, wanted, faults, meeting) for copy in meeting.copies(hop.source)]
+    changes = [_add_needs(copy, hop.bridge, wanted, faults, peers) for copy in peers.copies(hop.source)]
     return any(changes)
 
 
@@ -237,7 +237,7 @@ def _add_needs(
     bridge: Bridge,
     wanted: Mapping[str, tuple[Plain, Resolved]],
     faults: Iterable[str],
-    meeting: PeerIndex,
+    peers: PeerIndex,
 ) -> bool:
     values: dict[int, Plain] = {}
     added: dict[int, Stated] = {}
@@ -258,7 +258,7 @@ def _add_needs(
     if not values and survives == _faults(copy):
         return False
     values[fault] = survives
-    meeting.replace(copy, copy.profile.with_values(values))
+    peers.replace(copy, copy.profile.with_values(values))
     origin = f"needed by {', '.join(sorted(owners))} behind bridge {bridge.id}"
     if added:
         copy.layers = (Layer(origin, added), *copy.layers)
@@ -273,7 +273,7 @@ def _more(word: str, value: Plain, than: object) -> bool:
 
 
 def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Iterator[tuple[str, Plain]]:
-    """Yield what has to be given to a bridge for a subscriber behind it to get what it needs."""
+    """Yield the guarantees that a bridge needs so that a subscriber behind it gets its own."""
     pack = subscriber.pack
     given = None
     for name in sorted(subscriber.profile.needs):
@@ -286,7 +286,7 @@ def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Itera
         elif word.over == "sum" or (word.over == "not over a bridge" and hop.carries_liveliness):
             given = given or {each.word.name: each for each in guarantees_of(publisher.profile, subscriber.profile)}
             spent = given[name].value if name in given else None
-            # Where the last hop leaves nothing of it, that is where it is lost; where it is not known what it leaves, all of it.
+            # If the last hop leaves nothing of it, it is lost there; if that is unknown, all of it is needed.
             if isinstance(value, int) and (spent is None or spent < value):
                 yield name, value - (spent or 0)
 

@@ -74,8 +74,8 @@ class PeerIndex:
             for other in group:
                 yield _in_order(copy, other)
 
-    def alike(self, endpoint: Resolved) -> tuple[object, ...]:
-        """Return what is equal for endpoints of one role that match the same others."""
+    def match_key(self, endpoint: Resolved) -> tuple[object, ...]:
+        """Return a key that is equal for endpoints of one role with the same peers."""
         return tuple((id(beside), copy.profile, copy.is_copy) for copy, beside in self._copies.get(endpoint.id, ()))
 
     def replace(self, copy: Resolved, profile: QosProfile) -> None:
@@ -91,7 +91,7 @@ def _in_order(copy: Resolved, other: Resolved) -> tuple[Resolved, Resolved]:
 
 
 class _Beside:
-    """The endpoints of one topic, sorted by what a match needs to be equal, and by their values."""
+    """The endpoints of one topic, sorted by the policy that must be equal to match, and by their values."""
 
     def __init__(self, endpoints: list[Resolved]) -> None:
         self.endpoints = endpoints
@@ -101,7 +101,7 @@ class _Beside:
     def matching(self, copy: Resolved) -> Iterator[Collection[Resolved]]:
         groups = self._sorted()[SUBSCRIBER if copy.role == PUBLISHER else PUBLISHER]
         known = self._key(copy)
-        # What is not known may equal anything.
+        # An unknown value may equal any.
         keys = list(groups) if known is None else [key for key in (known, None) if key in groups]
         for key in keys:
             for (profile, is_copy), group in groups[key].items():

@@ -43,7 +43,7 @@ class Violation:
 
     @property
     def unknown(self) -> bool:
-        """Whether the rule speaks because it cannot be decided."""
+        """Whether the rule reports because it cannot be decided."""
         return self.outcome.result is None
 
     @property
@@ -54,7 +54,7 @@ class Violation:
 
 @dataclass(frozen=True, slots=True)
 class PairJudgement:
-    """The verdict of one pair of profiles, and the rules that spoke, by code."""
+    """The verdict of one pair of profiles, and the rules that report, by code."""
 
     verdict: Verdict
     spoken: tuple[Violation, ...] = ()
@@ -98,7 +98,7 @@ def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) 
 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
-    """Return the verdict that a rule gives a pair that it speaks of: advice gives none, an error never ``compatible``."""
+    """Return the verdict that a reporting rule gives a pair: advice gives none, an error never ``compatible``."""
     if rule.kind == "meets":
         return Verdict.UNKNOWN if unknown else Verdict.COMPATIBLE
     if rule.kind != "requires":
@@ -108,7 +108,7 @@ def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
 
 
 def verdict_of(spoken: Violation) -> Verdict:
-    """The verdict that a rule gives the pair that it speaks of."""
+    """Return the verdict that a violation gives its pair."""
     return verdict_by(spoken.bound.rule, unknown=spoken.unknown)
 
 
@@ -119,7 +119,7 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
 
 @lru_cache
 def over_both(pack: RulePack) -> RuleSet:
-    """Return the rules over both ends: the meeting conditions, then the rules of pairs without those on which guarantees rest."""
+    """Return the rules over both ends: the matching conditions, then the rules of pairs without those on which guarantees rest."""
     meeting = [RuleQuestion(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
     pairs = [each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee]
     return RuleSet(
@@ -132,7 +132,7 @@ def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -
 
 
 def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    """Ask a meeting condition, which has nothing to say where it rests on facts that are not stated."""
+    """Ask a matching condition; it does not report if it depends on facts that are not stated."""
     spoken = _ask_pair(bound, publisher, subscriber)
     silent = spoken is not None and spoken.unknown and spoken.failed is None and not spoken.outcome.worlds
     return None if silent else spoken
@@ -140,7 +140,7 @@ def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile
 
 @lru_cache(maxsize=_CACHE)
 def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
-    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
+    """Return the matching conditions that keep two profiles of one topic from matching; none: they match.
 
     An undecided condition keeps no endpoints apart.
     """
@@ -149,7 +149,7 @@ def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...
 
 
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
+    """Ask a matching condition; return its violation if it keeps two profiles from matching under some assumptions only.
 
     One that rests on facts that are not stated keeps no pair apart.
     """
@@ -170,21 +170,21 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
 
 
 def _between(publisher: QosProfile, subscriber: QosProfile, part: str) -> Iterator[Violation]:
-    """Yield what a part of the rules over both ends says."""
+    """Yield the violations of a part of the rules over both ends."""
     rules = over_both(publisher.pack)
     return _spoken(rules, rules.bits[part], publisher, subscriber)
 
 
 @lru_cache(maxsize=_FRAMES)
 def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
-    """Return as bits the meeting conditions that read of a side, 0 or 1, what depends on assumptions."""
+    """Return as bits the matching conditions that read values of a side, 0 or 1, which depend on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
     rules = enumerate(pack.by_scope["meets"])
     return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
 def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
-    """Yield what some rules of a set say."""
+    """Yield the violations of some rules of a set."""
     certain, asked = rules.reporting(first, second, among)
     for position in positions(certain | asked):
         bound = rules.rules[position]
@@ -208,7 +208,7 @@ def speaking_of(bound: BoundRule) -> str | None:
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Whether a rule requires what the middleware of either side does not match on, or gives what is not needed."""
+    """Return whether a rule requires a policy that the middleware of either side does not match on, or gives a guarantee that is not needed."""
     if bound.rule.guarantee:
         return bound.rule.guarantee not in subscriber.needs
     unmatched = publisher.unmatched or subscriber.unmatched
@@ -226,7 +226,7 @@ def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Viol
 
 @lru_cache
 def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FBT001 - as the above
-    """Return the rules about one end: about it by itself, the errors about what surrounds it, and the rules over topics.
+    """Return the rules about one end: about the endpoint itself, errors about its surroundings, and rules over topics.
 
     The latter have something to say as far as one endpoint alone on its side can tell.
     """
@@ -265,13 +265,13 @@ def _refusing_around(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # 
 
 
 def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
-    """Ask a rule about what surrounds an endpoint, which refuses none where it is not decided."""
+    """Ask a rule about the surroundings of an endpoint; undecided, it refuses none."""
     spoken = ask(bound, profile.values, profile.values)
     return spoken if spoken is not None and spoken.refuses else None
 
 
 def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
-    """Ask a rule over topics; of one over all endpoints of a side it is not known what it says."""
+    """Ask a rule over topics; the answer of one over all endpoints of a side is unknown."""
     if bound.bound.aggregate_uses:
         return Violation(bound, RuleAnswer(None))
     return ask(bound, profile.values, profile.values)
@@ -329,14 +329,14 @@ def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tupl
 
 @lru_cache(maxsize=_CACHE)
 def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
-    """Return the errors about an endpoint and its surroundings that read what depends on assumptions."""
+    """Return the errors about an endpoint and its surroundings that read values which depend on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
     rules = (*_of_endpoint(pack, role, observed), *_refusing_around(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
 def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `GroupKey` has
-    """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
+    """Return whether no rule about one endpoint reports on it, and no error about its surroundings."""
     rules = about_one(profile.pack, role, observed)
     return not rules.that_report(profile, profile, ~rules.bits["signal"])
 
@@ -348,7 +348,7 @@ def of_end(
     observed: bool,  # noqa: FBT001 - as everything that `GroupKey` has
     wired: bool,  # noqa: FBT001 - likewise
 ) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
-    """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
+    """Return the best verdict of every pair of an endpoint, and the codes of the findings that decide it."""
     alone = wired or is_silent(profile, role, observed)
     refused = profile.refused if alone else refusals(profile, role, observed)
     undecided = () if alone else undecided_of(profile, role, observed)

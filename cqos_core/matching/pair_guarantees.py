@@ -86,7 +86,7 @@ class PairGuarantee:
         return tuple(fault for fault in FAULTS if self.under(fault) == self.value)
 
     def under(self, fault: str) -> int | None:
-        """Return what is given under a fault, or while connected (``link``)."""
+        """Return the value under a fault, or while connected (``link``)."""
         if fault == LINK:
             return self.value
         return self.cells[fault].value if fault in self.cells else None
@@ -187,7 +187,7 @@ class _ByAnswers:
     """One guarantee of pairs with much in common: equal answers of all rules give the same."""
 
     def __init__(self, word: GuaranteeWord, at: tuple[frozenset[int], frozenset[int]]) -> None:
-        """Take the word, and the positions of what the profiles have in common."""
+        """Take the guarantee, and the positions of values that the profiles share."""
         self._word = word
         self._at = at
         self._left = WORTH_A_FUNCTION
@@ -195,7 +195,7 @@ class _ByAnswers:
         self._given: dict[tuple[int], PairGuarantee | None] = {}
 
     def given(self, publisher: QosProfile, subscriber: QosProfile) -> PairGuarantee:
-        """Return what is given; one function asks all rules once several pairs came."""
+        """Return the guarantee; one function asks all rules after several pairs."""
         if self._function is None:
             self._left -= 1
             if not self._left:
@@ -337,7 +337,7 @@ class _AskedWord:
         return FaultGuarantee(self.word.nothing if refused else None, lost)  # type: ignore[arg-type]
 
     def answer(self, bound: BoundRule, need: int, faults: tuple[str, ...]) -> bool | None:
-        """Ask a rule as if this were needed; False or None where it speaks."""
+        """Ask a rule as if this were needed; False or None if it reports."""
         key = (id(bound), need, self.read_by(bound, faults))
         if key not in self._answers:
             result = self._one_by_one.of(bound.bound, self.offered, self.asking(need, faults))
@@ -366,7 +366,7 @@ class _AskedWord:
         return self._candidates[key]
 
     def read_by(self, bound: BoundRule, faults: tuple[str, ...]) -> tuple[str, ...]:
-        """Return what a rule reads of faults."""
+        """Return the faults that a rule reads."""
         return faults if self.survives in bound.bound.sides[1] else ()
 
     def asking(self, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
@@ -380,7 +380,7 @@ def over_hops(hops: Sequence[Sequence[PairGuarantee]], *, carried: bool) -> list
     """Put the guarantees of the hops of a path together, per fault; a hop never improves what the others give.
 
     Args:
-        hops: what each hop gives, from the publisher on. Of a word that a hop says nothing of, nothing is known.
+        hops: the guarantees of each hop, from the publisher on. A guarantee that a hop lacks is unknown.
         carried: whether every bridge between them carries liveliness on.
     """
     by_word = {
@@ -425,7 +425,7 @@ def _joined(
 ) -> int | None:
     over = word.joined(faulty=fault != LINK)
     if over == "last hop":
-        # What is stored for those who come late has to get there first.
+        # Samples that are kept for late joiners have to arrive there first.
         filled = _weakest(WORDS["latest"], latest) if word.name == "late_join" else 1
         return word.nothing if hops[-1] == word.nothing or filled == 0 else hops[-1] if filled else None  # type: ignore[return-value]
     if over == "not over a bridge" and not carried:

@@ -35,7 +35,7 @@ class GroupKey(NamedTuple):
     profile: QosProfile
     observed: bool
     tags: frozenset[int]
-    carried: bool
+    copied: bool
     size: int
     wired: bool = False
 
@@ -59,16 +59,16 @@ class EndpointGroup:
     Attributes:
         settled: their values where `settle` replaced some; else those of each of them hold.
         tags: indices of the acceptances that name these endpoints.
-        carried: they are copies, from another protocol or another key, that match endpoints of this topic only; other
+        copied: they are copies, from another protocol or another key, that match endpoints of this topic only; other
             findings about them belong to their origin.
         wired: they are copies from another protocol.
-        starts_after: what is up before them, for values that come from peers.
+        starts_after: names that are up before them, for values that come from peers.
     """
 
     observed: bool
     tags: frozenset[int]
     starts_after: frozenset[str]
-    carried: bool = False
+    copied: bool = False
     wired: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
     settled: QosProfile | None = None
@@ -83,9 +83,9 @@ class EndpointGroup:
         return self.endpoints[0].value(index) if self.settled is None else self.settled.values[index]
 
     @property
-    def alike(self) -> GroupKey:
+    def key(self) -> GroupKey:
         """The group in the eyes of rules."""
-        return GroupKey(self.profile, self.observed, self.tags, self.carried, len(self.endpoints), self.wired)
+        return GroupKey(self.profile, self.observed, self.tags, self.copied, len(self.endpoints), self.wired)
 
     def only(self, endpoints: list[Resolved]) -> EndpointGroup:
         """Return a group of some of these endpoints."""
@@ -121,7 +121,7 @@ class MatchedTopic:
     @property
     def shape(self) -> TopicShape:
         """The topic without names, as rules see it; values from peers have to be settled."""
-        sides = (tuple([each.alike for each in groups]) for groups in (self.publishers, self.subscribers))
+        sides = (tuple([each.key for each in groups]) for groups in (self.publishers, self.subscribers))
         return TopicShape(self.pack, *sides)
 
 
@@ -146,7 +146,7 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     own = [endpoint for endpoint in ordered if not endpoint.visiting]
     topic = MatchedTopic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
     found: dict[tuple[object, ...], EndpointGroup] = {}
-    # Values that come from peers follow from the order of start, so what others start after is a group of its own.
+    # Values that come from peers follow from the order of start, so an endpoint that others start after is a group of its own.
     named = frozenset[str]()
     if any(endpoint.like.from_peers for endpoint in ordered):
         named = named.union(*(endpoint.starts_after for endpoint in ordered))
@@ -157,11 +157,11 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = endpoint.starts_after
         here = named & endpoint.names if named else named
-        carried, wired = endpoint.is_copy, endpoint.carried is not None
-        key = (stated.role, single or endpoint.profile, stated.observed, tags, starts, here, carried, wired)
+        copied, wired = endpoint.is_copy, endpoint.wire_origin is not None
+        key = (stated.role, single or endpoint.profile, stated.observed, tags, starts, here, copied, wired)
         members = found.get(key)
         if members is None:
-            members = found[key] = EndpointGroup(stated.observed, tags, starts, carried, wired)
+            members = found[key] = EndpointGroup(stated.observed, tags, starts, copied, wired)
             (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
         members.endpoints.append(endpoint)
     return topic

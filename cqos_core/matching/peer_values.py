@@ -55,7 +55,7 @@ def settled_profiles(endpoints: Sequence[Resolved]) -> dict[int, QosProfile]:
 def settle(topic: MatchedTopic) -> None:
     """Replace values taken from peers in every group of ``topic``."""
     settling = _Settling(topic)
-    # What is stated to be there before others comes first, so that a long chain is no deep one.
+    # Endpoints that are stated to start before others come first, which keeps the recursion flat.
     ordered = sorted((*topic.publishers, *topic.subscribers), key=lambda each: len(each.starts_after))
     changes = [(each, {at: settling.value(each, at) for at in each.profile.from_peers}) for each in ordered]
     for members, values in changes:
@@ -63,7 +63,7 @@ def settle(topic: MatchedTopic) -> None:
             members.settled = members.profile.with_values(values)
 
 
-class _PeerWay(NamedTuple):
+class _TakenValue(NamedTuple):
     """The way in which a group takes a value, and the values of peers that are stated to start before it."""
 
     taken: FromPeers
@@ -110,17 +110,17 @@ class _Settling:
         before, opened = self._peers(members)
         known = [*dict.fromkeys(self.value(each, index) for each in before)]
         ways = dict.fromkeys(self._way(each, index) for each in opened)
-        # What a peer that takes its value from us has when it was there first: that without us.
-        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _PeerWay) else way for way in ways)]
+        # A peer that takes its value from us and starts first has its value without us.
+        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _TakenValue) else way for way in ways)]
         last = combine(policy, taken, [*dict.fromkeys((*known, *others))])
         if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
             return last
         first = combine(policy, taken, known)
-        # What a peer may have taken from others than us that were there before it.
+        # Values that a peer may take from others that start before it.
         elsewhere = (
             combine(policy, way.taken, [*way.known, value])
             for way in ways
-            if isinstance(way, _PeerWay)
+            if isinstance(way, _TakenValue)
             for value in self._on_topic(index)
         )
         between = {combine(policy, taken, [*known, each]) for each in chain(others, elsewhere)} - {first, last}
@@ -131,7 +131,7 @@ class _Settling:
             (SUBSCRIBERS_FIRST, last if publisher else first),
         )
         if any(isinstance(each, Depends) and each.on == START_ORDER for each in known):
-            # Who of the others is there first may differ between us and those whose value depends on it.
+            # The first of the others may differ between us and those whose value depends on it.
             ordered, between = (), {case for each in (*between, first, last) for case in _in_any_order(each)}
         if len(between) > _OTHER_ORDERS:
             return Anything("it depends on the order of start in too many ways")
@@ -140,12 +140,12 @@ class _Settling:
         named = {f"another order that gives {policy.format(each)}": each for each in between}
         return Depends(START_ORDER, (*ordered, *sorted(named.items(), key=itemgetter(0))))
 
-    def _way(self, peer: EndpointGroup, index: int) -> Value | _PeerWay:
+    def _way(self, peer: EndpointGroup, index: int) -> Value | _TakenValue:
         """The value of a peer, or the way in which it takes it."""
         taken: Value = peer.profile.values[index]
         if not isinstance(taken, FromPeers):
             return taken
-        return _PeerWay(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
+        return _TakenValue(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
 
     def _peers(self, members: EndpointGroup) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
         """The peers of a group that are stated to be there before it, and those whose order is open."""
@@ -173,7 +173,7 @@ class _Settling:
 
 
 def _in_any_order(value: Value) -> Iterator[Value]:
-    """Yield what a value is by the order of start."""
+    """Yield the values for each order of start."""
     if isinstance(value, Depends) and value.on == START_ORDER:
         for _, case in value.cases:
             yield from _in_any_order(case)

@@ -32,11 +32,11 @@ class Hit(Generic[G]):
 
     Attributes:
         publishers, subscribers: the groups concerned, in order, as keys.
-        pairs: how many pairs it speaks of.
+        pairs: the number of pairs concerned.
         tags: acceptances that name all its endpoints.
         more: how many combinations of values are put together here, where there are too many to list; else 0.
         example: one of them: a group per role.
-        reached: the positions of `subscribers` as bits, where it speaks of pairs.
+        reached: the positions of `subscribers` as bits, for rules over pairs.
     """
 
     spoken: Violation

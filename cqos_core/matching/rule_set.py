@@ -1,6 +1,6 @@
 """Sets of rules: returns those that report on two profiles, by their compiled conditions.
 
-A rule that reads what is not known, and one that is not compiled for certain, is asked by itself.
+A rule that reads unknown values, or is not compiled exactly, is asked by itself.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class RuleQuestion(NamedTuple):
     Attributes:
         bound: the rule.
         by_itself: asks it of two profiles where a function does not tell; returns None where it has nothing to say.
-        undecided: whether it has something to say where it is not decided; a meeting condition only where that rests on assumptions.
-        absent: where it reads what its ends do not have.
+        undecided: whether it has something to say where it is not decided; a matching condition only where that rests on assumptions.
+        absent: positions of policies that it reads and its ends do not have.
     """
 
     bound: BoundRule
@@ -57,10 +57,10 @@ class SharedValues:
     Attributes:
         values: those, at their places in the values of a profile.
         at: these places.
-        open: bits of the rules that read what is not known.
-        passed: bits of the rules that require what the middleware does not match on.
+        open: bits of the rules that read unknown values.
+        passed: bits of the rules over policies that the middleware does not match on.
         options: values of the options that rules read.
-        functions: by what stands on the other side, the rules compiled for both.
+        functions: by the shared values of the other side, the rules compiled for both.
     """
 
     values: Values

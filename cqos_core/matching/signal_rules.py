@@ -79,7 +79,7 @@ def _parts(shape: TopicShape, met_by: Sequence[int]) -> list[tuple[list[int], li
 def _signal_rule(
     shape: TopicShape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
 ) -> Iterator[tuple[Violation, str, Sequence[int]]]:
-    """Judge a rule over a whole signal; one about single endpoints of it comes with the groups it speaks of."""
+    """Judge a rule over a whole topic; one about single endpoints comes with the groups concerned."""
     read = bound.bound.aggregated
     signal = Signal(_distinct(shape.publishers, publishers, read), _distinct(shape.subscribers, subscribers, read))
     role = speaking_of(bound)

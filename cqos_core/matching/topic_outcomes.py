@@ -1,6 +1,6 @@
 """Outcomes of topics: pairs and hits of rules over groups of endpoints, without names. Outcomes of a shape are cached.
 
-A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
+A rule reads only a few policies. So it is judged once per distinct combination of those (its *value groups*), not per pair of
 endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
 topic on which all endpoints differ costs little more than its distinct values. Most topics equal others, in the same system or in
 an earlier one, and cost a look-up.
@@ -53,11 +53,11 @@ _FEW_PAIRS: Final = 64
 
 @dataclass(slots=True, eq=False)
 class NonMatch:
-    """A meeting condition that keeps a class of publishers apart from subscribers: by publisher group those groups, as bits.
+    """A matching condition that keeps publishers from matching subscribers: by publisher group the subscriber groups, as bits.
 
     Attributes:
         tags: acceptances that name the publishers.
-        subscribers: the classes that the condition sorts all subscribers into.
+        subscribers: the value groups of all subscribers, as the condition reads them.
     """
 
     bound: BoundRule
@@ -67,7 +67,7 @@ class NonMatch:
 
 
 class JudgedPairs(NamedTuple):
-    """Publisher groups, and as bits the subscriber groups, whose pairs were judged alike."""
+    """Publisher groups, and as bits the subscriber groups, whose pairs have equal results."""
 
     publishers: tuple[int, ...]
     subscribers: int
@@ -82,7 +82,7 @@ class TopicOutcome(NamedTuple):
         met: per publisher group, the subscriber groups that it matches, as bits.
         kept_apart: the conditions that keep groups from matching.
         rows: all pairs.
-        hits: what rules report.
+        hits: the reports of rules.
     """
 
     met: tuple[int, ...]
@@ -92,7 +92,7 @@ class TopicOutcome(NamedTuple):
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict of one group and another one; of two that never meet it is unknown."""
+        """The verdict of two groups; unknown if they do not match."""
         return self.rows[0].verdict if self.rows else Verdict.UNKNOWN
 
 
@@ -103,8 +103,8 @@ def judge_shape(shape: TopicShape) -> TopicOutcome:
     return _remembered(shape)
 
 
-class _Said(NamedTuple):
-    """The report of a rule over two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
+class _GroupReport(NamedTuple):
+    """The report of a rule over two value groups; ``combinations`` counts further ones that these stand for, else it is 0."""
 
     publishers: ValueGroup
     subscribers: ValueGroup
@@ -112,8 +112,8 @@ class _Said(NamedTuple):
     combinations: int = 0
 
 
-class _Row(NamedTuple):
-    """The report of a rule over a class of publishers: the subscriber groups that it certainly reports, as bits, and others."""
+class _PublisherReport(NamedTuple):
+    """The report of a rule over a value group of publishers: the subscriber groups that it certainly reports, as bits, and others."""
 
     publishers: ValueGroup
     certain: int
@@ -160,7 +160,7 @@ def _judge(shape: TopicShape) -> TopicOutcome:
 
 
 def _is_quiet(shape: TopicShape) -> bool:
-    """Whether no rule has anything to say of one group on each side."""
+    """Return whether no rule reports on one group on each side."""
     (offering,), (requesting,) = shape.publishers, shape.subscribers
     publisher, subscriber = offering.profile, requesting.profile
     return (
@@ -171,10 +171,10 @@ def _is_quiet(shape: TopicShape) -> bool:
     )
 
 
-def _end_is_quiet(alike: GroupKey, role: str) -> bool:
-    profile = alike.profile
-    unusual = alike.carried or alike.wired or profile.unread or profile.refused
-    return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
+def _end_is_quiet(group: GroupKey, role: str) -> bool:
+    profile = group.profile
+    unusual = group.copied or group.wired or profile.unread or profile.refused
+    return not unusual and not about_one(profile.pack, role, group.observed).that_report(profile, profile)
 
 
 QUIET: Final = TopicOutcome((1,), (), (JudgedPairs((0,), 1, Verdict.COMPATIBLE, ()),), ())
@@ -182,7 +182,7 @@ QUIET: Final = TopicOutcome((1,), (), (JudgedPairs((0,), 1, Verdict.COMPATIBLE, 
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
-    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
+    """Return per publisher the subscribers of one topic that it matches, as bits."""
     sides = (tuple(GroupKey(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
     shape = TopicShape(pack, *sides)
     return _met(shape, _may_report(shape)).met
@@ -207,17 +207,17 @@ def _may_report(shape: TopicShape) -> int:
 
 
 def _of_part(shape: TopicShape, reporting: int, part: str) -> Iterator[BoundRule]:
-    """Yield those of the rules that may report that are of a part: meeting conditions, or rules of pairs."""
+    """Yield those of the rules that may report that are of a part: matching conditions, or rules of pairs."""
     rules = over_both(shape.pack)
     return (rules.rules[position] for position in positions(reporting & rules.bits[part]))
 
 
 def _met(shape: TopicShape, reporting: int) -> _Pairs:
-    """Find which groups form pairs, and what keeps the others apart."""
+    """Return the groups that match, and the conditions that keep the others from matching."""
     everybody = (1 << len(shape.subscribers)) - 1
-    native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
+    native = sum(1 << index for index, group in enumerate(shape.subscribers) if not group.copied)
     pairs = _Pairs(
-        [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
+        [native if group.copied else everybody for group in shape.publishers], sizes=_sizes(shape.subscribers)
     )
     for bound in _of_part(shape, reporting, "meets"):
         subscribers = value_groups(shape.subscribers, bound.bound.sides[1])
@@ -235,11 +235,11 @@ def _met(shape: TopicShape, reporting: int) -> _Pairs:
 
 
 def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
-    """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
+    """Leave unknown the pairs that a matching condition keeps apart under some assumptions only."""
     assuming = 0
     for side, groups in enumerate((shape.publishers, shape.subscribers)):
-        for alike in groups:
-            assuming |= read_in_worlds(shape.pack, alike.profile.frame, side)
+        for group in groups:
+            assuming |= read_in_worlds(shape.pack, group.profile.frame, side)
     for bound in _of_part(shape, reporting & assuming, "meets"):
         first, second = bound.bound.sides
         offering, requesting = value_groups(shape.publishers, first), value_groups(shape.subscribers, second)
@@ -247,7 +247,7 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: 
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
                 if spoken is not None:
-                    _note(shape, pairs, hits, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                    _note(shape, pairs, hits, _GroupReport(publishers, subscribers, spoken, 0), pairs.met)
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
@@ -255,15 +255,15 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: 
 
 def _sizes(groups: Sequence[GroupKey]) -> list[int]:
     """The groups whose size has 1, 2, 4, … in it, as bits."""
-    found = [0] * max((alike.size.bit_length() for alike in groups), default=0)
-    for position, alike in enumerate(groups):
-        for power in positions(alike.size):
+    found = [0] * max((group.size.bit_length() for group in groups), default=0)
+    for position, group in enumerate(groups):
+        for power in positions(group.size):
             found[power] |= 1 << position
     return found
 
 
 def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
-    needs = {word for alike in shape.subscribers for word in alike.profile.needs}
+    needs = {word for group in shape.subscribers for word in group.profile.needs}
     fitting: list[int] | None = None
     guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
     for bound in (*_of_part(shape, reporting, "pair"), *guarantees):
@@ -283,21 +283,21 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -
 
 
 def _end_segments(shape: TopicShape, pairs: _Pairs) -> None:
-    """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
+    """Apply the best verdict of each endpoint: no pair is compatible if one end is not understood or refused."""
     said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
-    for position, alike in enumerate(shape.subscribers):
-        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.wired):
+    for position, group in enumerate(shape.subscribers):
+        for end in of_end(group.profile, SUBSCRIBER, group.observed, group.wired):
             said[end] = said.get(end, 0) | 1 << position
-    for position, alike in enumerate(shape.publishers):
+    for position, group in enumerate(shape.publishers):
         segments = pairs.segments[position]
-        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.wired):
+        for verdict, codes in of_end(group.profile, PUBLISHER, group.observed, group.wired):
             _split_segments(segments, pairs.met[position], verdict, codes)
         for (verdict, codes), mask in said.items():
             _split_segments(segments, mask & pairs.met[position], verdict, codes)
 
 
 def _fitting(pairs: _Pairs) -> list[int]:
-    """Per publisher group the subscriber groups that nothing refuses: a guarantee is one of pairs that fit."""
+    """Return per publisher group the subscriber groups that nothing refuses: only compatible pairs have guarantees."""
     found = []
     for segments in pairs.segments:
         mask = 0
@@ -307,8 +307,8 @@ def _fitting(pairs: _Pairs) -> list[int]:
     return found
 
 
-def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterator[_Row]:
-    """Judge one rule over every combination of its classes; yield what it says."""
+def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterator[_PublisherReport]:
+    """Judge one rule over every combination of its value groups; yield its reports."""
     publishers = value_groups(shape.publishers, bound.bound.sides[0]).each
     if not bound.rule.guarantee:  # which depends on what the subscriber needs
         publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
@@ -343,11 +343,11 @@ def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterat
             elif bound.rule.kind != "meets":
                 others.append((requesting, spoken))
         if certain or others:
-            yield _Row(offering, certain, others)
+            yield _PublisherReport(offering, certain, others)
 
 
-def _few(bound: BoundRule, rows: Iterable[_Row], columns: ValueGroups) -> Iterator[_Said]:
-    """Pass the first combinations on, and then per publisher class one that stands for the others."""
+def _few(bound: BoundRule, rows: Iterable[_PublisherReport], columns: ValueGroups) -> Iterator[_GroupReport]:
+    """Yield the first combinations, then one per publisher group that stands for the others."""
     certain = Violation(bound, RuleAnswer(bound.rule.kind == "forbids"))
     later = []
     left = MOST_COMBINATIONS
@@ -355,7 +355,7 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: ValueGroups) -> Iterat
         if left:
             said = {id(each): spoken for each, spoken in others}
             for each in columns.within(reduce(or_, (each.mask for each, _ in others), mask))[:left]:
-                yield _Said(publishers, each, said.get(id(each), certain))
+                yield _GroupReport(publishers, each, said.get(id(each), certain))
                 left -= 1
                 mask &= ~each.mask  # noqa: PLW2901 - what is left of it
                 said.pop(id(each), None)
@@ -364,20 +364,22 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: ValueGroups) -> Iterat
         for _, same in columns.by_tags(mask):
             first = columns.first(same)
             together.append(
-                _Said(publishers, ValueGroup(first.first, first.members, same), certain, columns.count(same))
+                _GroupReport(publishers, ValueGroup(first.first, first.members, same), certain, columns.count(same))
             )
         undecided: dict[frozenset[int], list[tuple[ValueGroup, Violation]]] = {}
         for each, spoken in others:
             undecided.setdefault(each.first.tags, []).append((each, spoken))
         for (first, spoken), *more in undecided.values():
             same = reduce(or_, (each.mask for each, _ in more), first.mask)
-            together.append(_Said(publishers, ValueGroup(first.first, first.members, same), spoken, len(more) + 1))
+            together.append(
+                _GroupReport(publishers, ValueGroup(first.first, first.members, same), spoken, len(more) + 1)
+            )
         later += sorted(together, key=lambda each: each.subscribers.members[0])
     yield from later
 
 
-def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _Said, asked: Sequence[int]) -> None:
-    """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
+def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _GroupReport, asked: Sequence[int]) -> None:
+    """Note the report of a rule about two value groups, or further merged ones, if they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
     if spoken.unknown and (
         already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
@@ -397,7 +399,7 @@ def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _Said, asked: Seq
 def _split_segments(
     segments: dict[tuple[Verdict, tuple[str, ...]], int], mask: int, verdict: Verdict, codes: tuple[str, ...]
 ) -> None:
-    """Apply what is known of some subscribers to the segments of one publisher group."""
+    """Apply a verdict for some subscribers to the segments of one publisher group."""
     for (before, known), present in list(segments.items()):
         touched = present & mask
         if not touched:
@@ -413,7 +415,7 @@ def _split_segments(
 
 
 def _rows(pairs: _Pairs) -> tuple[JudgedPairs, ...]:
-    """Put publishers together whose pairs were judged alike."""
+    """Put publishers together whose pairs have equal results."""
     rows: dict[tuple[Verdict, tuple[str, ...], int], list[int]] = {}
     for publisher, segments in enumerate(pairs.segments):
         for (verdict, codes), mask in segments.items():
@@ -429,13 +431,13 @@ def _rows(pairs: _Pairs) -> tuple[JudgedPairs, ...]:
 def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
     found = EndpointHits[int]()
     for role in (PUBLISHER, SUBSCRIBER):
-        for position, alike in enumerate(shape.side(role)):
-            if alike.carried:
+        for position, group in enumerate(shape.side(role)):
+            if group.copied:
                 continue
-            undecided = () if alike.wired else undecided_of(alike.profile, role, alike.observed)
-            for spoken in judge_endpoint(alike.profile, role, alike.observed):
+            undecided = () if group.wired else undecided_of(group.profile, role, group.observed)
+            for spoken in judge_endpoint(group.profile, role, group.observed):
                 if not spoken.unknown or spoken.failed is not None or spoken in undecided:
-                    found.note(spoken, role, position, alike.profile, alike.tags)
+                    found.note(spoken, role, position, group.profile, group.tags)
     yield from found.values()
 
 
@@ -450,7 +452,7 @@ def _signal_rules(shape: TopicShape, pairs: _Pairs, hits: _Hits) -> None:
 
 
 def _refuse(pairs: _Pairs, hit: Hit[int]) -> None:
-    """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
+    """Make pairs incompatible whose endpoints a rule over their topic refuses."""
     code = (hit.spoken.bound.rule.code,)
     subscribers = sum(1 << position for position in hit.subscribers)
     for position, segments in enumerate(pairs.segments):

@@ -31,26 +31,26 @@ class ValueGroup:
 
 
 class ValueGroups:
-    """The classes of one side, in order, and which of them have groups in a mask."""
+    """The value groups of one side, in order, with look-up by mask."""
 
     def __init__(self, each: list[ValueGroup]) -> None:
         self.each = each
 
     def within(self, mask: int) -> list[ValueGroup]:
-        """The classes with groups in ``mask``."""
+        """Return the value groups with bits in ``mask``."""
         return [self.each[at] for at in sorted({self._at[position] for position in positions(mask)})]
 
     def first(self, mask: int) -> ValueGroup:
-        """The first class with groups in ``mask``, which has all or none of each."""
+        """Return the first value group in ``mask``, which has all or no bits of each."""
         return self.each[self._at[(mask & -mask).bit_length() - 1]]
 
     def count(self, mask: int) -> int:
-        """Return the number of value groups with endpoints in ``mask``."""
+        """Return the number of value groups with bits in ``mask``."""
         single, wide = self._by_width
         return (mask & single).bit_count() + sum(1 for one in wide if one.mask & mask)
 
     def by_tags(self, mask: int) -> Iterator[tuple[frozenset[int], int]]:
-        """The groups in ``mask``, as bits, by the acceptances that name them."""
+        """Yield the groups in ``mask``, as bits, by the acceptances that name them."""
         return ((tags, mask & same) for tags, same in self._tagged.items() if mask & same)
 
     @cached_property
@@ -73,12 +73,12 @@ class ValueGroups:
 def value_groups(groups: Iterable[GroupKey], indices: Sequence[int]) -> ValueGroups:
     """Sort one side's groups by the values that a rule reads, and by the acceptances that name them."""
     found: dict[Any, ValueGroup] = {}
-    for position, alike in enumerate(groups):
-        values = alike.profile.values
-        key = (tuple([values[index] for index in indices]), alike.profile.unmatched, alike.tags)
+    for position, group in enumerate(groups):
+        values = group.profile.values
+        key = (tuple([values[index] for index in indices]), group.profile.unmatched, group.tags)
         each = found.get(key)
         if each is None:
-            each = found[key] = ValueGroup(alike)
+            each = found[key] = ValueGroup(group)
         each.members.append(position)
         each.mask |= 1 << position
     return ValueGroups(list(found.values()))

@@ -1,6 +1,6 @@
 """Endpoints of one protocol on the wire of another: a ROS 2 node and a plain DDS program on one topic.
 
-A pack says by `cqos_core.packs.pack.Wire` what its endpoints are on the wire. Where endpoints of the wire's own protocol are
+A pack says by `cqos_core.packs.Wire` what its endpoints are on the wire. Where endpoints of the wire's own protocol are
 there too, copies of the carried ones are put beside them; pairs of one of each are then judged by the wire's pack. What is
 known of a topic holds there for both, for any source.
 """
@@ -58,7 +58,7 @@ def _share_facts(endpoints: list[Resolved]) -> None:
     """Let endpoints of the wire's own know what all carried ones of the topic agree on, where they state nothing."""
     known: dict[int, dict[Value, Resolved]] = {}
     for endpoint in sorted(endpoints, key=lambda each: each.id):
-        for index in endpoint.carried.own_index if endpoint.carried is not None else ():
+        for index in endpoint.wire_origin.own_index if endpoint.wire_origin is not None else ():
             if endpoint.pack.policies[index].level in FACTS:
                 known.setdefault(index, {}).setdefault(endpoint.profile.values[index], endpoint)
     agreed = {index: next(iter(by_value.items())) for index, by_value in known.items() if len(by_value) == 1}
@@ -68,7 +68,7 @@ def _share_facts(endpoints: list[Resolved]) -> None:
             for index, fact in agreed.items()
             if endpoint.profile.values[index] != fact[0] and not states(endpoint, index)
         }
-        if endpoint.carried is None and new:
+        if endpoint.wire_origin is None and new:
             endpoints[position] = replace(
                 endpoint,
                 profile=endpoint.profile.with_values({index: value for index, (value, _) in new.items()}),

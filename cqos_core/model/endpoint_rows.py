@@ -1,7 +1,7 @@
-"""Endpoints that a file states in bulk: each is a row of what is its own, and becomes an object when one reads it.
+"""Endpoints of large files as rows: a row has an endpoint's own values, and becomes an object when it is read.
 
-A row begins with what it shares with others, its id, its topic and where it stands in its file. The texts of settings follow, where those
-of others differ. It takes a sixth of an object with its settings, and what holds for all that share something is looked up once.
+A row begins with its pattern (shared with other rows), its id, its topic and its place. Then follow the texts of settings that differ
+from those of other rows. It takes a sixth of the memory of an object with its settings, and its pattern is evaluated once.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class SettingsPattern:
     """The settings that several endpoints have in common, with gaps for the texts that differ; compared by identity.
 
     Attributes:
-        setting_texts: what `Endpoint.setting_texts` returns of such an endpoint.
-        at: the settings whose texts differ, by their places in the former.
+        setting_texts: the `Endpoint.setting_texts` of one of the endpoints.
+        at: the positions in it of the settings whose texts differ.
     """
 
     __slots__ = ("at", "setting_texts")
@@ -39,7 +39,7 @@ class SettingsPattern:
         self.at = at
 
     def says(self, texts: Iterable[str]) -> SettingTexts:
-        """Return what `Endpoint.setting_texts` returns of an endpoint with other texts there."""
+        """Return the `Endpoint.setting_texts` of an endpoint with other texts there."""
         settings = [*self.setting_texts[0]]
         for at, text in zip(self.at, texts, strict=True):
             name, _, unknown, derived = settings[at]
@@ -48,7 +48,7 @@ class SettingsPattern:
 
 
 def pattern_of(names: tuple[str, ...], known: dict[tuple[str, ...], SettingsPattern]) -> SettingsPattern:
-    """Return the one pattern of settings with these names, whose texts all differ; ``known`` has those that were made."""
+    """Return the pattern of settings with these names, whose texts all differ; ``known`` caches patterns."""
     found = known.get(names)
     if found is None:
         said = tuple([(name, "", "", False) for name in names]), ()
@@ -88,7 +88,7 @@ class EndpointList(list[Endpoint]):
     __slots__ = ()
 
     def rows(self) -> Iterator[Endpoint | Row]:
-        """Yield what is still a row as that."""
+        """Yield the endpoints, rows as rows."""
         return super().__iter__()
 
     def __getitem__(self, at: Any) -> Any:
@@ -114,7 +114,7 @@ class EndpointList(list[Endpoint]):
 
 
 def _of_objects(name: str) -> Callable[..., Any]:
-    """Return a method of lists that finds objects only."""
+    """Return a method of lists that makes all rows objects first."""
     method = getattr(list, name)
 
     def of_objects(one: EndpointList, *given: Any, **named: Any) -> Any:
@@ -143,7 +143,7 @@ for _name in ("copy", "count", "index", "pop", "remove", "sort"):
 
 
 def add_rows(system: System, rows: Iterable[Endpoint | Row]) -> None:
-    """Add endpoints to a system, those that are rows as that."""
+    """Add endpoints to a system, rows as rows."""
     if not isinstance(system.endpoints, EndpointList):
         system.endpoints = EndpointList(system.endpoints)
     list.extend(system.endpoints, rows)  # type: ignore[misc]
@@ -174,12 +174,12 @@ def topic_of(endpoint: Endpoint | Row) -> str | None:
 
 
 def rows_of(endpoints: Iterable[Endpoint]) -> Iterator[Endpoint | Row]:
-    """Yield endpoints, those that are still rows as that."""
+    """Yield endpoints, rows as rows."""
     return endpoints.rows() if isinstance(endpoints, EndpointList) else iter(endpoints)
 
 
 def kinds_of(endpoints: Iterable[Endpoint]) -> Iterator[Endpoint]:
-    """Yield endpoints among which there is one of each kind: of rows only one that is like all that share as much."""
+    """Yield at least one endpoint of each kind: of rows of one pattern only one."""
     if not isinstance(endpoints, EndpointList):
         yield from endpoints
         return
@@ -201,7 +201,7 @@ class RowEndpoint(Endpoint):
     _made: Settings | None
 
     def __getattr__(self, name: str) -> Any:
-        """Make what is not there yet."""
+        """Make a field that is not set yet."""
         if name not in _MADE:
             raise AttributeError(name)
         setattr(self, name, self.row[0].make(name, self.row))
@@ -220,7 +220,7 @@ class RowEndpoint(Endpoint):
         self._made = stated
 
     def pattern(self) -> tuple[SettingsPattern, tuple[str, ...]] | None:
-        """Return what it and others state with other texts, and its own texts there; None once its settings are made and may be changed."""
+        """Return its pattern and its own texts; None once its settings are made and may be changed."""
         return None if self._made is not None or self.overlay else (self.row[0].pattern, self.row[FIRST_TEXT:])
 
     def setting_texts(self) -> SettingTexts:
@@ -257,7 +257,7 @@ _SHARED: Final = [
 _plainly: Final = attrgetter(
     *(each.name for each in fields(Endpoint) if each.name not in {"settings", "place", "room"})
 )
-"""All that is no place and no setting."""
+"""All fields but places and settings."""
 
 
 def _values(endpoint: Endpoint) -> dict[str, Any]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def with_exact_columns(report: Report, sources: Mapping[str, bytes]) -> Report:
-    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed.
+    """Return ``report`` with exact columns in its places, found by rescanning the sources.
 
     A source is scanned when the sides or the remedies of any finding are first read: once for all sides, once for all remedies.
     """

@@ -55,7 +55,7 @@ class Trigger(Immutable):
 
     Attributes:
         timer: of a timer.
-        link: name of a link, which joins what throws with what catches it in the same scope.
+        link: name of a link, which joins a throwing event with a catching one in the same scope.
     """
 
     kind: TriggerKind

@@ -83,7 +83,7 @@ class PackError(CqosError):
 
 
 class ConditionError(CqosError):
-    """A condition cannot be read or does not fit the policies it speaks of.
+    """A condition cannot be read, or does not fit its policies.
 
     Attributes:
         text: the condition, as far as there is a text.
@@ -106,7 +106,7 @@ class InvalidValueError(CqosError):
     """A setting's text is no value of its policy. ``expected`` says what is allowed, ``near`` what was probably meant."""
 
     def __init__(self, message: str, expected: str = "", near: str = "") -> None:
-        """Keep what is allowed apart from what was found."""
+        """Keep the allowed values apart from the message."""
         self.expected = expected
         self.near = near
         self.message = message

@@ -1,6 +1,6 @@
 """Systems of participants, endpoints, topics and bridges, as importers make them; settings are still text.
 
-Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated thing keeps its
+Everything here is a plain value. Importers fill it, `Resolver` reads it, no other part changes it. Every stated thing keeps its
 `Place`, so that a finding can point at the line.
 """
 
@@ -107,7 +107,7 @@ EVERYBODY: Final = Scope()
 
 @dataclass(frozen=True, slots=True)
 class ProfileRef(Immutable):
-    """A profile or preset used by name, where it was named, and who takes it there."""
+    """A reference to a profile or preset by name, with its place and scope."""
 
     name: str
     place: Place | None = None
@@ -171,7 +171,7 @@ class Endpoint:
         settings: explicit settings.
         profiles: profiles and presets used, base first; explicit settings win over all of them.
         overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
-        needs: what the application requires, in the words of DESIGN 8.
+        needs: the requirements of the application, in the words of `cqos_core.packs.guarantee`.
         type: data type name as written, or None when unstated.
         kind: ``message``, or what a pack derives topics from: ``service_server``, ``action_client``, …
         dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …
@@ -225,7 +225,7 @@ class Overlay:
         settings: what it sets.
         role: which endpoints it covers; None for both.
         topic: shell pattern over the resolved topic name.
-        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.packs.pack.Meeting`).
+        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.packs.TopicMatching`).
         entity: id of the one endpoint among several of its kind that it covers; None: all of them.
         protocol: pack id.
         when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
@@ -377,8 +377,8 @@ class Part:
     """A part of an input that was recognised and not read, although it may decide a verdict.
 
     Attributes:
-        kind: what it is, as a noun: ``node``, ``include``, ``section``.
-        name: which one, or what is said of it.
+        kind: a noun: ``node``, ``include``, ``section``.
+        name: its name, or a description.
         cause: why it was not read.
         place: where it stands.
         endpoints: how many endpoints it has at least that are not in the system; 0 where it decides about those that are.

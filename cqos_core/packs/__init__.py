@@ -1,4 +1,4 @@
-"""Rule packs: what one is made of, and everything that its author imports.
+"""The public interface for authors of rule packs.
 
 `from cqos_core.packs import Policy, RulePack, offered, requested, requires` is enough to write a pack; its case files run
 by `cqos_core.testing`.

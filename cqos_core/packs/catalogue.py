@@ -95,7 +95,7 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
 
 
 def describe_code(info: CodeInfo) -> dict[str, Any]:
-    """Describe for machines what is reported under a code."""
+    """Describe a code for machines."""
     return {
         "code": info.code,
         "name": info.name,

@@ -81,8 +81,8 @@ class Completion:
 class Folding:
     """Tells which participants a pack treats alike, so that each kind is completed once in a fleet of millions.
 
-    Beside what is listed here, `RulePack.complete` reads of a participant only its own settings and endpoints, and of these, which
-    have the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.
+    Beside the listed data, `RulePack.complete` reads of a participant only its own settings and endpoints, and which of these have
+    the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.
 
     Attributes:
         reads: from a written topic, all that the pack reads of it beside the topics that it matches.
@@ -90,7 +90,7 @@ class Folding:
         finder: from topics that do, a function that yields those that match a name.
         topics: settings of participants that name topics.
         shared: settings of participants that count by whether another participant has the same text.
-        texts: settings of participants, each with what gives one text for all that count alike.
+        texts: settings of participants, each with a function that returns one text for all equivalent texts.
         own: policies of participants whose value is the participant's own name, or the default.
         heard: the values, as of `RulePack.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
             it hears from which publishers (profiles, with their number).

@@ -20,9 +20,9 @@ class Framing:
     Attributes:
         value: of `RulePack.implementation_option`: ``cyclonedds``.
         packet: headers of each packet, those of IP and transport with them.
-        sample: what comes once with every sample.
-        whole: what comes with a sample that one packet carries.
-        fragment: what comes with each packet of a sample that needs several.
+        sample: sent once with every sample.
+        whole: sent with a sample that one packet carries.
+        fragment: sent with each packet of a sample that needs several.
         undivided: the most bytes of sample and `encapsulation` that are sent in one packet.
         part: the most of them in each packet where they need several.
         encapsulation: the part of `sample` that is divided with it.
@@ -30,7 +30,7 @@ class Framing:
         last, other: with the last packet of a sample, and with each other one.
         source: where the figures come from.
         evenly: the packets of a sample are of about one size; else all but the last one are full.
-        answer: what a reader sends back for a sample that is confirmed.
+        answer: sent back by a reader for a confirmed sample.
         answers: at most so many answers of a reader to a writer in a second.
     """
 
@@ -72,7 +72,7 @@ class MessageFraming:
 
     Attributes:
         fixed: the fixed header without the length.
-        named: what comes with the name of the topic.
+        named: sent with the name of the topic.
         fields: further parts of the message, each with when it is there: over the values of publisher and subscriber.
         further: further messages of the sender with each sample, likewise.
         source: where the figures come from.

@@ -30,10 +30,10 @@ class FileImporter(SourceReading):
 
     Attributes:
         protocol: of the system; of its participants, where the file is of no other.
-        codes: what the importer reports beside the codes of the core, by code.
+        codes: codes of the importer beside those of the core, by code.
         reports_once: references may lead to one place several times, so nothing is reported twice there.
-        context: what the importer may use beside the file.
-        system: what the file states, as far as it is read.
+        context: everything that the importer may use beside the file.
+        system: the contents of the file, as far as it is read.
     """
 
     protocol: ClassVar[str | None] = None

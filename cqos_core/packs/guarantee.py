@@ -46,7 +46,7 @@ class GuaranteeWord:
         need: the policy under which a subscription asks for it.
         kind: it holds or not; or the number given must be at least, or at most, the one that is needed.
         over: how it comes about over several hops.
-        doc: what it says.
+        doc: its meaning.
     """
 
     need: Policy
@@ -70,7 +70,7 @@ class GuaranteeWord:
         return "every hop" if faulty and bound else self.over
 
     def enough(self, given: Operand) -> Condition:
-        """Say that the number that is given is enough for what is needed."""
+        """Return the condition that the given number is enough for the need."""
         asked = requested(self.need)
         return given <= asked if self.kind == "at_most" else given >= asked
 
@@ -213,7 +213,7 @@ NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, RESTARTS_IN
 
 @dataclass(frozen=True, slots=True)
 class Unaffected:
-    """A guarantee that faults leave as it is, because of a clause; where a rule speaks of a fault, none is needed.
+    """A guarantee that faults leave as it is, because of a clause; with a rule about the fault, none is needed.
 
     Attributes:
         guarantee: the word.
@@ -256,7 +256,7 @@ def gives(
     doubt: bool = False,
     **metadata: Any,
 ) -> Rule:
-    """Make a rule that says on what a guarantee rests; it speaks only of subscribers that need it.
+    """Make a rule that a guarantee depends on; it reports only on subscribers that need the guarantee.
 
     Args:
         word: of `WORDS`. Several rules of one word must all hold.

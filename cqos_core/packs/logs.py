@@ -28,7 +28,7 @@ class LogMismatch:
         protocol: id of the pack that read the line.
         role: of the participant's own endpoint; the discovered one has the other role.
         topic: as it is printed, None where the line names none.
-        participant: who wrote the line, as its protocol addresses it; None where the line does not tell.
+        participant: the writer of the line, as its protocol addresses it; None where the line does not tell.
         named: the policy that the line names, as it is printed.
         policies: the policies of the pack that may be meant; empty for an unknown name.
     """
@@ -63,11 +63,11 @@ class Occurrence:
 def read_mismatches(
     name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[LogMismatch | ListTopic]]]
 ) -> tuple[list[Occurrence], int]:
-    """Read the output of programs; return what it says of endpoints that do not fit, and how many lines it has.
+    """Read the output of programs; return the mismatches of endpoints, and the number of lines.
 
     Args:
         name: of the source, for places.
-        stream: any bytes; what is no text is read over.
+        stream: any bytes; bytes that are no text are skipped.
         readers: of the installed packs.
 
     Raises:

@@ -30,7 +30,7 @@ def _settings(pack: RulePack, form: DrawnForm, owner: DrawnOwner) -> Iterator[Se
 def moddle(form: DrawnForm, packs: Iterable[RulePack]) -> dict[str, Any]:
     """Return the descriptor with which moddle, the reader and writer of bpmn-js, knows the words of a form.
 
-    All attributes are texts: what they mean is the packs' to say.
+    All attributes are texts; packs define their meaning.
     """
     known = list(packs)
     extended: list[dict[str, Any]] = []

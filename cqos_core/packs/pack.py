@@ -92,7 +92,7 @@ class RulePack(PackDefinition):
 
     @cached_property
     def one_way(self) -> tuple[tuple[int, Plain], ...]:
-        """`Meeting.one_way` as values by index."""
+        """`TopicMatching.one_way` as values by index."""
         return tuple(
             (self.vocabulary.indices[ENDPOINT, name], self.policy(name).domain.parse(text))
             for name, text in self.topic_matching.one_way.items()
@@ -152,7 +152,7 @@ class RulePack(PackDefinition):
         return self._rules.get(code_or_name.lower())
 
     def code(self, code_or_name: str) -> CodeInfo | None:
-        """Return what an importer of the pack reports under that code, name or alias, or None."""
+        """Return the importers' code with that code, name or alias, or None."""
         return self._codes.get(code_or_name.lower())
 
     @cached_property

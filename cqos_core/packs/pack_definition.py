@@ -58,12 +58,12 @@ class PackDefinition:
     """The definition of a rule pack by its author: everything that C-QoS knows about one protocol.
 
     Attributes:
-        id: what systems name it by: ``ros2``.
+        id: its name in systems: ``ros2``.
         title: for people: ``ROS 2``.
         policies: of all levels; their order is the order of display.
         rules: judging rules and matching conditions.
         presets: by canonical name.
-        base_preset: what unset policies take their values from, before policy defaults; None for none.
+        base_preset: the preset of unset policies, before policy defaults; None for none.
         dialects: by name; ``yaml`` is used where an importer's dialect is not listed.
         conventions: facts about well-known topics.
         functions: named functions its sentences use.
@@ -75,8 +75,8 @@ class PackDefinition:
         wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
-        codes: what the importers that come with the pack report.
-        read_log: yields what one line of a program's output says of endpoints that do not fit.
+        codes: codes of the importers that come with the pack.
+        read_log: yields the mismatches of endpoints in one line of a program's output.
         provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.analysis.proving.Prover`; the
             first is used where the system names none.
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
@@ -84,9 +84,9 @@ class PackDefinition:
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
         timing: which policies say something about time.
-        costs: what samples cost in bytes, on the wire and in histories.
+        costs: bytes of samples, on the wire and in histories.
         panel: how people see the settings.
-        common_mistakes: what is often written by mistake, for messages; the first that fits is named.
+        common_mistakes: settings often written by mistake, for messages; the first that matches is named.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
         validated: whether its authors have it validated in their tests, so that a start need not.

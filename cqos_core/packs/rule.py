@@ -43,9 +43,9 @@ class Rule:
         always: a ``meets`` rule that reports every pair that it keeps from matching, not only endpoints without partner.
         fixes: policies offered as remedies, ``requested depth`` where only the subscriber's is; empty: every endpoint policy
             of the condition.
-        help: what to do where no remedy can be computed.
+        help: advice if no fix can be computed.
         aliases: former codes and names.
-        guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then speaks of pairs that fit, and only
+        guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then reports on compatible pairs, and only
             where that is needed.
         survives: the fault that the guarantee then survives, in a word of `cqos_core.packs.guarantee.faults_of`.
     """

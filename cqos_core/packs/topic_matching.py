@@ -26,7 +26,7 @@ class NameProblem(NamedTuple):
 class Naming(NamedTuple):
     """A topic name in the form on which endpoints match.
 
-    ``key`` is that form (None: it names no topic), ``shown`` is what messages print.
+    ``key`` is that form (None: it names no topic), ``shown`` is its form in messages.
     """
 
     key: str | None
@@ -53,7 +53,7 @@ def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - 
 
 
 def more_than_a_text_before(context: NameContext) -> str | None:  # noqa: ARG001 - the signature of all
-    """Leave all names to `Meeting.resolve`."""
+    """Leave all names to `TopicMatching.resolve`."""
     return None
 
 
@@ -81,7 +81,7 @@ class TopicMatching:
         address: how files that lay settings over a participant's endpoints name it, from its id and its settings
             (a ROS node's name with its namespace).
         covers: whether a pattern of such a file covers an address; ``*`` covers all.
-        expand: what an endpoint stands for: a service server is one subscriber and one publisher.
+        expand: returns the endpoints that one stands for: a service server is one subscriber and one publisher.
         folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
             Each comes with the words that say how they differ.
         match: where equal keys are not all that meets (a filter and the names it matches): from the keys of publishers and of
@@ -93,8 +93,8 @@ class TopicMatching:
         plain: a regular expression for names that are the form endpoints meet on for any participant, and about which no rule over
             topics reports; empty: no name is.
         longest: how many characters such a name may have; None: any number.
-        before: what a name becomes plain with that `resolve` puts this and nothing else before, unless the name is plain itself and
-            stays as it is; None where `resolve` does more.
+        before: returns the prefix with which `resolve` makes a name plain, if it does nothing else and keeps plain names; None if
+            `resolve` does more.
         described: one sentence for docs and packs listings.
     """
 

@@ -220,7 +220,7 @@ def _taken(named: Iterable[tuple[str, str]], alike: Callable[[str], str] = str) 
 
 
 def _definitions(pack: PackDefinition) -> Iterator[Mistake]:
-    """Yield definitions whose name means something else too."""
+    """Yield definitions whose name has another meaning too."""
     policies = {policy.name for policy in pack.policies}
     seen: dict[str, Node] = {}
     for rule in pack.rules:

@@ -332,7 +332,7 @@ def part_value(message: Any) -> Any:
 
 
 def change_message(kind: str, value: Any) -> session_pb2.Change:
-    """Return the message of one edit of a session; see `cqos_core.checking.session.Edits`."""
+    """Return the message of one edit of a session; see `cqos_core.checking.system_editor.SystemEditor`."""
     field = session_pb2.Change.DESCRIPTOR.fields_by_name[kind]
     if field.message_type is not None:
         made = _class_of(field.message_type)

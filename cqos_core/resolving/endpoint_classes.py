@@ -40,7 +40,7 @@ class EndpointClass:
         needs_in_vain: they state needs, and only a subscriber has any.
         external: a missing partner is no finding.
         starts_after: what they and their participant are stated to start after.
-        inherited: what they have before their own settings, where that does not rest on their topics.
+        inherited: their profile and layers before their own settings, if these do not depend on topics.
     """
 
     __slots__ = (

@@ -65,7 +65,7 @@ def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
 def options_in_words(endpoint: Resolved) -> frozenset[str]:
     """Return the options that decide the meaning of the endpoint's words, stated or by default."""
     pack, role, steered = endpoint.pack, endpoint.role, steered_by_options(endpoint.pack)
-    if endpoint.carried is not None:
+    if endpoint.wire_origin is not None:
         texts = {index: endpoint.written(index) or "" for index in steered}
     else:
         texts = {}

@@ -1,4 +1,4 @@
-"""Overlays: settings from other files that are laid over what endpoints state themselves."""
+"""Overlays: settings from other files that are laid over those of endpoints."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class Overlays:
 def laid_on_participant(
     participant: ResolvedParticipant, overlays: Sequence[Overlay], reader: SettingsReader
 ) -> ResolvedParticipant:
-    """Return a participant with what overlays set of participants, where nothing else states it."""
+    """Return a participant with the settings of overlays for participants that nothing else states."""
     pack, owner = participant.pack, participant.participant
     addresses = (pack.topic_matching.address(owner.id, participant.texts), owner.id)
     for overlay in overlays:

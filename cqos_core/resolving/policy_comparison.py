@@ -31,7 +31,7 @@ def compare_policies(
     Args:
         sides: a publisher and a subscriber, each with its values.
         parts: of both, where the two are alone: then lines are remembered that no speaking rule reads.
-        spoken: by code of the rules that speak, whether that leaves the pair open.
+        spoken: by code of the rules that report, whether that leaves the pair open.
     """
     alike = [_alike(resolved, each) for (resolved, _), each in zip(sides, parts, strict=False)]
     remembered = len(alike) == len(sides) and None not in alike

@@ -56,8 +56,8 @@ class QosProfile(_Interned):
     Attributes:
         known: one value per policy of the pack, then one `WrittenValue` or None per policy; where one is not known, something
             of its type stands in for it.
-        frame: those that are not known, and what decides how the others are taken.
-        beside: codes of the findings about what was stated beside the values and is not understood.
+        frame: unknown values, and values that decide the meaning of others.
+        beside: codes of the findings about settings beside the values that are not understood.
         refused: codes of errors for which no pair of the endpoint works, beside those of the rules over its values.
         unread: those of `beside`, and of the findings about values that are not: no pair is compatible by ignorance of either.
     """

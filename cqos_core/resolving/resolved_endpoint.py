@@ -91,12 +91,12 @@ class Resolved:
         shown: the topic as messages print it.
         profile: the values.
         layers: nearest first; where values came from. Endpoints with equal settings share them.
-        carried: the endpoint of another protocol that this one is on the wire.
+        wire_origin: of a copy on the wire, the endpoint of the other protocol.
         bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
         starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
-        parts: what `profile` and `layers` are made of, until then.
-        row: what `endpoint` is made of when it is first read; None where it is an object.
+        parts: the parts that `profile` and `layers` are made of, until then.
+        row: the row that `endpoint` is made of when it is first read; None if it is an object.
     """
 
     endpoint: Endpoint
@@ -109,7 +109,7 @@ class Resolved:
     layers: tuple[Layer, ...]
     participant: ResolvedParticipant
     external: bool
-    carried: WireOrigin | None = None
+    wire_origin: WireOrigin | None = None
     visiting: bool = False
     bridge: tuple[str, str] | None = None
     starts_after: frozenset[str] = frozenset()
@@ -147,7 +147,7 @@ class Resolved:
         made.key, made.shown = (naming[0], naming[1]) if naming is not None else (None, "")
         made.participant = participant
         made.external = external
-        made.carried, made.visiting, made.bridge = None, False, None
+        made.wire_origin, made.visiting, made.bridge = None, False, None
         made.starts_after = _NOTHING
         return made
 
@@ -186,7 +186,7 @@ class Resolved:
     @property
     def is_copy(self) -> bool:
         """Whether the endpoint itself is elsewhere, on another wire or another key."""
-        return self.visiting or self.carried is not None
+        return self.visiting or self.wire_origin is not None
 
     @property
     def role(self) -> str:
@@ -195,8 +195,8 @@ class Resolved:
 
     def origin(self, index: int) -> tuple[str, Place | None]:
         """Return the origin of a policy's value, and its place or the endpoint's."""
-        if self.carried is not None and index in self.carried.own_index:
-            return self.carried.endpoint.origin(self.carried.own_index[index])
+        if self.wire_origin is not None and index in self.wire_origin.own_index:
+            return self.wire_origin.endpoint.origin(self.wire_origin.own_index[index])
         if index in self.profile.ignored:
             return "ignored by the middleware", self.endpoint.place
         for layer in (*self.layers, *self.participant.layers):
@@ -214,8 +214,8 @@ class Resolved:
 
     def written(self, index: int) -> str | None:
         """Return the text of a value as it was written; None if it was not."""
-        if self.carried is not None and index in self.carried.own_index:
-            return self.carried.endpoint.written(self.carried.own_index[index])
+        if self.wire_origin is not None and index in self.wire_origin.own_index:
+            return self.wire_origin.endpoint.written(self.wire_origin.own_index[index])
         for layer in (*self.layers, *self.participant.layers):
             stated = layer.settings.get(index)
             if stated is not None:

@@ -120,7 +120,7 @@ class Resolver:
         for endpoint in chain(rows_of(self.system.endpoints), self._implied):
             self.stated(endpoint)
         for participant in self.system.participants.values():
-            # What a participant states is checked even where it has no endpoint.
+            # Settings of a participant without endpoints are checked, too.
             pack = self._pack_of(participant.protocol or self.system.protocol or self.default)
             if pack is not None:
                 self.participants.resolved(participant, pack)
@@ -149,7 +149,7 @@ class Resolver:
                 for each in self.system.participants.values()
                 if each.id in owners or (each.protocol or self.system.protocol or self.default) == pack.id
             ]
-            # What is wrong with the settings is reported when they are resolved with what follows.
+            # Mistakes in the settings are reported when they are resolved with the completion.
             draft = self._draft()
             brokers = self.participants.brokers(pack)
             completion = pack.complete(
@@ -354,7 +354,7 @@ class Resolver:
         if family.starts_after:
             made.starts_after = self._starts.before(family.starts_after)
         if self._misread and (misread := self._misread.get(stated_id)):
-            # What the reader of its file reports as wrong may have set anything.
+            # A setting that the reader of its file reports as wrong may have set any policy.
             made.profile = made.profile.with_values({}, beside=misread)
         if problems:
             wrong = [each.code for each in problems if each.severity == "error"]

@@ -35,7 +35,7 @@ def edits_of(endpoints: Iterable[Resolved], index: int, value: Plain) -> tuple[E
 def profile_edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
     """Return the edit of the profile that an endpoint takes a value from; None where it takes it from elsewhere."""
     policy = endpoint.pack.policies[index]
-    if endpoint.endpoint.observed or endpoint.carried is not None or policy.level != ENDPOINT:
+    if endpoint.endpoint.observed or endpoint.wire_origin is not None or policy.level != ENDPOINT:
         return None
     layer = next((each for each in endpoint.layers if index in each.settings), None)
     if layer is None or not layer.origin.startswith("profile "):
@@ -46,10 +46,10 @@ def profile_edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
 def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
     """Return the edit of one endpoint.
 
-    What was observed is no design, and an endpoint of another protocol is edited under that one's names.
+    Observed endpoints are no design, and copies on a wire are edited under the names of their own protocol.
     """
     policy = endpoint.pack.policies[index]
-    if (endpoint.endpoint.observed and policy.level != BROKER) or endpoint.carried is not None:
+    if (endpoint.endpoint.observed and policy.level != BROKER) or endpoint.wire_origin is not None:
         return None
     layers = endpoint.layers if policy.level in {ENDPOINT, NEED, TOPIC} else endpoint.participant.layers
     at = next((number for number, each in enumerate(layers) if index in each.settings), len(layers))
@@ -134,7 +134,7 @@ def _replacing(endpoint: Resolved, policy: Policy, layer: Layer, stated: Stated,
 
 
 def _own(endpoint: Resolved, layer: Layer, stated: Stated) -> Setting | None:
-    """Return the setting of an endpoint's own behind what a layer states."""
+    """Return the endpoint's own setting behind a layer's value."""
     return getattr(endpoint.endpoint, layer.here).get(stated.name) if layer.here else None
 
 

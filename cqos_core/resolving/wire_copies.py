@@ -66,7 +66,7 @@ def on_wire(
         profiles=(),
         overlay={},
         dialect="yaml",
-        # What its own protocol knows is here; the rest it never sets, observed or not.
+        # These are the policies that its own protocol has; it never sets the rest, observed or not.
         observed=False,
         protocol=pack.id,
         type=None if stated.type is None else wire.type(stated.type),
@@ -82,7 +82,7 @@ def on_wire(
     return replace(
         resolved,
         profile=resolved.profile.with_values(changes, endpoint.profile.unread, refused),
-        carried=WireOrigin(endpoint, own_index),
+        wire_origin=WireOrigin(endpoint, own_index),
     )
 
 
@@ -129,7 +129,7 @@ def _of_participant(pack: RulePack, name: str) -> int | None:
 
 
 def _translated(value: Value, own: Policy, wire: Policy, words: Mapping[str, str]) -> Value:
-    """Write a value in the wire policy's terms; what is not known stays so."""
+    """Return a value in the terms of the wire's policy; an unknown one stays unknown."""
     if isinstance(value, Depends):
         return Depends(value.on, tuple((name, _translated(case, own, wire, words)) for name, case in value.cases))
     if not is_plain(value):

@@ -11,12 +11,12 @@ from weakref import ref
 
 import pytest
 
-from cqos_core.language import answers
+from cqos_core.language import repeated_conditions
 from cqos_core.language.bound_condition import NO_SIGNAL, Signal
 from cqos_core.language.condition_compiler import CommonValues, Question, compile_conditions
 from cqos_core.language.domains import Text
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
-from cqos_core.matching import derived_guarantees, rule_set
+from cqos_core.matching import pair_guarantees, rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
@@ -231,14 +231,14 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS[2:], ids=lambda pack: pack.id)
 def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, monkeypatch):
-    monkeypatch.setattr(answers, "WORTH_A_FUNCTION", 1)
+    monkeypatch.setattr(repeated_conditions, "WORTH_A_FUNCTION", 1)
     random = Random(seed)  # noqa: S311 - no secrets
     found = Counter[bool | None]()
     for opened in (0.05, 0.2):
         _, others = with_much_in_common(random, pack, opened)
         one, other = next(others)
         here, there = (frozenset((*each.frame.open, *each.frame.options)) for each in (one, other))
-        asked = answers.Answers((here, there))
+        asked = repeated_conditions.RepeatedConditions((here, there))
         for a, b in itertools.islice(others, 20 if EXPLORE else 8):
             for each in itertools.chain(*pack.guaranteed.values()):
                 said = ask(each, a.values, b.values)
@@ -254,10 +254,10 @@ def test_rules_of_guarantees_answer_alike_once_they_are_compiled(pack, seed, mon
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS[2:], ids=lambda pack: pack.id)
 def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monkeypatch):
-    monkeypatch.setattr(derived_guarantees, "WORTH_A_FUNCTION", 1)
-    derived_guarantees._alike.cache_clear()
-    derived_guarantees.give.cache_clear()
-    derived_guarantees._GIVEN.clear()
+    monkeypatch.setattr(pair_guarantees, "WORTH_A_FUNCTION", 1)
+    pair_guarantees._alike.cache_clear()
+    pair_guarantees.guarantees_of.cache_clear()
+    pair_guarantees._GIVEN.clear()
     found = []
     random = Random(seed)  # noqa: S311 - no secrets
     may_change = [at for at, each in enumerate(pack.policies) if each.level != "option"]
@@ -269,8 +269,8 @@ def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monk
             # Most guarantees do not read the one value in which two of these differ; some rest on it without a rule that reads it.
             others_at = (random.choice(may_change), *beside_rules)
             for a in (one, *(one.with_values({at: another(random, pack.policies[at])}) for at in others_at)):
-                for each in derived_guarantees.give(a, b):
-                    afresh = derived_guarantees._give(each.word, a, b)
+                for each in pair_guarantees.guarantees_of(a, b):
+                    afresh = pair_guarantees._give(each.word, a, b)
                     given = (each.value, each.lost, each.cells)
                     assert given == (afresh.value, afresh.lost, afresh.cells), each.word.name
                     found.append(id(each))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking import topic
+from cqos_core.checking import topic_check
 from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import any_of, offered
 from cqos_core.matching import pair_outcomes, rule_set
@@ -31,7 +31,7 @@ def test_pairs_have_the_report_that_their_rules_make(system):
     with patch.object(rule_set, "_WORTH_A_FUNCTION", 0):
         check_system(system, WHERE)
         known = check_system(system, WHERE)
-        with patch.object(topic, "outcome_of", return_value=None):
+        with patch.object(topic_check, "outcome_of", return_value=None):
             assert check_system(system, WHERE) == known
 
 
@@ -43,11 +43,11 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
         return found[-1]
 
     text = b"".join(inputs.system_file(1_000))
-    with patch.object(topic, "outcome_of", asked):
+    with patch.object(topic_check, "outcome_of", asked):
         report = cqos.check(text)
     assert sum(each is not None for each in found) > 450
     assert 10 > len({id(each) for each in found if each is not None}) > 3
-    with patch.object(topic, "outcome_of", return_value=None):
+    with patch.object(topic_check, "outcome_of", return_value=None):
         assert cqos.check(text) == report
 
 

@@ -113,7 +113,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
 def _asked_of(bound: BoundRule, end: ChangingEnd, goals: Goals) -> bool:
     if bound.rule.severity not in goals.heard or (bound.rule.creation and end.observed):
         return False
-    return bound.role in {None, end.first.role} and end.first.carried is None
+    return bound.role in {None, end.first.role} and end.first.wire_origin is None
 
 
 def _rules_of_pair(publisher: QosProfile, subscriber: QosProfile, goals: Goals) -> Iterator[BoundRule]:

@@ -265,7 +265,7 @@ class _Places:
         self.indices = grouped(((pack, topic), index) for pack, topic, index in self.pools)
         for endpoints in self.topics.values():
             for endpoint in endpoints:
-                if endpoint.carried is None:
+                if endpoint.wire_origin is None:
                     self._note(endpoint)
 
     def _note(self, endpoint: Resolved) -> None:
@@ -361,7 +361,7 @@ def _loosen(model: RepairModel) -> None:
     by_endpoint = grouped((each.id, place) for place, slot in model.slots.items() for each in slot.endpoints)
     for end in dict.fromkeys(end for each in model.constraints for _, end in ends_of(each)):
         found: dict[int, tuple[Hashable, ...]] = {}
-        pack, carried = end.profile.pack, end.first.carried
+        pack, carried = end.profile.pack, end.first.wire_origin
         for index, policy in enumerate(pack.policies):
             if carried is not None and index in carried.own_index:
                 found[index] = tuple(by_endpoint.get(carried.endpoint.id, ()))

@@ -131,7 +131,7 @@ def prepare(
         ends[0].key or topic.key,
         offering,
         requesting,
-        filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
+        filter=(ends[1].endpoint.topic or "") if ends[1].wire_origin is None else "",
         facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
         broker=broker,
         samples=early + max(_FEWEST, min(_SAMPLES, _TIME // period)) + during,
@@ -215,7 +215,7 @@ def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: st
     """State the options of an implementation at the participants of both ends, in place of what they state."""
     participants = dict(system.participants)
     for end in ends:
-        own = end if end.carried is None else end.carried.endpoint
+        own = end if end.wire_origin is None else end.wire_origin.endpoint
         owner = participants.get(own.endpoint.participant)
         options = dict(prover.assumes)
         if own.pack is not pack:
@@ -236,7 +236,9 @@ def _with_facts(
     if fault is None:
         return system
     text = f"{fault.seconds * 1000:g}ms"
-    pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
+    pack = (
+        topic.subscribers[0].first.wire_origin.endpoint.pack if topic.subscribers[0].first.wire_origin else topic.pack
+    )
     if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
         return with_setting(system, (subscriber,), "taken_every", Setting(text, _HERE))
     if fault.kind in FAULTS and pack.find("option", "outage") is not None:

@@ -81,7 +81,7 @@ class _Following:
         self._shared: dict[tuple[object, ...], list[Hop]] = {}
 
     def __call__(self, hop: Hop) -> Iterator[Hop]:
-        alike = self._meeting.alike(hop.target)
+        alike = self._meeting.match_key(hop.target)
         found = self._shared.get(alike)
         if found is None:
             matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))

@@ -148,7 +148,7 @@ class _Columns:
             return here if alike == TRUE else (lowest, highest)
         return SpanNode("if", (alike, least, lowest)), SpanNode("if", (alike, most, highest))
 
-    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `Reading`
+    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `ValueReader`
         if name == "stated_here":
             return compared_values("==", self.bounds(second, index, "here"), constant(1), numbers=True)
         written = self.bounds(second, index, "word")
