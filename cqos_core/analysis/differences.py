@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 from cqos_core.files.exporting import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
-from cqos_core.matching.pairing import bucket
+from cqos_core.matching.pairing import endpoints_by_topic
 from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system_diff import ComparedSide, Diff, Different, Missing, Named
@@ -116,7 +116,7 @@ def _known(
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     profiles: dict[int, QosProfile] = {}
-    for members in bucket(part for each in endpoints for part in each.parts).values():
+    for members in endpoints_by_topic(part for each in endpoints for part in each.parts).values():
         profiles |= settled_profiles(members)
     external = {_bare(name) for name, topic in system.topics.items() if topic.external}
     slots: dict[_Slot, list[_End]] = {}

@@ -17,13 +17,13 @@ from cqos_core.checking.value_fixes import with_judged_fixes
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
-    apart,
+    failed_match_conditions,
     judge_endpoint,
     judge_pair,
     of_end,
     undecided_meeting,
 )
-from cqos_core.matching.pair_guarantees import derive, faults_between, guarantees_of, over_hops
+from cqos_core.matching.pair_guarantees import derived_values, faults_between, guarantees_of, over_hops
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
@@ -94,7 +94,7 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
         return pair.report()
     arrivals = Arrivals(pipeline.hops, pipeline.topics)
     offering, requesting = pair.offering, pair.requesting
-    strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
+    strangers = offering.pack is requesting.pack and failed_match_conditions(offering.profile, requesting.profile)
     way = arrivals.ways(offering).get(requesting.id) if pair.everybody is None or strangers else None
     report = _path_report(way[0], pipeline.topics, lambda: check_system(system, where)) if way else pair.report()
     return _with_repetition(report, offering, requesting, arrivals)
@@ -250,7 +250,7 @@ class _Pair:
         alone = self.alone
         ends = (self.offering, self.requesting) if alone else (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (end.profile for end in ends)
-        strangers = not self._quiet and bool(apart(a, b))
+        strangers = not self._quiet and bool(failed_match_conditions(a, b))
         known = self._outcome
         findings = lazy_tuple(self.findings)
         return PairReport(
@@ -258,7 +258,7 @@ class _Pair:
             findings,
             lazy_tuple(lambda: self.comparisons(ends)),
             () if strangers else lazy_tuple(lambda: _guarantees(guarantees_of(a, b), faults_between(a, b))),
-            derived=() if strangers else lazy_tuple(lambda: derive(a, b)),
+            derived=() if strangers else lazy_tuple(lambda: derived_values(a, b)),
             assumed=lazy_tuple(lambda: self.assumed(findings)),
         )
 
@@ -285,7 +285,7 @@ class _Pair:
             *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
             *(f for f in self._reported if not f.endpoints or set(f.endpoints) & concerned),
         ]
-        reasons = apart(a, b)
+        reasons = failed_match_conditions(a, b)
         # A guarantee is one of pairs that fit.
         unfit = any(finding.verdict is Verdict.INCOMPATIBLE for finding in found) or any(
             at_best is Verdict.INCOMPATIBLE

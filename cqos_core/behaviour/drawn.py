@@ -13,7 +13,7 @@ from cqos_core.language.binder import bind
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.codes import CODES
 from cqos_core.model.finding import Finding, Remedy, Severity, Side
 from cqos_core.model.grouping import grouped
@@ -92,7 +92,12 @@ class Drawn:
 
     def partners(self, end: Resolved, topics: Iterable[Hashable]) -> list[Resolved]:
         """Return the publishers on some topics that form a pair with a subscriber there."""
-        return [each for topic in topics for each in self.on(topic, PUBLISHER) if not apart(each.profile, end.profile)]
+        return [
+            each
+            for topic in topics
+            for each in self.on(topic, PUBLISHER)
+            if not failed_match_conditions(each.profile, end.profile)
+        ]
 
     def partners_here(self, end: Resolved) -> list[Resolved]:
         """Return the publishers that form a pair with a subscriber on the topic that it names."""

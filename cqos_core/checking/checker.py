@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.assumptions import assumptions, with_imported
-from cqos_core.checking.findings import FindingDraft, Memo, merged, of_participants, one_per_cause, without_memo
+from cqos_core.checking.findings import FindingDraft, Memo, merged, one_per_cause, participant_finding, without_memo
 from cqos_core.checking.topic_check import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedSystem
 
 
-def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
+def name_collision_findings(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in [each for each in endpoints if each.shown != each.key]:
@@ -88,7 +88,7 @@ def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
         for bound, read in _participant_rules_of(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     said = ((bound, _ask_participant_rule(bound, alike[0]), alike) for bound, alike in found.values())
-    return [of_participants(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
+    return [participant_finding(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
 
 
 def assemble(
@@ -118,7 +118,7 @@ def assemble(
         [
             *stated_findings(system, resolved, context, problems),
             *participant_findings(resolved.endpoints),
-            *collapses(resolved.endpoints),
+            *name_collision_findings(resolved.endpoints),
             *lonely,
             *(() if verdicts else nothing_compared(system, resolved.endpoints)),
         ]
@@ -148,11 +148,11 @@ def assemble(
         unmatched=unmatched,
         hypothetical=hypothetical,
         assumed=lazy_tuple(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
-        coverage=covered(system, resolved, context),
+        coverage=coverage_of(system, resolved, context),
     )
 
 
-def covered(system: System, resolved: ResolvedSystem, context: CheckContext) -> Coverage:
+def coverage_of(system: System, resolved: ResolvedSystem, context: CheckContext) -> Coverage:
     """Return how much of its inputs a system was made from."""
     endpoints = resolved.endpoints
     unclear = lazy_tuple(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))

@@ -259,7 +259,7 @@ def sides_of(
     ]
 
 
-def shown(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+def shown_groups(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
     """Return the groups that show a hit: only an example if its values differ."""
     if not hit.more:
         return [*hit.publishers], [*hit.subscribers]
@@ -277,7 +277,7 @@ def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
     """Turn a hit of a rule on a topic into a finding."""
     spoken = hit.spoken
     bound = spoken.bound
-    publishers, subscribers = shown(hit)
+    publishers, subscribers = shown_groups(hit)
     example = sides_of(spoken, publishers, subscribers, for_words=True)
     rule = bound.rule
     because: tuple[str, ...] = ()
@@ -463,7 +463,7 @@ def _together(made: Sequence[FindingDraft]) -> FindingDraft:
     )
 
 
-def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
+def participant_finding(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
     """Turn the report of a rule over participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
     rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
     members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))

@@ -11,7 +11,7 @@ from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solutions import restated, solutions
 from cqos_core.language.values import FromPeers, Value
-from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
+from cqos_core.matching.judge import Violation, failed_match_conditions, judge_endpoint, judge_pair, of_end
 from cqos_core.matching.pairing import member_ids
 from cqos_core.model.core_findings import VERBS
 from cqos_core.model.finding import Finding, Remedy
@@ -337,7 +337,7 @@ def _required_elsewhere(topic: MatchedTopic, groups: Groups) -> bool:
 
 def _rank_of(publisher: EndpointGroup, offered: QosProfile, subscriber: EndpointGroup, requested: QosProfile) -> int:
     """Verdict of a pair by rank, with what its ends allow at best; a pair that does not meet is worse than any verdict."""
-    if apart(offered, requested):
+    if failed_match_conditions(offered, requested):
         return 3
     ends = (
         *of_end(offered, PUBLISHER, publisher.observed, publisher.wired),

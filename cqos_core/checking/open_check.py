@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from cqos_core.checking.checker import (
     as_drafts,
     assemble,
-    collapses,
     merge_drafts,
     merged_by_key,
+    name_collision_findings,
     nothing_compared,
     participant_findings,
     spans_topics,
@@ -193,7 +193,7 @@ class _Again:
 
 def _made(result: TopicResult) -> list[FindingDraft]:
     own = [each for each in result.endpoints if not each.is_copy]
-    return [*result.made, *as_drafts(collapses(own))]
+    return [*result.made, *as_drafts(name_collision_findings(own))]
 
 
 def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:

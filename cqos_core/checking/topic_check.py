@@ -8,13 +8,13 @@ from functools import cached_property, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cqos_core.checking.findings import FindingDraft, draft_finding, headline, shown, sides_of, subject
+from cqos_core.checking.findings import FindingDraft, draft_finding, headline, shown_groups, sides_of, subject
 from cqos_core.language.bound_condition import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import bridges_of, group
-from cqos_core.matching.rule_hits import MOST_COMBINATIONS, Hit, placed, reach
+from cqos_core.matching.rule_hits import MOST_COMBINATIONS, Hit, add_reached, with_topic_groups
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Side, Verdict
@@ -71,7 +71,7 @@ class TopicResult:
     def made(self) -> tuple[FindingDraft, ...]:
         """Findings, to be put together with those of other topics."""
         return (
-            *[draft_finding(self.topic, placed(self.topic, hit)) for hit in self.outcomes.hits],
+            *[draft_finding(self.topic, with_topic_groups(self.topic, hit)) for hit in self.outcomes.hits],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
             *(_of_team(self.topic, self.checks) if self.checks is not None else ()),
             *_within_participants(self),
@@ -128,7 +128,7 @@ def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> 
     """Return the findings of rules over a whole settled topic that refuse one pair of it."""
     first, second = _positions(topic, publisher, subscriber)
     return [
-        draft_finding(topic, placed(topic, hit))
+        draft_finding(topic, with_topic_groups(topic, hit))
         for hit in judge_shape(topic.shape).hits
         if hit.spoken.bound.scope == "signal"
         and hit.spoken.refuses
@@ -196,12 +196,12 @@ def _splits(topic: MatchedTopic, judged: TopicOutcome) -> list[FindingDraft]:
             # Endpoints with partners elsewhere need no report.
             rest = 0 if left.all else kept & ~worth & ~alone.all
             if own | rest:
-                reach(quiet.setdefault((each.bound.rule.code,), _hit(each)), {index: own | rest})
+                add_reached(quiet.setdefault((each.bound.rule.code,), _hit(each)), {index: own | rest})
         if reported:
             _report(loud, each, reported)
     return [
-        *(_split_finding(topic, placed(topic, split), quiet=False) for split in loud.values()),
-        *(_split_finding(topic, placed(topic, split), quiet=True) for split in quiet.values()),
+        *(_split_finding(topic, with_topic_groups(topic, split), quiet=False) for split in loud.values()),
+        *(_split_finding(topic, with_topic_groups(topic, split), quiet=True) for split in quiet.values()),
     ]
 
 
@@ -217,7 +217,7 @@ def _report(splits: _Splits, apart: NonMatch, reported: Mapping[int, int]) -> No
         split = splits[code, id(apart), id(one)] = _hit(apart, apart.tags | one.first.tags)
         for publisher, mask in reported.items():
             if mask & one.mask:
-                reach(split, {publisher: mask & one.mask})
+                add_reached(split, {publisher: mask & one.mask})
         whole &= ~one.mask
     for tags, same in classes.by_tags(whole):
         key = (code, "further", apart.tags | tags)
@@ -225,7 +225,7 @@ def _report(splits: _Splits, apart: NonMatch, reported: Mapping[int, int]) -> No
         further = splits.setdefault(key, _hit(apart, apart.tags | tags))
         first = classes.within(same)[0]
         for publisher, groups in sorted(reached.items(), key=lambda each: not each[1] & first.mask):
-            reach(further, {publisher: groups}, first.members)
+            add_reached(further, {publisher: groups}, first.members)
             further.more += classes.count(groups)
 
 
@@ -267,7 +267,7 @@ def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: in
 def _split_finding(topic: MatchedTopic, hit: Hit[EndpointGroup], *, quiet: bool) -> FindingDraft:
     made = draft_finding(topic, hit)
     rule = hit.spoken.bound.rule
-    publishers, subscribers = shown(hit)
+    publishers, subscribers = shown_groups(hit)
     sides = sides_of(hit.spoken, publishers, subscribers, for_words=True)
     subjects = " and ".join(subject(side) for side in reversed(sides))
     behind = judge_pair(publishers[0].profile, subscribers[0].profile)

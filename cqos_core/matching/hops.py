@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -108,7 +108,7 @@ class _Beside:
                 if not group or (copy.is_copy and is_copy):
                     continue
                 publisher, subscriber = (copy.profile, profile) if copy.role == PUBLISHER else (profile, copy.profile)
-                if not apart(publisher, subscriber):
+                if not failed_match_conditions(publisher, subscriber):
                     yield group.values()
 
     def remove(self, copy: Resolved) -> None:

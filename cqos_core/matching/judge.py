@@ -139,7 +139,7 @@ def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile
 
 
 @lru_cache(maxsize=_CACHE)
-def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
+def failed_match_conditions(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
     """Return the matching conditions that keep two profiles of one topic from matching; none: they match.
 
     An undecided condition keeps no endpoints apart.

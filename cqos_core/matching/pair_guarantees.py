@@ -112,7 +112,7 @@ def _has_brokers(pack: RulePack) -> bool:
     return any(policy.level == BROKER for policy in pack.policies)
 
 
-def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
+def derived_values(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
     """Return the derived values of a pair, by name; an unknown one as all its possible values."""
     found = []
     for derivation, values in publisher.pack.derived:

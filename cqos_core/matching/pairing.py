@@ -172,7 +172,7 @@ def bridges_of(endpoints: Iterable[Resolved]) -> set[str | None]:
     return {each.bridge and each.bridge[0] for each in endpoints}
 
 
-def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
+def endpoints_by_topic(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
     """Sort endpoints by protocol and topic; those without a topic are left out."""
     found: dict[tuple[str, str], list[Resolved]] = {}
     for endpoint in endpoints:
@@ -181,7 +181,7 @@ def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved
     return found
 
 
-def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
+def add_visiting_copies(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
     """Put copies of subscribers on the topics of publishers that they match under another key, as a filter matches names."""
     keys: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     packs: dict[str, RulePack] = {}

@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
@@ -474,7 +474,7 @@ def _through(route: Route, name: str) -> str:
 def _meet(one: Resolved, other: Resolved) -> bool:
     """Whether two endpoints are on one wire."""
     publisher, subscriber = (one, other) if one.role == PUBLISHER else (other, one)
-    return not apart(publisher.profile, subscriber.profile)
+    return not failed_match_conditions(publisher.profile, subscriber.profile)
 
 
 def _gate(route: Route) -> Callable[[str], bool]:

@@ -28,7 +28,7 @@ MOST_COMBINATIONS: Final = 25
 class Hit(Generic[G]):
     """A finding without words: one rule, equal values on each side.
 
-    Its groups are positions in a shape, or those of a topic once it is `placed`.
+    Its groups are positions in a shape, or those of a topic once `with_topic_groups` replaced them.
 
     Attributes:
         publishers, subscribers: the groups concerned, in order, as keys.
@@ -53,7 +53,7 @@ class Hit(Generic[G]):
         return self.publishers if role == PUBLISHER else self.subscribers
 
 
-def reach(hit: Hit[int], groups: Mapping[int, int], example: Sequence[int] = ()) -> None:
+def add_reached(hit: Hit[int], groups: Mapping[int, int], example: Sequence[int] = ()) -> None:
     """Add publisher groups, each with subscriber groups as bits; one of ``example``, if it is met, stands for them."""
     publisher, mask = next(iter(groups.items()))
     first = next((each for each in example if mask >> each & 1), (mask & -mask).bit_length() - 1)
@@ -72,7 +72,7 @@ class EndpointHits(dict[tuple[Any, ...], Hit[G]]):
 
     def note(self, spoken: Violation, role: str, members: G, profile: QosProfile, tags: frozenset[int]) -> None:
         """Add the report of a rule about one group."""
-        start = (called(spoken), role, spoken.unknown)
+        start = (violation_key(spoken), role, spoken.unknown)
         key: tuple[Any, ...] = (*start, tuple(profile.values[use.index] for use in spoken.bound.bound.uses), tags)
         further = key not in self and self._listed[start] >= MOST_COMBINATIONS
         if further:
@@ -86,7 +86,7 @@ class EndpointHits(dict[tuple[Any, ...], Hit[G]]):
             hit.example = {role: members}
 
 
-def placed(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
+def with_topic_groups(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
     """Return a hit with the groups of a topic."""
     groups: Mapping[str, Sequence[EndpointGroup]] = {PUBLISHER: topic.publishers, SUBSCRIBER: topic.subscribers}
     return Hit(
@@ -100,6 +100,6 @@ def placed(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
     )
 
 
-def called(spoken: Violation) -> str:
+def violation_key(spoken: Violation) -> str:
     """Return a key that tells rules apart, and the severities of one rule."""
     return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"

@@ -32,7 +32,7 @@ from cqos_core.matching.judge import (
     verdict_by,
 )
 from cqos_core.matching.pairing import GroupKey, TopicShape
-from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, called, reach
+from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, add_reached, violation_key
 from cqos_core.matching.signal_rules import signal_hits
 from cqos_core.matching.value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.model.dataclass import dataclass
@@ -388,12 +388,12 @@ def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _GroupReport, ask
     reached = {publisher: mask for publisher in publishers.members if (mask := asked[publisher] & subscribers.mask)}
     if not reached:
         return
-    code, tags = called(spoken), publishers.first.tags | subscribers.first.tags
+    code, tags = violation_key(spoken), publishers.first.tags | subscribers.first.tags
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
     hit = hits.setdefault(key, Hit(spoken, tags=tags))
     hit.more += combinations
     hit.pairs += sum(shape.publishers[publisher].size * pairs.weight(mask) for publisher, mask in reached.items())
-    reach(hit, reached, subscribers.members)
+    add_reached(hit, reached, subscribers.members)
 
 
 def _split_segments(

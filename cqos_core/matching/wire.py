@@ -11,10 +11,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.matching.judge import refusals
-from cqos_core.matching.pairing import bucket, introduce
+from cqos_core.matching.pairing import add_visiting_copies, endpoints_by_topic
 from cqos_core.model.settings import Setting
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.wire_copies import FACTS, on_wire, plain_texts, states
+from cqos_core.resolving.wire_copies import FACTS, certain_texts, is_stated, wire_copy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
     """Sort the resolved endpoints by protocol and topic, with copies on topics of the wire."""
-    found = bucket(resolver.result.endpoints)
-    introduce(found)
+    found = endpoints_by_topic(resolver.result.endpoints)
+    add_visiting_copies(found)
     protocols = {protocol for protocol, _ in found}
     mixed: dict[tuple[str, str], None] = {}
     for endpoint in resolver.result.endpoints:
         wire = endpoint.pack.wire
         if wire is None or endpoint.key is None or wire.protocol not in protocols:
             continue
-        name = wire.topic(endpoint.key, plain_texts(endpoint))
+        name = wire.topic(endpoint.key, certain_texts(endpoint))
         beside = found.get((wire.protocol, name)) if name is not None else None
         if name is not None and beside:
             refused = refusals(endpoint.profile, endpoint.role, endpoint.endpoint.observed)
-            beside.append(on_wire(resolver, endpoint, wire, name, beside[0].pack, refused))
+            beside.append(wire_copy(resolver, endpoint, wire, name, beside[0].pack, refused))
             mixed[wire.protocol, name] = None
     for key in mixed:
         _share_facts(found[key])
@@ -66,7 +66,7 @@ def _share_facts(endpoints: list[Resolved]) -> None:
         new = {
             index: fact
             for index, fact in agreed.items()
-            if endpoint.profile.values[index] != fact[0] and not states(endpoint, index)
+            if endpoint.profile.values[index] != fact[0] and not is_stated(endpoint, index)
         }
         if endpoint.wire_origin is None and new:
             endpoints[position] = replace(

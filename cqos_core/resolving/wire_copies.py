@@ -26,13 +26,13 @@ FACTS: Final = ("topic", "option")
 """Levels of policies that are facts rather than settings."""
 
 
-def plain_texts(endpoint: Resolved) -> dict[str, str]:
+def certain_texts(endpoint: Resolved) -> dict[str, str]:
     """Return the certain values of an endpoint: texts by policy name."""
     pairs = zip(endpoint.pack.policies, endpoint.profile.values, strict=False)
     return {policy.name: policy.domain.format(value) for policy, value in pairs if is_plain(value)}
 
 
-def on_wire(
+def wire_copy(
     resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack, refused: Sequence[str] = ()
 ) -> Resolved:
     """Return a copy of an endpoint as it is on topic ``name`` of the wire, with the values of the wire's ``pack``.
@@ -76,7 +76,7 @@ def on_wire(
     for own_name, wire_name in wire.facts.items():
         level = next(level for level in FACTS if (level, own_name) in own.vocabulary.indices)
         index, wire_index = own.vocabulary.indices[level, own_name], pack.find(level, wire_name)
-        if wire_index is not None and is_plain(values[index]) and not states(resolved, wire_index):
+        if wire_index is not None and is_plain(values[index]) and not is_stated(resolved, wire_index):
             changes[wire_index] = _translated(values[index], own.policies[index], pack.policies[wire_index], wire.words)
             own_index[wire_index] = index
     return replace(
@@ -86,14 +86,14 @@ def on_wire(
     )
 
 
-def states(endpoint: Resolved, index: int) -> bool:
+def is_stated(endpoint: Resolved, index: int) -> bool:
     """Return whether a value is stated, rather than a default or missing."""
     return any(index in layer.settings for layer in (*endpoint.layers, *endpoint.participant.layers))
 
 
 def _owner(endpoint: Resolved, wire: Wire) -> Participant:
     """The participant as the wire's pack sees it."""
-    texts = plain_texts(endpoint)
+    texts = certain_texts(endpoint)
     settings = {
         wire_name: Setting(wire.words.get(texts[own], texts[own]))
         for own, wire_name in wire.options.items()

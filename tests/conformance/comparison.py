@@ -9,7 +9,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import context
-from cqos_core.matching.judge import apart, judge_endpoint, judge_pair
+from cqos_core.matching.judge import failed_match_conditions, judge_endpoint, judge_pair
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System
 from cqos_core.resolving.resolver import resolve
@@ -347,7 +347,7 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) 
     created = _can_be_created(publisher, PUBLISHER), _can_be_created(subscriber, SUBSCRIBER)
     if not all(created):
         return Judgement(created)
-    if apart(publisher, subscriber):
+    if failed_match_conditions(publisher, subscriber):
         return Judgement(created, matched=False)
     judged = judge_pair(publisher, subscriber)
     codes = {spoken.bound.rule.code for spoken in judged.spoken}

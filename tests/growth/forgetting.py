@@ -41,7 +41,14 @@ def forget() -> None:
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
-        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
+        *(
+            shape._remembered,
+            judge.judge_pair,
+            judge.judge_endpoint,
+            judge.refusals,
+            judge.failed_match_conditions,
+            judge.undecided_of,
+        ),
         *(judge.of_end, fixes._with),
         *(
             judge.refusing_worlds,

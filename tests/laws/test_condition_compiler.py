@@ -21,9 +21,9 @@ from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
     about_one,
-    apart,
     ask,
     ask_end,
+    failed_match_conditions,
     judge_endpoint,
     judge_pair,
     over_both,
@@ -148,7 +148,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 )
 def always(request, monkeypatch):
     """Compile rules for what two profiles have in common, when they are first asked; for all; and never."""
-    forget = (over_both, about_one, judge_pair, apart, judge_endpoint)
+    forget = (over_both, about_one, judge_pair, failed_match_conditions, judge_endpoint)
     monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param[0])
     monkeypatch.setattr(rule_set, "_WORTH_COMPILING", request.param[1])
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
@@ -303,7 +303,7 @@ def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
             assert judge_pair(a, b) == one_by_one(a, b)
             general = [each.bound.judge(a.values, b.values).result for each in pack.by_scope["meets"]]
             met = [each for each, result in zip(pack.by_scope["meets"], general, strict=True) if result is False]
-            assert apart(a, b) == tuple(met)
+            assert failed_match_conditions(a, b) == tuple(met)
             spoken += len(judge_pair(a, b).spoken)
         for role in ("publisher", "subscriber"):
             rules = [each for each in pack.by_scope.get("endpoint", ()) if each.role in {None, role}]

@@ -11,7 +11,7 @@ from cqos_core.behaviour.paths.link_facts import rate_text, size_text
 from cqos_core.checking.topic_check import settled
 from cqos_core.language.solutions import restated
 from cqos_core.language.values import is_plain
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.matching.pair_guarantees import guarantees_of
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
@@ -129,7 +129,7 @@ def _parted(topic: MatchedTopic, members: Collection[str]) -> tuple[MatchedTopic
 def _pairs(topic: MatchedTopic) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
     for publisher in topic.publishers:
         for subscriber in topic.subscribers:
-            if not apart(publisher.profile, subscriber.profile):
+            if not failed_match_conditions(publisher.profile, subscriber.profile):
                 yield publisher, subscriber
 
 

@@ -21,7 +21,7 @@ from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import FAULTS, LINK, OUTAGE, SURVIVES
 from cqos_core.packs.prover import End, Fault, NotRunnableError, Plan
-from cqos_core.resolving.wire_copies import on_wire, plain_texts
+from cqos_core.resolving.wire_copies import certain_texts, wire_copy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -159,12 +159,12 @@ def _on_the_wire(
     if wire is None or below is None or not below.provers:
         lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
         raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
-    names = [wire.topic(end.key or "", plain_texts(end)) for end in ends]
+    names = [wire.topic(end.key or "", certain_texts(end)) for end in ends]
     if None in names:
         raise NotRunnableError(
             f"with these options, `{topic.shown}` of {pack.title} is not carried by {below.title}, which runs pairs"
         )
-    carried = tuple(on_wire(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
+    carried = tuple(wire_copy(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
     return below, (carried[0], carried[1])
 
 
@@ -180,7 +180,7 @@ def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Pro
         if name == on or (not on and all(_fits(end, prover.assumes) for end in ends)):
             return name, prover
     stated = {
-        f"{option} {plain_texts(end).get(option, 'unknown')}"
+        f"{option} {certain_texts(end).get(option, 'unknown')}"
         for name in pack.provers
         for end in ends
         for option in _load(pack, name).assumes

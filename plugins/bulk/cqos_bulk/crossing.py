@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import narwhals as nw
 
 from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows
-from cqos_core.resolving.wire_copies import plain_texts
+from cqos_core.resolving.wire_copies import certain_texts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -81,5 +81,5 @@ def _named(
         for row, (number, key) in zip(batch, profiles.add(stated), strict=True):
             on_wire = None
             if wire is not None and key is not None:
-                on_wire = wire.topic(key, plain_texts(profiles.known[number].resolved))
+                on_wire = wire.topic(key, certain_texts(profiles.known[number].resolved))
             yield row["system"], row["topic"], key, on_wire

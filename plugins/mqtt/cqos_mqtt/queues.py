@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.binder import bind
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.grouping import grouped
 from cqos_core.model.suggestions import listed
 from cqos_core.model.system import PUBLISHER
@@ -206,7 +206,7 @@ def _is_paced(client: Iterable[QosProfile]) -> int:
 
 def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosProfile) -> Iterator[Stream]:
     """Yield what comes on a topic to a subscription and takes room in the queue of its client."""
-    meeting = [(each, number) for each, number in publishers.items() if not apart(each, subscriber)]
+    meeting = [(each, number) for each, number in publishers.items() if not failed_match_conditions(each, subscriber)]
     taken = _fact(subscriber, TAKEN_EVERY)
     waits: list[bool | None] = []
     sizes: list[int | None] = []
