@@ -294,14 +294,14 @@ class _Pair:
         )
         undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
         hits = [
-            Hit(spoken, {ends[0]: None}, {ends[1]: None}, 1)
-            for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
-            if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
+            Hit(violation, {ends[0]: None}, {ends[1]: None}, 1)
+            for violation in (() if reasons else (*undecided, *judge_pair(a, b).violations))
+            if not already_reported(violation, a, b) and not (unfit and violation.bound.rule.guarantee)
         ]
         for members in ends:
-            for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
-                if not spoken.unknown or spoken.failed is not None:
-                    hits.append(Hit(spoken))
+            for violation in judge_endpoint(members.profile, members.first.role, members.observed):
+                if not violation.unknown or violation.failed is not None:
+                    hits.append(Hit(violation))
                     hits[-1].side(members.first.role)[members] = None
         found += (one.finding for one in one_per_cause([draft_finding(topic, hit) for hit in hits]))
         if reasons:
@@ -312,8 +312,8 @@ class _Pair:
     def comparisons(self, ends: Sequence[Resolved | EndpointGroup]) -> Iterable[PolicyComparison]:
         """Return one line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
-        spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
-        doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
+        violations = () if self._quiet else judge_pair(*[profile for _, profile in sides]).violations
+        doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in violations}
         return compare_policies(sides, self._parts, doubtful)
 
 

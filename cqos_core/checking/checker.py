@@ -70,8 +70,8 @@ def _participant_rules_of(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple
 def _ask_participant_rule(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     """Ask such a rule about an endpoint; None if it does not report."""
     values = endpoint.profile.values
-    spoken = ask(bound, values, values)
-    return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
+    violation = ask(bound, values, values)
+    return None if violation is None or (violation.unknown and violation.failed is None) else violation
 
 
 def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
@@ -88,7 +88,7 @@ def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
         for bound, read in _participant_rules_of(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     said = ((bound, _ask_participant_rule(bound, alike[0]), alike) for bound, alike in found.values())
-    return [participant_finding(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
+    return [participant_finding(bound, violation, alike) for bound, violation, alike in said if violation is not None]
 
 
 def assemble(

@@ -106,43 +106,43 @@ def _template_words(sides: Sequence[Side], topic: str) -> _Words:
     return words
 
 
-def headline(spoken: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
+def headline(violation: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
     """Return one sentence that makes sense alone: the rule's own, or derived from the values of both sides."""
-    rule = spoken.bound.rule
+    rule = violation.bound.rule
     stated = [side for side in sides if side.role in VERBS]
-    if spoken.unknown and rule.guarantee:
-        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+    if violation.unknown and rule.guarantee:
+        names = _assumptions(label for label, _ in violation.outcome.worlds)
         return _guarantees_open(stated, [rule.guarantee], names, because)
-    if spoken.unknown:
-        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
+    if violation.unknown:
+        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(violation, side)))
         subjects = " and ".join(subject(side) for side in reversed(stated))
         fit = f"whether {subjects} fit in {policies}"
         if len(stated) == 1:
             fit = f"whether {policies} of {subjects} will do"
         if tuple(because) == (START_ORDER,):
             return f"depends on start order: {fit}"
-        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        names = _assumptions(label for label, _ in violation.outcome.worlds)
         return f"{fit} is not known: {_why_unknown(names, because)}"
     if rule.says:
         return _fill(rule.says, _template_words(sides, topic))
-    if spoken.bound.scope == "pair":
+    if violation.bound.scope == "pair":
         # The offer comes first, for any primary side.
         clauses = [
-            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(spoken, side))}"
+            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(violation, side))}"
             for side in reversed(stated)
             if side.facts
         ]
         text = ", ".join(clauses)
         return text if rule.kind == "requires" else f"{text}: {rule.because}"
-    if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
+    if violation.bound.scope == "signal" and not any(side.facts for side in stated):
         return f"on topic `{topic}`, {rule.because}"
     clauses = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
     return f"{', '.join(clauses) or f'topic `{topic}`'}: {rule.because}"
 
 
-def _compared(spoken: Violation, side: Side) -> Sequence[Fact]:
+def _compared(violation: Violation, side: Side) -> Sequence[Fact]:
     """The values of a side that a rule compares; options only steer it, so they count where there is nothing else."""
-    policies = (spoken.bound.bound.vocabulary.policies[use.index] for use in spoken.bound.bound.uses)
+    policies = (violation.bound.bound.vocabulary.policies[use.index] for use in violation.bound.bound.uses)
     options = {policy.name for policy in policies if policy.level == "option"}
     return [each for each in side.facts if each.policy not in options] or side.facts
 
@@ -153,13 +153,13 @@ def _fill(template: str, words: Mapping[str, str]) -> str:
     return re.sub(r"\{([^{}]+)\}", lambda match: words.get(match[1], match[0]), template)
 
 
-def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
+def causes(violation: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
     """Return the causes of an undecided rule: assumptions by name, and the reasons why values are unknown."""
-    if spoken.failed is not None:
-        return (spoken.failed,)
+    if violation.failed is not None:
+        return (violation.failed,)
     found: dict[str, None] = {}
     ends = [end for end in (publisher, subscriber) if end is not None]
-    for use in _open_uses(spoken.bound.bound, ends[0].values, ends[-1].values) if ends else ():
+    for use in _open_uses(violation.bound.bound, ends[0].values, ends[-1].values) if ends else ():
         profile = subscriber if use.second else publisher
         if profile is not None:
             _cause(profile.values[use.index], found)
@@ -195,10 +195,10 @@ def _why_unknown(names: Sequence[str], because: Sequence[str]) -> str:
     return f"it depends on {' and '.join(names)}" if names else "; ".join(because)
 
 
-def _worlds(spoken: Violation) -> dict[str, Verdict]:
+def _worlds(violation: Violation) -> dict[str, Verdict]:
     """The verdict under each assumption."""
     verdicts = {True: Verdict.COMPATIBLE, False: Verdict.INCOMPATIBLE, None: Verdict.UNKNOWN}
-    return {label: verdicts[result] for label, result in spoken.outcome.worlds}
+    return {label: verdicts[result] for label, result in violation.outcome.worlds}
 
 
 def _assumptions(labels: Iterable[str]) -> list[str]:
@@ -218,13 +218,13 @@ def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
     return "; ".join(steps) or None
 
 
-def _order_notes(spoken: Violation) -> tuple[str, ...]:
+def _order_notes(violation: Violation) -> tuple[str, ...]:
     """The order of the values compared, for ordered choices whose names are no numbers."""
-    if spoken.bound.scope != "pair":
+    if violation.bound.scope != "pair":
         return ()
-    vocabulary = spoken.bound.bound.vocabulary
+    vocabulary = violation.bound.bound.vocabulary
     notes: dict[str, None] = {}
-    for use in spoken.bound.bound.uses:
+    for use in violation.bound.bound.uses:
         policy = vocabulary.policies[use.index]
         domain = policy.domain
         names = domain.names if isinstance(domain, Choice) and domain.ordered else ()
@@ -234,7 +234,7 @@ def _order_notes(spoken: Violation) -> tuple[str, ...]:
 
 
 def sides_of(
-    spoken: Violation,
+    violation: Violation,
     publishers: Iterable[EndpointGroup],
     subscribers: Iterable[EndpointGroup],
     *,
@@ -245,13 +245,13 @@ def sides_of(
     ``for_words``: without places, labels and origins, which take longer to find than all that a message says.
     """
     groups = {SUBSCRIBER: list(subscribers), PUBLISHER: list(publishers)}
-    pair = spoken.bound.scope == "pair"
+    pair = violation.bound.scope == "pair"
     return [
         _side(
             role,
             members,
-            [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
-            meeting=spoken.bound.rule.kind == "meets",
+            [use for use in violation.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
+            meeting=violation.bound.rule.kind == "meets",
             for_words=for_words,
         )
         for role, members in groups.items()
@@ -268,40 +268,40 @@ def shown_groups(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[End
 
 
 def _sides(hit: Hit[EndpointGroup]) -> list[Side]:
-    found = sides_of(hit.spoken, hit.publishers, hit.subscribers)
+    found = sides_of(hit.violation, hit.publishers, hit.subscribers)
     # No single change fixes further combinations of values.
     return [replace(side, facts=()) for side in found] if hit.more else found
 
 
 def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
     """Turn a hit of a rule on a topic into a finding."""
-    spoken = hit.spoken
-    bound = spoken.bound
+    violation = hit.violation
+    bound = violation.bound
     publishers, subscribers = shown_groups(hit)
-    example = sides_of(spoken, publishers, subscribers, for_words=True)
+    example = sides_of(violation, publishers, subscribers, for_words=True)
     rule = bound.rule
     because: tuple[str, ...] = ()
-    if spoken.unknown:
+    if violation.unknown:
         first, second = (
             (each or other)[0].profile for each, other in ((publishers, subscribers), (subscribers, publishers))
         )
-        because = causes(spoken, first, second)
-    worlds = _worlds(spoken)
+        because = causes(violation, first, second)
+    worlds = _worlds(violation)
     notes = because if not worlds else ()
-    message = headline(spoken, example, topic.shown, because)
+    message = headline(violation, example, topic.shown, because)
     if hit.more:
         message = f"{_further(hit)}, for instance: {message}"
     finding = Finding(
-        code="CQ701" if spoken.failed else rule.code,
-        name="rule-failed" if spoken.failed else rule.name,
-        severity=Severity.ERROR if spoken.failed else _severity(spoken),
-        message=f"rule {rule.code} could not be judged: {spoken.failed}" if spoken.failed else message,
+        code="CQ701" if violation.failed else rule.code,
+        name="rule-failed" if violation.failed else rule.name,
+        severity=Severity.ERROR if violation.failed else _severity(violation),
+        message=f"rule {rule.code} could not be judged: {violation.failed}" if violation.failed else message,
         source=topic.pack.id,
         topic=topic.shown,
-        verdict=_verdict(spoken),
+        verdict=_verdict(violation),
         sides=lazy_tuple(_sides, hit),
-        remedies=() if spoken.failed or hit.more else lazy_tuple(_remedies, (topic, hit)),
-        notes=(*notes, *_order_notes(spoken)),
+        remedies=() if violation.failed or hit.more else lazy_tuple(_remedies, (topic, hit)),
+        notes=(*notes, *_order_notes(violation)),
         because=rule.because,
         clause=rule.clause,
         help=_next_step(worlds) or rule.help or None,
@@ -309,35 +309,35 @@ def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
         worlds=worlds,
     )
     cause = because if bound.scope == "pair" and not hit.more else ()
-    word = (rule.guarantee or "") if cause and not spoken.failed else ""
+    word = (rule.guarantee or "") if cause and not violation.failed else ""
     return FindingDraft(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
 
 
 def _further(hit: Hit[EndpointGroup]) -> str:
     """Return the number of combinations that are merged here, in words."""
     what = "combination of values" if hit.more == 1 else "combinations of values"
-    if hit.spoken.unknown:
+    if hit.violation.unknown:
         return f"{hit.more} further {what} {'is' if hit.more == 1 else 'are'} not known to fit"
     return f"{hit.more} further {what} {'breaks' if hit.more == 1 else 'break'} the rule"
 
 
-def _severity(spoken: Violation) -> Severity:
-    rule = spoken.bound.rule
-    if rule.kind != "forbids" and (spoken.unknown or rule.doubt):
-        return max(Severity.WARNING, Severity(spoken.bound.severity), key=lambda severity: severity.rank)
-    return Severity(spoken.bound.severity)
+def _severity(violation: Violation) -> Severity:
+    rule = violation.bound.rule
+    if rule.kind != "forbids" and (violation.unknown or rule.doubt):
+        return max(Severity.WARNING, Severity(violation.bound.severity), key=lambda severity: severity.rank)
+    return Severity(violation.bound.severity)
 
 
-def _verdict(spoken: Violation) -> Verdict | None:
-    if spoken.bound.scope != "pair":
-        return Verdict.INCOMPATIBLE if spoken.refuses else None
-    verdict = verdict_of(spoken)
+def _verdict(violation: Violation) -> Verdict | None:
+    if violation.bound.scope != "pair":
+        return Verdict.INCOMPATIBLE if violation.refuses else None
+    verdict = verdict_of(violation)
     return None if verdict is Verdict.COMPATIBLE else verdict
 
 
 def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
     """Return the merge key: findings with equal keys are one finding, such as one unknown cause over many topics."""
-    rule = hit.spoken.bound.rule
+    rule = hit.violation.bound.rule
     if hit.more:
         return ("own", object())
     if because:
@@ -353,7 +353,7 @@ def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ..
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         wanting = frozenset(e.id for members in hit.subscribers for e in members.endpoints)
         return ("meeting", rule.code, wanting, values, hit.tags)
-    if hit.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
+    if hit.violation.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
         # A mistake in a service is stated once, though the service has several topics.
         stated = frozenset(e.stated_id for e in endpoints)
         return (
@@ -463,7 +463,7 @@ def _together(made: Sequence[FindingDraft]) -> FindingDraft:
     )
 
 
-def participant_finding(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
+def participant_finding(bound: BoundRule, violation: Violation, endpoints: Sequence[Resolved]) -> Finding:
     """Turn the report of a rule over participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
     rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
     members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
@@ -471,14 +471,14 @@ def participant_finding(bound: BoundRule, spoken: Violation, endpoints: Sequence
     side = Side("participant", members, "set here", facts, first.participant.participant.place)
     says = _fill(rule.says, _template_words([side], "")) if rule.says else ""
     return Finding(
-        code="CQ701" if spoken.failed else rule.code,
-        name="rule-failed" if spoken.failed else rule.name,
-        severity=Severity.ERROR if spoken.failed else _severity(spoken),
-        message=f"rule {rule.code} could not be judged: {spoken.failed}"
-        if spoken.failed
+        code="CQ701" if violation.failed else rule.code,
+        name="rule-failed" if violation.failed else rule.name,
+        severity=Severity.ERROR if violation.failed else _severity(violation),
+        message=f"rule {rule.code} could not be judged: {violation.failed}"
+        if violation.failed
         else says or f"{subject(side)} has {_values(facts)}: {rule.because}",
         source=first.pack.id,
-        verdict=_verdict(spoken),
+        verdict=_verdict(violation),
         sides=(side,),
         because=rule.because,
         clause=rule.clause,
@@ -490,7 +490,7 @@ def _remedies(of: tuple[MatchedTopic, Hit[EndpointGroup]]) -> tuple[Remedy, ...]
     from cqos_core.checking.fixes import remedies
 
     topic, hit = of
-    return remedies(topic, hit.spoken, list(hit.publishers), list(hit.subscribers))
+    return remedies(topic, hit.violation, list(hit.publishers), list(hit.subscribers))
 
 
 def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:

@@ -41,9 +41,9 @@ _CHANGED: Final = 1_024
 """Changed profiles that are cached: each is needed when a change is tried, when it is offered, and for its effect."""
 
 
-def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
+def remedies(topic: MatchedTopic, violation: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
     """Return the changes of one value that make the rule pass; that of the fewest endpoints first."""
-    bound, pair = spoken.bound, spoken.bound.scope == "pair"
+    bound, pair = violation.bound, violation.bound.scope == "pair"
     if bound.scope == "signal":
         return ()
     a, b = ((groups or publishers or subscribers)[0].profile.values for groups in (publishers, subscribers))
@@ -59,7 +59,7 @@ def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscri
         found = solutions(bound.bound, a, b, second=second, want=want, fixes=fixes, pair=pair, may=may, levels=levels)
         return [remedy for each in found for remedy in _remedy(topic, role, own, each.index, each.value)]
 
-    found = _shared(topic, spoken, publishers, subscribers)
+    found = _shared(topic, violation, publishers, subscribers)
     # A guarantee may rest on one side alone.
     found += changes(PUBLISHER) if publishers else []
     found += changes(SUBSCRIBER) if subscribers and (pair or not publishers) else []
@@ -67,13 +67,13 @@ def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscri
         # Where no setting gives it, only less can be required.
         found = changes(SUBSCRIBER, (f"{NEED}.{bound.rule.guarantee}",), (NEED,))
     # A change for advice or an unknown verdict must not break a pair that connects today.
-    pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
+    pays = bound.rule.severity == "error" and not violation.unknown and not bound.rule.doubt
     return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
 
 
-def _shared(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
+def _shared(topic: MatchedTopic, violation: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
     """Return the changes of a target that the endpoints share: their broker, or the topic."""
-    bound = spoken.bound
+    bound = violation.bound
     first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
     groups = [*publishers, *subscribers]
     role: Role = PUBLISHER if publishers else SUBSCRIBER
@@ -120,8 +120,8 @@ def _all_may(topic: MatchedTopic, sharing: Groups, groups: Groups, index: int, v
             return False
     return not any(
         _new(
-            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken,
-            judge_pair(p.profile, s.profile).spoken,
+            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).violations,
+            judge_pair(p.profile, s.profile).violations,
         )
         for p, s in islice(_pairs_of(topic, groups), _PARTNERS_ASKED)
     )
@@ -150,7 +150,7 @@ def _may(role: Role, groups: Groups, partners: Groups, others: Groups, index: in
         if _left_open("endpoint", index, after, after, role):
             return False
         for partner in others[:_PARTNERS_ASKED]:
-            then, now = (_spoken(profile, partner.profile, role) for profile in (before, after))
+            then, now = (_violations(profile, partner.profile, role) for profile in (before, after))
             ends = (after, partner.profile) if role == PUBLISHER else (partner.profile, after)
             if _left_open("pair", index, *ends):
                 return False
@@ -164,8 +164,8 @@ def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
     return profile.with_values(restated(profile.values, profile.pack.vocabulary, index, value))
 
 
-def _errors(spoken: Iterable[Violation]) -> set[str]:
-    return {each.bound.rule.code for each in spoken if each.bound.rule.severity == "error" and not each.unknown}
+def _errors(violations: Iterable[Violation]) -> set[str]:
+    return {each.bound.rule.code for each in violations if each.bound.rule.severity == "error" and not each.unknown}
 
 
 def _new(after: Iterable[Violation], before: Sequence[Violation]) -> set[str]:
@@ -188,9 +188,9 @@ def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str |
     )
 
 
-def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Violation, ...]:
+def _violations(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Violation, ...]:
     publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
-    return judge_pair(publisher, subscriber).spoken
+    return judge_pair(publisher, subscriber).violations
 
 
 def _rank(remedy: Remedy) -> tuple[Any, ...]:

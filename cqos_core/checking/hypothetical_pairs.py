@@ -155,6 +155,6 @@ def _bases(name: str, system: System, counts: Callable[[Scope], bool] = lambda _
 
 
 def _topic(pattern: str, profile: str) -> str:
-    """Return a topic that matches a pattern, as far as that can be, and that no other profile is tried on."""
+    """Return a topic of its own for a profile, which matches a pattern if possible."""
     name = pattern.replace(_ANY, profile, 1).replace(_ANY, "").replace("?", "x")
     return name if fnmatchcase(name, pattern) else pattern

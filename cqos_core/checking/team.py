@@ -151,9 +151,9 @@ def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Hit[EndpointGroup
         if members.copied or check.bound.role not in {None, role}:
             continue
         chosen = [each for each in members.endpoints if _applies(check.rule, each, topic)]
-        spoken = ask_end(check.bound, members.profile, role) if chosen else None
-        if spoken is not None:
-            drafts.note(spoken, role, members.only(chosen), members.profile, members.tags)
+        violation = ask_end(check.bound, members.profile, role) if chosen else None
+        if violation is not None:
+            drafts.note(violation, role, members.only(chosen), members.profile, members.tags)
     return drafts.values()
 
 

@@ -130,8 +130,8 @@ def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> 
     return [
         draft_finding(topic, with_topic_groups(topic, hit))
         for hit in judge_shape(topic.shape).hits
-        if hit.spoken.bound.scope == "signal"
-        and hit.spoken.refuses
+        if hit.violation.bound.scope == "signal"
+        and hit.violation.refuses
         and (first in hit.publishers or second in hit.subscribers)
     ]
 
@@ -266,14 +266,14 @@ def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: in
 
 def _split_finding(topic: MatchedTopic, hit: Hit[EndpointGroup], *, quiet: bool) -> FindingDraft:
     made = draft_finding(topic, hit)
-    rule = hit.spoken.bound.rule
+    rule = hit.violation.bound.rule
     publishers, subscribers = shown_groups(hit)
-    sides = sides_of(hit.spoken, publishers, subscribers, for_words=True)
+    sides = sides_of(hit.violation, publishers, subscribers, for_words=True)
     subjects = " and ".join(subject(side) for side in reversed(sides))
     behind = judge_pair(publishers[0].profile, subscribers[0].profile)
     latent = tuple(
         f"behind it: {headline(each, sides_of(each, publishers, subscribers, for_words=True), topic.shown)} ({each.bound.rule.code})"
-        for each in behind.spoken
+        for each in behind.violations
         if each.bound.rule.kind == "requires" and not each.unknown
     )
     values = "; ".join(
@@ -289,7 +289,7 @@ def _split_finding(topic: MatchedTopic, hit: Hit[EndpointGroup], *, quiet: bool)
     finding = replace(
         made.finding,
         message=message,
-        severity=Severity.NOTE if quiet else Severity(hit.spoken.bound.severity),
+        severity=Severity.NOTE if quiet else Severity(hit.violation.bound.severity),
         verdict=None,
         sides=tuple(replace(side, facts=()) for side in made.finding.sides) if quiet else made.finding.sides,
         remedies=(),

@@ -307,7 +307,7 @@ class OneOrMore(ValueType[list[T]]):
         return _read_items(self.shape, node, reading, name)
 
     def _warn_of_parts(self, node: SequenceNode, reading: SourceReading, name: str) -> None:
-        """Suspect that one map was meant where each item has one key, another than the others and on a line of its own."""
+        """Report items of one key each, all different and on lines of their own: one map was probably meant."""
         entries = [next(iter(item.entries.values())) for item in node.items if _has_one_key(item)]
         words, lines = {key.text for key, _ in entries}, {key.line for key, _ in entries}
         if len(node.items) < _SEVERAL or not len(node.items) == len(words) == len(lines):

@@ -11,8 +11,8 @@ _ROOT = regular_expression(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")
 def claims_bpmn(name: str, head: bytes) -> bool:
     """Say whether this is, or is meant to be, a BPMN file: by its ending, or by its first element.
 
-    Drafts of BPMN and `definitions` without a namespace are claimed as well, so that the importer can say what is
-    wrong with them.
+    Drafts of BPMN and `definitions` without a namespace are claimed as well, so that the importer can report
+    their mistakes.
     """
     if name.lower().endswith(_BPMN_SUFFIXES):
         return True
@@ -54,7 +54,7 @@ def claims_yaml(name: str, head: bytes) -> bool:
     """Say whether this is a C-QoS system file: it has the key `cqos` at top level, whatever the file is called.
 
     A YAML or JSON file with participants that publish or subscribe is claimed without the key, so that the importer can
-    say what is missing.
+    report the missing key.
     """
     text = head_text(head)
     if _VERSION_KEY.search(text):

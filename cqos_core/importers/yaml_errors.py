@@ -278,7 +278,7 @@ def _line_of_text(failure: _Failure, reading: SourceReading) -> _Said | None:
 
 
 def _between(failure: _Failure, reading: SourceReading) -> _Said | None:
-    """Explain a key that is indented less than the keys above it, and more than, or not as, the ones around them."""
+    """Explain a key whose indentation is between that of the keys above it and that of their parents."""
     if not re.search("did not find expected key|expected <block end>", failure.problem):
         return None
     line, column = failure.last

@@ -77,8 +77,8 @@ or joins maps and takes the last of other values. A program that does not refuse
 def read_tree(reading: SourceReading, *, repeated: Repeated = "refuse") -> Tree:
     """Read the source as YAML, or as JSON where it is JSON that YAML refuses (tabs, surrogate pairs, long keys).
 
-    What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
-    in one map is a problem, unless ``repeated`` says what the program that owns the format does with it.
+    Problems are in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
+    in one map is a problem, unless ``repeated`` is the treatment of it by the format's own program.
     """
     import yaml
 
@@ -136,7 +136,7 @@ def _read_json(reading: SourceReading, yaml_error: yaml.YAMLError, earlier: list
 
 
 def read_json5(reading: SourceReading) -> Tree:
-    """Read the source as JSON5. What is wrong is in ``reading.problems``; the tree is empty then."""
+    """Read the source as JSON5. Problems are in ``reading.problems``; the tree is empty then."""
     from cqos_core.importers.json_events import JsonError, json5_events
 
     composer = _Composer(reading)

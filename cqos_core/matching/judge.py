@@ -57,7 +57,7 @@ class PairJudgement:
     """The verdict of one pair of profiles, and the rules that report, by code."""
 
     verdict: Verdict
-    spoken: tuple[Violation, ...] = ()
+    violations: tuple[Violation, ...] = ()
 
 
 FITS: Final = PairJudgement(Verdict.COMPATIBLE)
@@ -73,9 +73,9 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> V
 def ask_end(bound: BoundRule, profile: QosProfile, role: str) -> Violation | None:
     """Ask one rule of one endpoint; it has nothing to say where that rests on policies that the role does not have."""
     values = values_of_role(bound, profile, role)
-    spoken = ask(bound, values, values)
-    silent = bound.absent[role] and spoken is not None and spoken.unknown and spoken.failed is None
-    return None if silent else spoken
+    violation = ask(bound, values, values)
+    silent = bound.absent[role] and violation is not None and violation.unknown and violation.failed is None
+    return None if silent else violation
 
 
 def values_of_role(bound: BoundRule, profile: QosProfile, role: str) -> Values:
@@ -107,9 +107,9 @@ def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
     return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
 
 
-def verdict_of(spoken: Violation) -> Verdict:
+def verdict_of(violation: Violation) -> Verdict:
     """Return the verdict that a violation gives its pair."""
-    return verdict_by(spoken.bound.rule, unknown=spoken.unknown)
+    return verdict_by(violation.bound.rule, unknown=violation.unknown)
 
 
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
@@ -133,9 +133,9 @@ def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -
 
 def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
     """Ask a matching condition; it does not report if it depends on facts that are not stated."""
-    spoken = _ask_pair(bound, publisher, subscriber)
-    silent = spoken is not None and spoken.unknown and spoken.failed is None and not spoken.outcome.worlds
-    return None if silent else spoken
+    violation = _ask_pair(bound, publisher, subscriber)
+    silent = violation is not None and violation.unknown and violation.failed is None and not violation.outcome.worlds
+    return None if silent else violation
 
 
 @lru_cache(maxsize=_CACHE)
@@ -144,8 +144,8 @@ def failed_match_conditions(publisher: QosProfile, subscriber: QosProfile) -> tu
 
     An undecided condition keeps no endpoints apart.
     """
-    spoken = _between(publisher, subscriber, "meets")
-    return tuple([each.bound for each in spoken if each.outcome.result is False])
+    violations = _between(publisher, subscriber, "meets")
+    return tuple([each.bound for each in violations if each.outcome.result is False])
 
 
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
@@ -153,26 +153,26 @@ def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosPr
 
     One that rests on facts that are not stated keeps no pair apart.
     """
-    spoken = _ask_meeting(bound, publisher, subscriber)
-    return spoken if spoken is not None and spoken.outcome.worlds else None
+    violation = _ask_meeting(bound, publisher, subscriber)
+    return violation if violation is not None and violation.outcome.worlds else None
 
 
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
-    spoken = list(_between(publisher, subscriber, "pair"))
-    if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, spoken):
+    violations = list(_between(publisher, subscriber, "pair"))
+    if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, violations):
         for bound in publisher.pack.by_scope.get("pair", ()):
             if bound.rule.guarantee in subscriber.needs:
                 each = _ask_pair(bound, publisher, subscriber)
-                spoken += () if each is None else (each,)
-    return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+                violations += () if each is None else (each,)
+    return PairJudgement(worst(map(verdict_of, violations)), tuple(violations)) if violations else FITS
 
 
 def _between(publisher: QosProfile, subscriber: QosProfile, part: str) -> Iterator[Violation]:
     """Yield the violations of a part of the rules over both ends."""
     rules = over_both(publisher.pack)
-    return _spoken(rules, rules.bits[part], publisher, subscriber)
+    return _violations(rules, rules.bits[part], publisher, subscriber)
 
 
 @lru_cache(maxsize=_FRAMES)
@@ -183,7 +183,7 @@ def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
     return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
-def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
+def _violations(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
     """Yield the violations of some rules of a set."""
     certain, asked = rules.reporting(first, second, among)
     for position in positions(certain | asked):
@@ -208,7 +208,7 @@ def speaking_of(bound: BoundRule) -> str | None:
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Return whether a rule requires a policy that the middleware of either side does not match on, or gives a guarantee that is not needed."""
+    """Return whether a rule does not apply: its policy is not matched on by either middleware, or its guarantee is not needed."""
     if bound.rule.guarantee:
         return bound.rule.guarantee not in subscriber.needs
     unmatched = publisher.unmatched or subscriber.unmatched
@@ -221,7 +221,7 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
     rules = about_one(profile.pack, role, observed)
-    return tuple(_spoken(rules, rules.bits["endpoint"], profile, profile))
+    return tuple(_violations(rules, rules.bits["endpoint"], profile, profile))
 
 
 @lru_cache
@@ -266,8 +266,8 @@ def _refusing_around(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # 
 
 def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
     """Ask a rule about the surroundings of an endpoint; undecided, it refuses none."""
-    spoken = ask(bound, profile.values, profile.values)
-    return spoken if spoken is not None and spoken.refuses else None
+    violation = ask(bound, profile.values, profile.values)
+    return violation if violation is not None and violation.refuses else None
 
 
 def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
@@ -281,8 +281,8 @@ def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violatio
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
     rules = about_one(profile.pack, role, observed)
-    spoken = _spoken(rules, ~rules.bits["signal"], profile, profile)
-    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
+    violations = _violations(rules, ~rules.bits["signal"], profile, profile)
+    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in violations if each.refuses)]))
 
 
 @lru_cache(maxsize=_CACHE)
@@ -375,21 +375,21 @@ def undecided_of(profile: QosProfile, role: str, observed: bool) -> tuple[Violat
     )
 
 
-def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
+def already_reported(violation: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
     """Whether all that keeps a rule from being decided is reported as a finding of its own."""
-    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
+    values = [(subscriber if use.second else publisher).values[use.index] for use in violation.bound.bound.uses]
     causes = [value for value in values if isinstance(value, Anything)]
     # An assumption that breaks the rule by itself is no part of them.
-    worlds = spoken.outcome.worlds if any(isinstance(value, Depends) for value in values) else (("", None),)
+    worlds = violation.outcome.worlds if any(isinstance(value, Depends) for value in values) else (("", None),)
     harmless = bool(worlds) and all(result is not False for _, result in worlds)
-    return spoken.unknown and harmless and bool(causes) and all(each.reported for each in causes)
+    return violation.unknown and harmless and bool(causes) and all(each.reported for each in causes)
 
 
-def needs_misread(spoken: Violation, subscriber: QosProfile) -> bool:
+def needs_misread(violation: Violation, subscriber: QosProfile) -> bool:
     """Whether a rule is about a requirement that was not understood, which is a finding of its own."""
     policies = subscriber.pack.policies
     return any(
         use.second and policies[use.index].level == NEED and isinstance(value, Anything) and value.reported
-        for use in spoken.bound.bound.uses
+        for use in violation.bound.bound.uses
         for value in (subscriber.values[use.index],)
     )

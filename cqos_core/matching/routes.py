@@ -225,8 +225,8 @@ _Filed = dict["Value | None", list["Resolved"]]
 class _EndpointIndex:
     """The endpoints at one moment, and those that the sides of bridges can match.
 
-    Endpoints and sides are filed by a value that matching needs to be equal, such as the domain, so that a side is asked only
-    about endpoints that it may match.
+    Endpoints and sides are filed by a value that must be equal to match, such as the domain, so that a side is compared only
+    with endpoints that it may match.
     """
 
     def __init__(

@@ -39,7 +39,7 @@ class Hit(Generic[G]):
         reached: the positions of `subscribers` as bits, for rules over pairs.
     """
 
-    spoken: Violation
+    violation: Violation
     publishers: dict[G, None] = field(default_factory=dict)
     subscribers: dict[G, None] = field(default_factory=dict)
     pairs: int = 0
@@ -70,16 +70,16 @@ class EndpointHits(dict[tuple[Any, ...], Hit[G]]):
     def __init__(self) -> None:
         self._listed = Counter[tuple[str, str, bool]]()
 
-    def note(self, spoken: Violation, role: str, members: G, profile: QosProfile, tags: frozenset[int]) -> None:
+    def note(self, violation: Violation, role: str, members: G, profile: QosProfile, tags: frozenset[int]) -> None:
         """Add the report of a rule about one group."""
-        start = (violation_key(spoken), role, spoken.unknown)
-        key: tuple[Any, ...] = (*start, tuple(profile.values[use.index] for use in spoken.bound.bound.uses), tags)
+        start = (violation_key(violation), role, violation.unknown)
+        key: tuple[Any, ...] = (*start, tuple(profile.values[use.index] for use in violation.bound.bound.uses), tags)
         further = key not in self and self._listed[start] >= MOST_COMBINATIONS
         if further:
             key = (*start, tags)
         elif key not in self:
             self._listed[start] += 1
-        hit = self.setdefault(key, Hit(spoken, tags=tags))
+        hit = self.setdefault(key, Hit(violation, tags=tags))
         hit.more += further
         hit.side(role)[members] = None
         if further and not hit.example:
@@ -90,7 +90,7 @@ def with_topic_groups(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
     """Return a hit with the groups of a topic."""
     groups: Mapping[str, Sequence[EndpointGroup]] = {PUBLISHER: topic.publishers, SUBSCRIBER: topic.subscribers}
     return Hit(
-        hit.spoken,
+        hit.violation,
         {topic.publishers[at]: None for at in hit.publishers},
         {topic.subscribers[at]: None for at in hit.subscribers},
         hit.pairs,
@@ -100,6 +100,6 @@ def with_topic_groups(topic: MatchedTopic, hit: Hit[int]) -> Hit[EndpointGroup]:
     )
 
 
-def violation_key(spoken: Violation) -> str:
+def violation_key(violation: Violation) -> str:
     """Return a key that tells rules apart, and the severities of one rule."""
-    return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"
+    return f"{violation.bound.rule.code} {violation.bound.rule.severity}"

@@ -27,7 +27,7 @@ _MOST_REMEMBERED: Final = 200_000
 _MOST_FUNCTIONS: Final = 256
 _WORTH_A_FUNCTION: Final = 12
 _WORTH_COMPILING: Final = 12
-"""Times that a set is asked before it is compiled, which costs as much as about 20 of them."""
+"""Evaluations of a set before it is compiled; compilation costs about 20 evaluations."""
 EVERY: Final = -1
 """The bits of all rules."""
 
@@ -72,12 +72,12 @@ class SharedValues:
 
 
 class RuleSet:
-    """Rules of a pack, as one function for profiles that have as much in common as two others, once these are enough.
+    """Rules of a pack, compiled for profiles with the same shared values after enough evaluations.
 
     Attributes:
         rules: in order; a rule has the bit of its place.
         bits: of the rules of each part.
-        one: whether they are about one profile, which stands on both sides and is alone where a rule speaks of all of a side.
+        one: whether they are about one profile, which is on both sides and alone in aggregates.
     """
 
     def __init__(self, parts: Mapping[str, Iterable[RuleQuestion]], *, one: bool = False) -> None:
@@ -196,7 +196,7 @@ class RuleSet:
         return each.by_itself(each.bound, first, second)
 
     def _sorted_out(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
-        """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
+        """Return as bits the rules that certainly report, and those that have to be evaluated."""
         here, there = self._surroundings_of(first, second)
         function = here.functions.get(there) or self._counted(here, there)
         if function is not None:

@@ -24,8 +24,8 @@ def signal_hits(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Hit[int]]:
     for publishers, subscribers in _parts(shape, met_by) if rules else ():
         for bound in rules:
             within = {use.second for use in bound.bound.aggregate_uses}
-            for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
-                hit = Hit[int](spoken)
+            for violation, role, targets in _signal_rule(shape, bound, publishers, subscribers):
+                hit = Hit[int](violation)
                 if targets:
                     hit.tags = shape.side(role)[targets[0]].tags
                     hit.side(role).update(dict.fromkeys(targets))
@@ -87,9 +87,9 @@ def _signal_rule(
     groups, speaking = shape.side(at), publishers if at == PUBLISHER else subscribers
     for alike in _sorted(groups, speaking, bound.bound.own) if role is not None else [speaking[:1]]:
         values = groups[alike[0]].profile.values
-        spoken = ask(bound, values, values, signal)
-        if spoken is not None and not (spoken.unknown and spoken.failed is None):
-            yield spoken, at, alike if role is not None else ()
+        violation = ask(bound, values, values, signal)
+        if violation is not None and not (violation.unknown and violation.failed is None):
+            yield violation, at, alike if role is not None else ()
 
 
 def _sorted(groups: Sequence[GroupKey], chosen: Iterable[int], indices: Sequence[int]) -> list[list[int]]:

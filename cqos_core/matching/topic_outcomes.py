@@ -108,7 +108,7 @@ class _GroupReport(NamedTuple):
 
     publishers: ValueGroup
     subscribers: ValueGroup
-    spoken: Violation
+    violation: Violation
     combinations: int = 0
 
 
@@ -245,9 +245,9 @@ def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: 
         offering, requesting = value_groups(shape.publishers, first), value_groups(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
-                spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
-                if spoken is not None:
-                    _note(shape, pairs, hits, _GroupReport(publishers, subscribers, spoken, 0), pairs.met)
+                violation = undecided_meeting(bound, publishers.profile, subscribers.profile)
+                if violation is not None:
+                    _note(shape, pairs, hits, _GroupReport(publishers, subscribers, violation, 0), pairs.met)
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
@@ -275,7 +275,7 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -
         for each in _few(bound, _spoken(shape, bound, columns), columns):
             _note(shape, pairs, hits, each, asked)
             for publisher in each.publishers.members:
-                key = (publisher, each.spoken.unknown)
+                key = (publisher, each.violation.unknown)
                 said[key] = said.get(key, 0) | each.subscribers.mask
         for (publisher, unknown), mask in said.items():
             verdict = verdict_by(bound.rule, unknown=unknown)
@@ -335,13 +335,13 @@ def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterat
             if easy:
                 certain |= requesting.mask if bool(bound.bound.plain(a, b, NO_SIGNAL)) is speaks else 0
                 continue
-            spoken = ask(bound, a, b)
-            if spoken is None:
+            violation = ask(bound, a, b)
+            if violation is None:
                 continue
-            if spoken.outcome.result is speaks:
+            if violation.outcome.result is speaks:
                 certain |= requesting.mask
             elif bound.rule.kind != "meets":
-                others.append((requesting, spoken))
+                others.append((requesting, violation))
         if certain or others:
             yield _PublisherReport(offering, certain, others)
 
@@ -353,13 +353,13 @@ def _few(bound: BoundRule, rows: Iterable[_PublisherReport], columns: ValueGroup
     left = MOST_COMBINATIONS
     for publishers, mask, others in rows:
         if left:
-            said = {id(each): spoken for each, spoken in others}
+            said = {id(each): violation for each, violation in others}
             for each in columns.within(reduce(or_, (each.mask for each, _ in others), mask))[:left]:
                 yield _GroupReport(publishers, each, said.get(id(each), certain))
                 left -= 1
                 mask &= ~each.mask  # noqa: PLW2901 - what is left of it
                 said.pop(id(each), None)
-            others = [(each, spoken) for each, spoken in others if id(each) in said]  # noqa: PLW2901 - likewise
+            others = [(each, violation) for each, violation in others if id(each) in said]  # noqa: PLW2901 - likewise
         together = []
         for _, same in columns.by_tags(mask):
             first = columns.first(same)
@@ -367,12 +367,12 @@ def _few(bound: BoundRule, rows: Iterable[_PublisherReport], columns: ValueGroup
                 _GroupReport(publishers, ValueGroup(first.first, first.members, same), certain, columns.count(same))
             )
         undecided: dict[frozenset[int], list[tuple[ValueGroup, Violation]]] = {}
-        for each, spoken in others:
-            undecided.setdefault(each.first.tags, []).append((each, spoken))
-        for (first, spoken), *more in undecided.values():
+        for each, violation in others:
+            undecided.setdefault(each.first.tags, []).append((each, violation))
+        for (first, violation), *more in undecided.values():
             same = reduce(or_, (each.mask for each, _ in more), first.mask)
             together.append(
-                _GroupReport(publishers, ValueGroup(first.first, first.members, same), spoken, len(more) + 1)
+                _GroupReport(publishers, ValueGroup(first.first, first.members, same), violation, len(more) + 1)
             )
         later += sorted(together, key=lambda each: each.subscribers.members[0])
     yield from later
@@ -380,17 +380,18 @@ def _few(bound: BoundRule, rows: Iterable[_PublisherReport], columns: ValueGroup
 
 def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _GroupReport, asked: Sequence[int]) -> None:
     """Note the report of a rule about two value groups, or further merged ones, if they are pairs of ``asked``."""
-    publishers, subscribers, spoken, combinations = said
-    if spoken.unknown and (
-        already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
+    publishers, subscribers, violation, combinations = said
+    if violation.unknown and (
+        already_reported(violation, publishers.profile, subscribers.profile)
+        or needs_misread(violation, subscribers.profile)
     ):
         return
     reached = {publisher: mask for publisher in publishers.members if (mask := asked[publisher] & subscribers.mask)}
     if not reached:
         return
-    code, tags = violation_key(spoken), publishers.first.tags | subscribers.first.tags
-    key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
-    hit = hits.setdefault(key, Hit(spoken, tags=tags))
+    code, tags = violation_key(violation), publishers.first.tags | subscribers.first.tags
+    key = (code, violation.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
+    hit = hits.setdefault(key, Hit(violation, tags=tags))
     hit.more += combinations
     hit.pairs += sum(shape.publishers[publisher].size * pairs.weight(mask) for publisher, mask in reached.items())
     add_reached(hit, reached, subscribers.members)
@@ -435,9 +436,9 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
             if group.copied:
                 continue
             undecided = () if group.wired else undecided_of(group.profile, role, group.observed)
-            for spoken in judge_endpoint(group.profile, role, group.observed):
-                if not spoken.unknown or spoken.failed is not None or spoken in undecided:
-                    found.note(spoken, role, position, group.profile, group.tags)
+            for violation in judge_endpoint(group.profile, role, group.observed):
+                if not violation.unknown or violation.failed is not None or violation in undecided:
+                    found.note(violation, role, position, group.profile, group.tags)
     yield from found.values()
 
 
@@ -447,13 +448,13 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
 def _signal_rules(shape: TopicShape, pairs: _Pairs, hits: _Hits) -> None:
     for hit in signal_hits(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
         hits["signal", len(hits)] = hit
-        if hit.spoken.refuses:
+        if hit.violation.refuses:
             _refuse(pairs, hit)
 
 
 def _refuse(pairs: _Pairs, hit: Hit[int]) -> None:
     """Make pairs incompatible whose endpoints a rule over their topic refuses."""
-    code = (hit.spoken.bound.rule.code,)
+    code = (hit.violation.bound.rule.code,)
     subscribers = sum(1 << position for position in hit.subscribers)
     for position, segments in enumerate(pairs.segments):
         mask = pairs.met[position] if position in hit.publishers else subscribers

@@ -350,7 +350,7 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) 
     if failed_match_conditions(publisher, subscriber):
         return Judgement(created, matched=False)
     judged = judge_pair(publisher, subscriber)
-    codes = {spoken.bound.rule.code for spoken in judged.spoken}
+    codes = {violation.bound.rule.code for violation in judged.violations}
     broken = [name for code, name in subject.named_by.items() if code in codes]
     matched = judged.verdict == "compatible"
     return Judgement(
@@ -359,7 +359,7 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) 
 
 
 def _can_be_created(profile: QosProfile, role: str) -> bool:
-    rules = (spoken.bound.rule for spoken in judge_endpoint(profile, role, observed=False))
+    rules = (violation.bound.rule for violation in judge_endpoint(profile, role, observed=False))
     return not any(rule.creation and rule.severity == "error" for rule in rules)
 
 

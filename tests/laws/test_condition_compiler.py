@@ -304,7 +304,7 @@ def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
             general = [each.bound.judge(a.values, b.values).result for each in pack.by_scope["meets"]]
             met = [each for each, result in zip(pack.by_scope["meets"], general, strict=True) if result is False]
             assert failed_match_conditions(a, b) == tuple(met)
-            spoken += len(judge_pair(a, b).spoken)
+            spoken += len(judge_pair(a, b).violations)
         for role in ("publisher", "subscriber"):
             rules = [each for each in pack.by_scope.get("endpoint", ()) if each.role in {None, role}]
             said = [each for rule in rules if (each := ask_end(rule, a, role)) is not None]

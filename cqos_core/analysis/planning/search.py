@@ -409,6 +409,6 @@ def _answer(model: RepairModel, constraint: Constraint, chosen: Mapping[Hashable
                 for at, each in restated(values, end.profile.pack.vocabulary, index, value).items():
                     every[at] = each
         sides.append(tuple(every))
-    spoken = ask(constraint.bound, sides[0], sides[1])
+    violation = ask(constraint.bound, sides[0], sides[1])
     silent = constraint.wanted.answer
-    return silent if spoken is None else spoken.outcome.result
+    return silent if violation is None else violation.outcome.result

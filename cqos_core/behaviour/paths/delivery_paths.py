@@ -99,7 +99,7 @@ def samples_pass(publisher: QosProfile, subscriber: QosProfile) -> bool | None:
         return False
     refusals = [
         each
-        for each in judge_pair(publisher, subscriber).spoken
+        for each in judge_pair(publisher, subscriber).violations
         if each.bound.rule.kind == "requires" and not each.bound.rule.guarantee
     ]
     if any(not each.unknown for each in refusals):

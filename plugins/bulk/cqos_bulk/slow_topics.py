@@ -69,6 +69,6 @@ class SlowTopics:
         stand_ins = StandIns(self.profiles)
         result, verdicts = stand_ins.judged([stand_ins.add(*each) for each in shape])
         # Findings about a single profile are reported for all topics alike.
-        hits = tuple(each for each in result.outcomes.hits if each.spoken.bound.scope != "endpoint")
+        hits = tuple(each for each in result.outcomes.hits if each.violation.bound.scope != "endpoint")
         result.outcomes = result.outcomes._replace(hits=hits)
         return verdicts, stand_ins.rows(made.finding for made in result.made)
