@@ -145,7 +145,7 @@ ELSEWHERE = {
     "CQ218": "of guarantees under faults: tests/test_guarantee.py",
     "CQ215": "of overlays that only fill in: plugins/ros2/tests",
     "CQ216": "of brokers: plugins/mqtt/tests",
-    **dict.fromkeys((f"CQ{number}" for number in range(501, 509)), "of bridges: tests/test_bridging.py"),
+    **dict.fromkeys((f"CQ{number}" for number in range(501, 509)), "of bridges: tests/test_bridge_values.py"),
     **dict.fromkeys((f"CQ{number}" for number in range(801, 806)), "of chains: tests/test_chains.py"),
     **dict.fromkeys((f"CQ{number}" for number in range(811, 814)), "of links: tests/test_budgets.py"),
     "CQ606": "of baselines: tests/test_baseline.py",

@@ -25,9 +25,9 @@ from cqos_core.matching.judge import (
 )
 from cqos_core.matching.pair_guarantees import derived_values, faults_between, guarantees_of, over_hops
 from cqos_core.matching.pair_outcomes import outcome_of
-from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.matching.rule_hits import Hit
+from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
 from cqos_core.matching.topic_outcomes import QUIET
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Severity, Verdict

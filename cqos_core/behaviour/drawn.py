@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from cqos_core.behaviour.graph import EndpointKey
     from cqos_core.language.expression import Condition
     from cqos_core.language.values import Plain
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Verdict
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.counting import Rate
     from cqos_core.behaviour.drawn import Drawn
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved_endpoint import Resolved
 

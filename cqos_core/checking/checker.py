@@ -13,8 +13,8 @@ from cqos_core.checking.assumptions import assumptions, with_imported
 from cqos_core.checking.findings import FindingDraft, Memo, merged, one_per_cause, participant_finding, without_memo
 from cqos_core.checking.topic_check import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
-from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.topic_groups import naming_endpoints
 from cqos_core.model.code_info import CodeInfo
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.coverage import Coverage
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from cqos_core.checking.team import TeamCheck
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.system import ImportNote, System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack

@@ -9,7 +9,7 @@ from cqos_core.language.binder import parts
 from cqos_core.language.domains import Choice
 from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
-from cqos_core.matching.pairing import member_ids
+from cqos_core.matching.topic_groups import member_ids
 from cqos_core.model.core_findings import VERBS
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Values
     from cqos_core.language.vocabulary import Use
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.rule_hits import Hit
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.finding import Remedy
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile

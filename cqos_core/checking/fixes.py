@@ -12,7 +12,7 @@ from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solutions import restated, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, failed_match_conditions, judge_endpoint, judge_pair, of_end
-from cqos_core.matching.pairing import member_ids
+from cqos_core.matching.topic_groups import member_ids
 from cqos_core.model.core_findings import VERBS
 from cqos_core.model.finding import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from cqos_core.checking.findings import FindingDraft
     from cqos_core.checking.topic_check import TopicResult
     from cqos_core.matching.hops import Topics
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Verdict
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import Endpoint, System

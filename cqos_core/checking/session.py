@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.checking.topic_check import TopicResult
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack

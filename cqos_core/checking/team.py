@@ -25,8 +25,8 @@ from cqos_core.resolving.participants import packs_in_use
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.rule_hits import Hit
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Bound, System, TeamRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -13,8 +13,8 @@ from cqos_core.language.bound_condition import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.pair_outcomes import outcome_of
-from cqos_core.matching.pairing import bridges_of, group
 from cqos_core.matching.rule_hits import MOST_COMBINATIONS, Hit, add_reached, with_topic_groups
+from cqos_core.matching.topic_groups import bridges_of, group
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Side, Verdict
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from cqos_core.checking.team import TeamCheck
     from cqos_core.language.name_index import NameIndex
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.matching.topic_outcomes import JudgedPairs, NonMatch, TopicOutcome
     from cqos_core.resolving.resolved_endpoint import Resolved
 

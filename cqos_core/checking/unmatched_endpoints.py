@@ -6,7 +6,7 @@ from bisect import insort
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.pairing import bridges_of
+from cqos_core.matching.topic_groups import bridges_of
 from cqos_core.model.codes import CODES
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity, Side
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.checking.topic_check import TopicResult
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from cqos_core.checking.fixes import allowed_change
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.matching.pairing import group
+from cqos_core.matching.topic_groups import group
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.matching.pairing import MatchedTopic, TopicKey
+    from cqos_core.matching.topic_groups import MatchedTopic, TopicKey
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.resolving.resolved_endpoint import Resolved
 

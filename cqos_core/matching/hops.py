@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.judge import failed_match_conditions
-from cqos_core.matching.pairing import key_at, most_diverse
+from cqos_core.matching.topic_groups import key_at, most_diverse
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import about_one, over_both
-from cqos_core.matching.pairing import GroupKey, TopicShape
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.caches import MOST_LETTERS, keep, letters
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

@@ -24,7 +24,7 @@ from cqos_core.language.values import (
     in_world,
     is_plain,
 )
-from cqos_core.matching.pairing import group
+from cqos_core.matching.topic_groups import group
 from cqos_core.matching.topic_outcomes import met
 from cqos_core.model.system import PUBLISHER
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolved_endpoint import Resolved
 

@@ -102,7 +102,7 @@ class Pipeline:
         links = self._expanded[1]
         if not links:
             return topics(self.resolver), ()
-        from cqos_core.matching.bridging import linked  # as above
+        from cqos_core.matching.bridge_values import linked  # as above
 
         return linked(links, self.resolver)
 

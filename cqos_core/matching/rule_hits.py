@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
 
 G = TypeVar("G")

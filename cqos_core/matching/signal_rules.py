@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.values import Values
-    from cqos_core.matching.pairing import GroupKey, TopicShape
+    from cqos_core.matching.topic_groups import GroupKey, TopicShape
     from cqos_core.packs.bound_rule import BoundRule
 
 

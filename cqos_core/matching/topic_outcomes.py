@@ -31,9 +31,9 @@ from cqos_core.matching.judge import (
     undecided_of,
     verdict_by,
 )
-from cqos_core.matching.pairing import GroupKey, TopicShape
 from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, add_reached, violation_key
 from cqos_core.matching.signal_rules import signal_hits
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict

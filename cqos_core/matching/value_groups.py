@@ -12,7 +12,7 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.matching.pairing import GroupKey
+    from cqos_core.matching.topic_groups import GroupKey
     from cqos_core.resolving.qos_profile import QosProfile
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.matching.judge import refusals
-from cqos_core.matching.pairing import add_visiting_copies, endpoints_by_topic
+from cqos_core.matching.topic_groups import add_visiting_copies, endpoints_by_topic
 from cqos_core.model.settings import Setting
 from cqos_core.resolving.layers import Layer, Stated
 from cqos_core.resolving.wire_copies import FACTS, certain_texts, is_stated, wire_copy

@@ -56,7 +56,7 @@ def test_checking_a_small_file_imports_nothing_that_it_does_not_use(files):
         "html",
         "tomllib",
         "cqos_core.matching.routes",
-        "cqos_core.matching.bridging",
+        "cqos_core.matching.bridge_values",
         "cqos_core.matching.pair_guarantees",
         "cqos_core.behaviour.paths.chains",
         "cqos_core.behaviour.paths.budgets",

@@ -12,7 +12,7 @@ from cqos_core.language.values import INFINITE
 from cqos_core.matching.pair_guarantees import FaultGuarantee, PairGuarantee, over_hops
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
 from tests.effort import EXPLORE
-from tests.test_bridging import PACKS, bridge, bridged, needing
+from tests.test_bridge_values import PACKS, bridge, bridged, needing
 from tests.worlds import writer
 
 SEEDS: Final = 2_000 if EXPLORE else 40

@@ -15,7 +15,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import any_of, offered
 from cqos_core.matching import pair_outcomes, rule_set
 from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
-from cqos_core.matching.pairing import GroupKey, TopicShape
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.packs.rule import forbids
 from tests.any_rules import any_rules

@@ -9,7 +9,7 @@ import pytest
 
 from cqos_core.api import context
 from cqos_core.language.relation import related
-from cqos_core.matching.pairing import endpoints_by_topic
+from cqos_core.matching.topic_groups import endpoints_by_topic
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Acceptance, Endpoint, Participant, System
 from cqos_core.resolving.resolver import resolve

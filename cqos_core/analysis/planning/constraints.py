@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from cqos_core.language.values import Values
-    from cqos_core.matching.pairing import MatchedTopic
+    from cqos_core.matching.topic_groups import MatchedTopic
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.planning.slots import Statement
     from cqos_core.language.values import Plain
     from cqos_core.matching.hops import Topics
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Edit
     from cqos_core.resolving.resolved_endpoint import Resolved
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.language.constraint_solver import Solution, Task
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import System

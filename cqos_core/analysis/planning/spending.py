@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.planning.plan import CheckedSystem, PlannedChange, RepairPlan
     from cqos_core.language.values import Value
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic, TopicKey
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic, TopicKey
     from cqos_core.resolving.qos_profile import QosProfile
 
 _MOST_PAIRS: Final = 20

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Value
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System

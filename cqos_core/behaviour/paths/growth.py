@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.paths.budgets import Stream
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
 
     Profiles = Mapping[int, QosProfile]
