@@ -55,7 +55,7 @@ STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only t
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
 # What `test` and `lint` need beyond `demo` and `run`.
-EXTRAS = ("test", "lint", "web", "metrics", "otel", "source", "bulk", "spark", "repair")
+EXTRAS = ("test", "lint", "web", "metrics", "otel", "spark")
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile, check_pair
-    from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
+    from cqos_core.analysis.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
     from cqos_core.files.applying import Edited
@@ -67,7 +67,7 @@ _HOMES: Final = (
     "model.system_diff",
     "model.changes",
     "language.values",
-    "analysis.planning.plan",
+    "analysis.plan",
     "analysis.pair_judge",
     "checking.session",
     "api",

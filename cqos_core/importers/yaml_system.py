@@ -9,6 +9,7 @@ from cqos_core.importers import yaml_form as form
 from cqos_core.importers.format_detection import may_have_exceptions
 from cqos_core.importers.source_reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
+from cqos_core.importers.unread_parts import unread_note
 from cqos_core.importers.variables import Multiplier, TooManyError, variables
 from cqos_core.importers.yaml_chains import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
@@ -137,6 +138,7 @@ class _Builder:
                 self.named(document)
                 self.participants(document)
                 self.team(document)
+                self.system.notes += map(unread_note, document.get(form.UNREAD) or ())
             except TooManyError as error:
                 advice = "list fewer instances, or mention fewer variables together"
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)

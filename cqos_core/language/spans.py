@@ -1,7 +1,7 @@
 """A condition as two spans of values: it certainly holds in one, and certainly fails in the other. Between them it is unknown.
 
 A value has bounds, the least and the largest that it may be; those of a known value are equal. A condition is walked once, here. A
-`ValueReader` returns the bounds of its values. `cqos_core.language.condition_compiler` writes spans as functions over profiles, `cqos_bulk` writes them for
+`ValueReader` returns the bounds of its values. `cqos_core.language.condition_compiler` writes spans as functions over profiles, `cqos_fleet` writes them for
 columns. `BoundCondition.open` stays the meaning.
 """
 

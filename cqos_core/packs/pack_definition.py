@@ -77,7 +77,7 @@ class PackDefinition:
         not_checked: what no QoS check of this protocol can see, for the report.
         codes: codes of the importers that come with the pack.
         read_log: yields the mismatches of endpoints in one line of a program's output.
-        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.analysis.proving.Prover`; the
+        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.packs.prover.Prover`; the
             first is used where the system names none.
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
         derivations: values of a pair that no end states; `cqos explain` shows them.

@@ -94,7 +94,7 @@ PACK: Final = RulePack(
     common_mistakes=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
-    provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},
+    provers={"cyclonedds": "cqos_live.dds.prove.cyclone:PROVER", "fastdds": "cqos_live.dds.prove.fast:PROVER"},
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
     validated=True,
 )
