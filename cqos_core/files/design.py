@@ -17,7 +17,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.model.settings import Cases, Setting
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, System
-from cqos_core.packs.meeting import NameContext
+from cqos_core.packs.topic_matching import NameContext
 from cqos_core.resolving.reader import spelled
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.packs.presets import Dialect
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
 YAML: Final = "yaml"
@@ -337,7 +337,7 @@ def _key(part: Resolved, name: str) -> str | None:
     stated = owner.participant
     kind = part.endpoint.kind
     context = NameContext(stated.id, stated.label, owner.texts, stated.remap, kind, YAML)
-    return part.pack.meeting.resolve(name, context).key
+    return part.pack.topic_matching.resolve(name, context).key
 
 
 def _same_policy(pack: RulePack | None, one: str, other: str) -> bool:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from cqos_core.files.design import Design
     from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
-    from cqos_core.importers.forms import Form
+    from cqos_core.importers.document_form import Form
+    from cqos_core.model.chains import Chain, StatedLink
     from cqos_core.model.settings import Setting, Settings
     from cqos_core.model.system import (
         Acceptance,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
-    from cqos_core.model.timing import Chain, StatedLink
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10

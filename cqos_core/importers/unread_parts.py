@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import Form, Key
-from cqos_core.importers.shapes import COUNT, TEXT
+from cqos_core.importers.document_form import Form, Key
+from cqos_core.importers.value_types import COUNT, TEXT
 from cqos_core.model.system import ImportNote, Part
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
 
 KIND: Final = Key("kind", TEXT, "What kind of part it is, as a noun: `node`, `file`, `section`.", required=True)
 PART_NAME: Final = Key("name", TEXT, "Name of the part.")

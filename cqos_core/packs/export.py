@@ -1,4 +1,4 @@
-"""What an exporter is given and what it returns."""
+"""Input and output of exporters."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExportContext:
-    """What a writer may use beside the system.
+    """Everything that a writer may use beside the system.
 
     Attributes:
         find_pack: returns the rule pack of an id, or None.
@@ -45,7 +45,7 @@ class ExportContext:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What a writer wrote.
+    """The output of a writer.
 
     Attributes:
         text: the whole file.

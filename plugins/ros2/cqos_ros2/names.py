@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 from cqos_core.model.wildcards import fits
 from cqos_core.packs import NameContext, NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE

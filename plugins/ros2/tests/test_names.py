@@ -235,10 +235,10 @@ def test_a_remapping_to_itself_changes_nothing(name: str, other: str, target: st
     st.sampled_from(("", "fastdds", "zenoh_bridge")),
 )
 def test_what_stands_before_plain_names(name, participant, namespace, kind, dialect, rmw):
-    """The law of `Meeting.before`."""
+    """The law of `TopicMatching.before`."""
     settings = {} if namespace is None else {"namespace": namespace}
     context = NameContext(participant, None, {**settings, "rmw": rmw} if rmw else settings, {}, kind, dialect)
-    before, is_plain = names.before(context), re.compile(PACK.meeting.plain).fullmatch
+    before, is_plain = names.before(context), re.compile(PACK.topic_matching.plain).fullmatch
     full = name if is_plain(name) else f"{before}{name}"
     if before is not None and is_plain(full):
         assert names.resolve(name, context) == (full, full, ())
