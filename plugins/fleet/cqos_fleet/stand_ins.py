@@ -50,8 +50,7 @@ class StandIns:
         topic = settled(ends)
         publishers, subscribers = (
             tuple(
-                members.key._replace(size=sum(self.counts[each.id] for each in members.endpoints))
-                for members in listed
+                members.key._replace(size=sum(self.counts[each.id] for each in members.endpoints)) for members in listed
             )
             for listed in (topic.publishers, topic.subscribers)
         )
