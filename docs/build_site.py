@@ -76,7 +76,7 @@ def stage() -> None:
 def reference() -> str:
     """Return the page of the library: every public name, from its docstring."""
     parts = ["# API reference", "Every public name of the library. [The library](library.md) shows them at work."]
-    parts += ["## For programs", *described("cqos_core", cqos_core.__all__)]
+    parts += ["## For programs", *described("cqos_core", dir(cqos_core))]
     parts += ["## For authors of packs", *described("cqos_core.packs", packs.__all__)]
     return "\n\n".join(parts) + "\n"
 
