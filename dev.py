@@ -141,7 +141,8 @@ def install_venv_module() -> None:
 
 def install(extras: str) -> None:
     """Install all distributions editable, in one pip call so that plugins find the `cqos-core` of this tree."""
-    wanted = [f"--editable=./{project.relative_to(ROOT).as_posix()}[{extras}]" for project in projects()]
+    chosen = f"[{extras}]" if extras else ""
+    wanted = [f"--editable=./{project.relative_to(ROOT).as_posix()}{chosen}" for project in projects()]
     if extras:
         wanted += ["--requirement", "docs/requirements.txt"]
     # Several pinned versions have left Python 3.10 behind; there, the ranges of pyproject.toml hold.

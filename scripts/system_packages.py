@@ -1,7 +1,7 @@
 """Installs the programs that some tests need where that is allowed, and names the tests that are left out elsewhere.
 
-python scripts/system_packages.py          install what is missing, as root on Debian; else say what is left out
-python scripts/system_packages.py --list   print the names of all packages, for `apt-get install`
+python scripts/system_packages.py             install what is missing, as root on Debian; else say what is left out
+python scripts/system_packages.py --missing   print the names of the packages that are missing, for `apt-get install`
 """  # noqa: INP001 - a script
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 
 
 def main(arguments: list[str]) -> int:
-    """Install what is missing, or list all packages."""
-    if arguments == ["--list"]:
-        sys.stdout.write("".join(f"{package}\n" for _, package, _ in PACKAGES))
-        return 0
+    """Install what is missing, or list it."""
     for programs, package, left_out in PACKAGES:
-        if not any(map(is_there, programs.split("|"))) and not install(package):
+        if any(map(is_there, programs.split("|"))):
+            continue
+        if arguments == ["--missing"]:
+            sys.stdout.write(f"{package}\n")
+        elif not install(package):
             sys.stderr.write(f"{package} is not installed, so {left_out} (apt-get install {package})\n")
     return 0
 
