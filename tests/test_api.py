@@ -1,4 +1,4 @@
-"""The library as callers use it (DESIGN 9)."""
+"""The library as callers use it."""
 
 from __future__ import annotations
 

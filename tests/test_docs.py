@@ -284,12 +284,6 @@ def test_contributors_find_every_file_that_is_named():
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
-def test_contributors_find_what_each_command_does():
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    commands = {name.split()[0] for name in load_plugins().commands}
-    assert commands == {name for name in commands if re.search(rf"`(cqos )?{name}[ `]|/{name}\.py\)", text)}
-
-
 def test_every_example_is_described():
     text = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     names = {path.name for path in (ROOT / "examples").iterdir()} - {"README.md"}

@@ -18,7 +18,7 @@ from cqos_core.model.problems import PackError
 from cqos_core.packs.catalogue import column_form, describe_pack, rule_table
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
-from cqos_core.packs.rule import forbids, meets, requires
+from cqos_core.packs.rule import forbids, matched_if, requires
 from cqos_core.packs.validation import KEPT
 from cqos_core.plugins import load_plugins
 from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
@@ -134,7 +134,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         "rule POST101: `says` has {offerd care}, which stands for nothing here",
     ),
     "a meeting condition over one endpoint": (
-        {"rules": [meets(parse("care == 'plain'"), code="POST401", name="a", because="b")]},
+        {"rules": [matched_if(parse("care == 'plain'"), code="POST401", name="a", because="b")]},
         "rule POST401: a meeting condition compares a publisher with a subscriber",
     ),
     "a role that there is not": (

@@ -281,7 +281,9 @@ def test_dev_script_explains_a_wrong_call_in_one_line(tmp_path):
 def test_tasks_that_documents_name_exist():
     tasks = {*read_project(ROOT)["tool"]["poe"]["tasks"], "demo", "setup", "TASK"}
     named = {
-        (name, task) for name, text in committed_files().items() for task in re.findall(r"(?:python3 |`)dev\.py ([a-zA-Z]+)", text)
+        (name, task)
+        for name, text in committed_files().items()
+        for task in re.findall(r"(?:python3 |`)dev\.py ([a-zA-Z]+)", text)
     }
     assert {task for _, task in named} >= {"demo", "test", "setup", "goldens"}
     assert [each for each in sorted(named) if each[1] not in tasks] == []

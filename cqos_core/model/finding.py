@@ -55,7 +55,7 @@ _VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
 
 
 class Severity(TextEnum):
-    """How loud a finding speaks (DESIGN 7)."""
+    """Severity of a finding, from what will not work to what is worth knowing."""
 
     ERROR = "error"
     WARNING = "warning"

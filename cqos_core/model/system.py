@@ -171,7 +171,7 @@ class Endpoint:
         settings: explicit settings.
         profiles: profiles and presets used, base first; explicit settings win over all of them.
         overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
-        needs: what the application requires, in the words of DESIGN 8.
+        needs: what the application requires, in the words of `cqos_core.packs.guarantee`.
         type: data type name as written, or None when unstated.
         kind: ``message``, or what a pack derives topics from: ``service_server``, ``action_client``, …
         dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …

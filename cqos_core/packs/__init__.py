@@ -58,10 +58,7 @@ from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, W
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Folding, Known, Preset, Slip, Timing
-from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
-
-Sentence = Condition  # former names
-as_sentence = as_condition
+from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
 __all__ = [
     "ENDPOINT",
@@ -111,7 +108,6 @@ __all__ = [
     "Proof",
     "Rule",
     "RulePack",
-    "Sentence",
     "Slip",
     "Store",
     "Term",
@@ -123,7 +119,6 @@ __all__ = [
     "all_equal",
     "any_of",
     "as_condition",
-    "as_sentence",
     "broker",
     "by_option",
     "call",
@@ -140,7 +135,6 @@ __all__ = [
     "least",
     "matched_if",
     "matches",
-    "meets",
     "normalise",
     "offered",
     "option",
