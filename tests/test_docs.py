@@ -29,7 +29,6 @@ import pytest
 
 from cqos_core.language import expression
 from cqos_core.language.parsing import parse
-from cqos_core.plugins import load_plugins
 from tests.command import Done, run, run_here
 
 if TYPE_CHECKING:
