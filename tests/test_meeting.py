@@ -15,6 +15,7 @@ from cqos_core.packs import (
     Known,
     Policy,
     Preset,
+    SystemFacts,
     Text,
     as_condition,
     broker,
@@ -65,7 +66,7 @@ PACK = replace(
     ),
     presets={**POST.presets, "small": Preset({"limit": "1"}, "A small office.", level="broker")},
     meeting=replace(POST.meeting, match=along_the_street, overlapping="twice"),
-    complete=complete,
+    system_facts=SystemFacts(complete),
 )
 
 

@@ -57,7 +57,19 @@ from cqos_core.packs.guarantee import (
 from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Folding, Known, Preset, Slip, Timing
+from cqos_core.packs.parts import (
+    Completion,
+    Convention,
+    Derivation,
+    Dialect,
+    Folding,
+    Implementations,
+    Known,
+    Preset,
+    Slip,
+    SystemFacts,
+    Timing,
+)
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
 __all__ = [
@@ -88,6 +100,7 @@ __all__ = [
     "Framing",
     "FromPeers",
     "Function",
+    "Implementations",
     "Known",
     "Literal",
     "Meaning",
@@ -110,6 +123,7 @@ __all__ = [
     "RulePack",
     "Slip",
     "Store",
+    "SystemFacts",
     "Term",
     "Text",
     "Timing",

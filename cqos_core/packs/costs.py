@@ -18,7 +18,7 @@ class Framing:
     """How one implementation sends a sample; all sizes in bytes.
 
     Attributes:
-        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        value: of `RulePack.implementations`: ``cyclonedds``.
         packet: headers of each packet, those of IP and transport with them.
         sample: what comes once with every sample.
         whole: what comes with a sample that one packet carries.

@@ -235,7 +235,7 @@ class Proof:
     Attributes:
         guarantee: the word.
         fault: of `FAULTS`, or ``link`` for connected ends.
-        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        value: of `RulePack.implementations`: ``cyclonedds``.
         product: for people: ``Cyclone DDS``.
         version: which one ran, and how if not as the pair itself: ``11.0.1``, ``11.0.1 as plain DDS``.
     """

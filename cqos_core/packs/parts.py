@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import Endpoint
+    from cqos_core.packs.guarantee import Proof
     from cqos_core.packs.logs import Misfit
 
 
@@ -57,7 +58,7 @@ class Slip:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """A participant, an endpoint or a broker as `RulePack.complete` sees it: with resolved values, never with their text.
+    """A participant, an endpoint or a broker as `SystemFacts.complete` sees it: with resolved values, never with their text.
 
     Attributes:
         id, place, template, external: as stated.
@@ -115,10 +116,26 @@ class Completion:
 
 
 @dataclass(frozen=True, slots=True)
+class Implementations:
+    """What is known of programs that implement the protocol.
+
+    Attributes:
+        option: the option, or the policy of brokers, whose value names one: ``rmw``.
+        proofs: which guarantees were seen under which faults on one that ran.
+        provers: by name, the ``"module:object"`` of what runs pairs on it, a `cqos_core.packs.proving.Prover`; the first is used
+            where the system names none.
+    """
+
+    option: str = ""
+    proofs: tuple[Proof, ...] = ()
+    provers: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Folding:
     """Which participants a pack cannot tell apart, so that each kind of them is completed once in a fleet of millions.
 
-    Beside what is listed here, `RulePack.complete` reads of a participant only its own settings and endpoints, and of these, which
+    Beside what is listed here, `SystemFacts.complete` reads of a participant only its own settings and endpoints, and of these, which
     have the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.
 
     Attributes:
@@ -129,7 +146,7 @@ class Folding:
         shared: settings of participants that count by whether another participant has the same text.
         texts: settings of participants, each with what gives one text for all that count alike.
         own: policies of participants whose value is the participant's own name, or the default.
-        heard: the values, as of `RulePack.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
+        heard: the values, as of `SystemFacts.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
             it hears from which publishers (profiles, with their number).
     """
 
@@ -262,3 +279,19 @@ def nothing_follows(
 def nothing_summed(endpoints: Sequence[Any]) -> Mapping[int, Mapping[str, Value]]:  # noqa: ARG001 - as above
     """Add nothing to the values of endpoints."""
     return {}
+
+
+@dataclass(frozen=True, slots=True)
+class SystemFacts:
+    """What follows from all that a system has of the protocol, and nothing in it states alone.
+
+    Attributes:
+        complete: from participants, endpoints and brokers by name, settings that follow, and endpoints that are implied.
+        sum_up: from all endpoints (`cqos_core.resolving.resolved.Resolved`), by position of an endpoint the values of its derived policies
+            that follow from the others, such as what all topics of a client bring together.
+        folding: which participants these two cannot tell apart; None: a fleet has each of its systems checked whole.
+    """
+
+    complete: Callable[[Sequence[Known], Sequence[Known], Mapping[str, Known]], Completion] = nothing_follows
+    sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
+    folding: Folding | None = None

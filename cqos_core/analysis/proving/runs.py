@@ -152,11 +152,11 @@ def _on_the_wire(
     topic, resolver = settled_pair(system, publisher, subscriber, where)
     ends = _as_settled(topic.publishers[0]), _as_settled(topic.subscribers[0])
     pack = topic.pack
-    if pack.provers:
+    if pack.implementations.provers:
         return pack, ends
     wire = pack.wire
     below = None if wire is None else where.find_pack(wire.protocol)
-    if wire is None or below is None or not below.provers:
+    if wire is None or below is None or not below.implementations.provers:
         lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
         raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
     names = [wire.topic(end.key or "", plain_texts(end)) for end in ends]
@@ -173,25 +173,27 @@ def _as_settled(members: EndpointGroup) -> Resolved:
 
 
 def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Prover]:
-    if on and on not in pack.provers:
-        raise NotRunnableError(f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.provers)}")
-    for name in pack.provers:
+    if on and on not in pack.implementations.provers:
+        raise NotRunnableError(
+            f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.implementations.provers)}"
+        )
+    for name in pack.implementations.provers:
         prover = _load(pack, name)
         if name == on or (not on and all(_fits(end, prover.assumes) for end in ends)):
             return name, prover
     stated = {
         f"{option} {plain_texts(end).get(option, 'unknown')}"
-        for name in pack.provers
+        for name in pack.implementations.provers
         for end in ends
         for option in _load(pack, name).assumes
     }
     raise NotRunnableError(
-        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.provers)} runs it there"
+        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.implementations.provers)} runs it there"
     )
 
 
 def _load(pack: RulePack, name: str) -> Prover:
-    prover: Prover = resolve_name(pack.provers[name])
+    prover: Prover = resolve_name(pack.implementations.provers[name])
     return prover
 
 

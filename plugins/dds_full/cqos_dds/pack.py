@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Slip, Timing
+from cqos_core.packs import NEEDS, Convention, Function, Implementations, Meeting, RulePack, Slip, Timing
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.costs import COSTS
@@ -89,12 +89,14 @@ PACK: Final = RulePack(
     panel=PANEL,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
-    proofs=PROOFS,
-    implementation_option="implementation",
+    implementations=Implementations(
+        "implementation",
+        PROOFS,
+        provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},
+    ),
     slips=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
-    provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
     validated=True,
 )

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack, Slip, Timing
+from cqos_core.packs import (
+    NEEDS,
+    Convention,
+    Derivation,
+    Dialect,
+    Function,
+    Implementations,
+    Meeting,
+    RulePack,
+    Slip,
+    SystemFacts,
+    Timing,
+)
 from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.broker_policies import IMPLEMENTATION
 from cqos_mqtt.costs import COSTS
@@ -113,17 +125,17 @@ PACK: Final = RulePack(
         one_way={"shared": "true"},
         described="publications and subscriptions of clients of one broker, where the filter matches the topic",
     ),
-    complete=sessions.complete,
-    sum_up=queues.sum_up,
-    folding=FOLDING,
+    system_facts=SystemFacts(sessions.complete, queues.sum_up, FOLDING),
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
     derivations=DERIVATIONS,
-    proofs=PROOFS,
-    implementation_option=IMPLEMENTATION.name,
+    implementations=Implementations(
+        IMPLEMENTATION.name,
+        PROOFS,
+        provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
+    ),
     slips=SLIPS,
     codes=CODES,
-    provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     panel=PANEL,
     timing=TIMING,
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",

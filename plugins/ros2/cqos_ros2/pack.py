@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.later import later
-from cqos_core.packs import NEEDS, Meeting, RulePack, Slip, Timing
+from cqos_core.packs import NEEDS, Implementations, Meeting, RulePack, Slip, Timing
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.costs import COSTS
@@ -110,8 +110,7 @@ _RAW: Final = RulePack(
     wire=WIRE,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
-    proofs=PROOFS,
-    implementation_option="rmw",
+    implementations=Implementations("rmw", PROOFS),
     slips=SLIPS,
     codes=later(_codes),
     read_log=_read_line,
