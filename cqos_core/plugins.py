@@ -123,10 +123,9 @@ class ImporterInfo:
             ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
         options: what it adds to the command line.
-        folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
-            The reader then has the folder as the name of a source without bytes.
-        entrances: ``"module:function"``, an `EntranceFinder`: says how what no importer reads as it is named is read with
-            ``folders_with``; the module must be light.
+        entrances: ``"module:function"``, an `EntranceFinder`: says how what no importer reads as it is named is read with the first
+            of `options`; the module must be light. With that option it reads a folder as one system, in place of the files in
+            it; the reader then has the folder as the name of a source without bytes.
     """
 
     name: str
@@ -141,8 +140,12 @@ class ImporterInfo:
     shares_names: bool = False
     drawn: str = ""
     options: tuple[ImporterOption, ...] = ()
-    folders_with: str = ""
     entrances: str = ""
+
+    @property
+    def folder_option(self) -> ImporterOption | None:
+        """The option with which it reads a folder as one system, or None."""
+        return self.options[0] if self.entrances else None
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -513,3 +516,5 @@ def _refuse_malformed(kind: _Kind, info: Any) -> None:
     for part in kind.lists:
         if not (isinstance(texts := getattr(info, part), tuple) and all(isinstance(text, str) for text in texts)):
             raise CqosError(f"{what} has the {part} {texts!r}, where a tuple of texts is expected")
+    if isinstance(info, ImporterInfo) and info.entrances and not info.options:
+        raise CqosError(f"{what} has `entrances`, but `options` lacks the option with which it reads folders")

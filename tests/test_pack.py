@@ -11,7 +11,7 @@ import pytest
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Text
 from cqos_core.language.expression import define
 from cqos_core.language.parsing import parse
-from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.policy import Derived, PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.problems import PackError
@@ -193,7 +193,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         "higher, lower or empty",
     ),
     "a direction without order": ({"policies": [*POLICIES, Policy("a", Text(), stronger="higher")]}, "have an order"),
-    "a derived fact": ({"policies": [*POLICIES, Policy("a", Flag(), derived=True)]}, "needs the default"),
+    "a derived fact": ({"policies": [*POLICIES, Policy("a", Flag(), derived=Derived())]}, "needs the default"),
     "a role of a policy": ({"policies": [*POLICIES, Policy("a", Flag(), roles=("writer",))]}, "roles must be of"),
     "a word that is a value": (
         {"policies": [*POLICIES, Policy("a", Choice("b", "c"), words={"b": "c"})]},

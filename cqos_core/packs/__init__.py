@@ -36,7 +36,7 @@ from cqos_core.language.expression import (
     total,
 )
 from cqos_core.language.parsing import parse
-from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
+from cqos_core.language.policy import ENDPOINT, ByOption, Derived, Meaning, PerRole, Policy, by_option
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.contents import PackContents
@@ -93,6 +93,7 @@ __all__ = [
     "Count",
     "Depends",
     "Derivation",
+    "Derived",
     "Dialect",
     "Duration",
     "Flag",

@@ -60,7 +60,7 @@ def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
         "entities": list(policy.entities),
         "changeable": policy.changeable,
         "stronger": policy.stronger,
-        "derived": policy.derived,
+        "derived": policy.derived is not None,
         "doc": policy.doc,
         "clause": policy.clause,
         **shown(panel, policy),

@@ -117,8 +117,8 @@ from cqos_core.plugins import ImporterInfo, ImporterOption, hookimpl
 @hookimpl
 def register_importers(register):
     option = ImporterOption("--plan", "plan", "FILE", "the plan of a depot")
-    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folders_with="plan", entrances="depot_plugin:find"))
-    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", folders_with="plan", entrances="no_such_module:find"))
+    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), entrances="depot_plugin:find"))
+    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", options=(ImporterOption("--ruin", "plan", "FILE", "a ruin"),), entrances="no_such_module:find"))
 
 def claims(name, head):
     return False

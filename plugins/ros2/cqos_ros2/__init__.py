@@ -33,7 +33,6 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             "cqos_ros2.importers.detect_config:claims_workspace",
             f"{module}:read",
             options=_LAUNCH,
-            folders_with="launch",
             entrances="cqos_ros2.workspace.entrances:find",
         )
     )
