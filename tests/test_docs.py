@@ -63,6 +63,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/packs-python.md",
     "docs/pack-tutorial.md",
     "docs/plugins.md",
+    "docs/plugin-examples.md",
     "examples/README.md",
 )
 if importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true":
