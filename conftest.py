@@ -82,6 +82,7 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """Return two more workers than there are cores: many tests wait for a service, a browser or the middleware."""
     return (os.cpu_count() or 1) + 2

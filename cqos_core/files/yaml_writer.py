@@ -7,17 +7,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
-from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
+from cqos_core.packs.export import Exported
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.files.design import Design
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
     from cqos_core.importers.forms import Form
     from cqos_core.model.settings import Setting, Settings
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
         Topic,
     )
     from cqos_core.model.timing import Chain, StatedLink
+    from cqos_core.packs.export import ExportContext
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10

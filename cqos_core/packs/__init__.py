@@ -41,6 +41,7 @@ from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, On
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.contents import PackContents
 from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
+from cqos_core.packs.export import ExportContext, Exported
 from cqos_core.packs.guarantee import (
     LINK,
     NEEDS,
@@ -96,6 +97,8 @@ __all__ = [
     "Derived",
     "Dialect",
     "Duration",
+    "ExportContext",
+    "Exported",
     "Flag",
     "Folding",
     "Framing",

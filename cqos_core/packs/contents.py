@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.guarantee import Unaffected
     from cqos_core.packs.logs import About, Misfit
     from cqos_core.packs.rule import Rule

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from cqos_core.files.exporting import ExportContext, Writer
 from cqos_core.model.source import Claim, ReadContext, Reader, Source
 from cqos_core.model.style import Style
+from cqos_core.packs.export import ExportContext, Writer
 from cqos_core.plugins import KINDS, LOAD_VARIABLE, Hooks
 
 EXAMPLES = (Path(__file__).resolve().parents[2] / "docs" / "plugin-examples.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.files.applying import apply_edits
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.exporting import judged
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
@@ -19,6 +19,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.packs.export import ExportContext
 from cqos_core.packs.guarantee import FAULTS, LINK, OUTAGE, SURVIVES
 from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
 from cqos_core.resolving.carried import on_wire, plain_texts

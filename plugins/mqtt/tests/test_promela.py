@@ -11,8 +11,8 @@ import pytest
 from cqos_core.analysis.proving import Fault, Outcome
 from cqos_core.analysis.proving.runs import disagreements, named, prepare, summary
 from cqos_core.api import context, read
-from cqos_core.files.exporting import ExportContext
 from cqos_core.formatters.proofs import timeline
+from cqos_core.packs.export import ExportContext
 from cqos_mqtt.exporters.promela import write
 from cqos_mqtt.promela.spin import SPIN, Spin
 from tests.effort import EXPLORE
