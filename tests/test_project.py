@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, distribution, entry_points,
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
@@ -255,6 +256,14 @@ def test_ci_runs_what_the_readme_tells_and_nothing_else():
     preparation = ("#", "set ", "cd ")
     commands = [line for line in script.splitlines() if line and not line.startswith(preparation)]
     assert commands == ["python3 dev.py test"]
+
+
+def test_the_workflow_runs_what_ci_runs():
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
+    job = workflow["jobs"]["test"]
+    assert job["steps"][-1] == {"run": "bash .ci/run"}
+    listed = re.findall(r"Python :: (3\.\d+)", str(metadata(ROOT)["classifiers"]))
+    assert job["strategy"]["matrix"]["python"] == listed[: len(job["strategy"]["matrix"]["python"])]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no executable bit")
