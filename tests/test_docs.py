@@ -296,12 +296,12 @@ def test_every_word_of_the_language_is_explained():
     assert words == {word for word in words if f"`{word}(" in text}
 
 
-def test_the_map_of_the_house_has_every_room():
+def test_the_map_has_every_sub_package():
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     core = ROOT / "cqos_core"
     files = {file.name for file in core.glob("*.py")} - {"__init__.py"}
-    rooms = {f"{folder.parent.name}/" for folder in core.glob("*/__init__.py")}
-    assert files | rooms == {name for name in files | rooms if f"`{name}`" in text}
+    folders = {f"{folder.parent.name}/" for folder in core.glob("*/__init__.py")}
+    assert files | folders == {name for name in files | folders if f"`{name}`" in text}
 
 
 if __name__ == "__main__":
