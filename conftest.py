@@ -29,7 +29,7 @@ settings.load_profile(os.environ.get("CQOS_HYPOTHESIS", "fixed"))
 
 # Slow tests, by what they share: a browser, a service, or nothing but long waits.
 SLOW = (
-    ("tests/modeler/test_qos.py", "tests/pictures/"),
+    ("tests/modeler/test_qos.py", "plugins/pictures/tests/"),
     ("tests/modeler/",),
     (*(f"tests/service/test_{name}.py" for name in ("memory", "process", "strangers", "bounds", "fairness")),),
     ("tests/service/",),

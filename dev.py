@@ -26,7 +26,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "cqos-setup.txt"  # written when a setup is complete
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
-EXTRAS = "bulk,lint,metrics,otel,repair,source,spark,test,web"
+EXTRAS = "lint,metrics,otel,spark,test,web"
 """The extras of tests and lint. pip passes over those that a distribution does not have."""
 FOREIGN_SETTINGS = (
     *("PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "PYTHONDONTWRITEBYTECODE", "MYPYPATH", "__PYVENV_LAUNCHER__"),

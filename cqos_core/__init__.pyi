@@ -3,8 +3,8 @@
 from cqos_core.analysis.pair_judge import PairJudge as PairJudge
 from cqos_core.analysis.pair_judge import PairProfile as PairProfile
 from cqos_core.analysis.pair_judge import check_pair as check_pair
-from cqos_core.analysis.planning.plan import PlannedChange as PlannedChange
-from cqos_core.analysis.planning.plan import RepairPlan as RepairPlan
+from cqos_core.analysis.plan import PlannedChange as PlannedChange
+from cqos_core.analysis.plan import RepairPlan as RepairPlan
 from cqos_core.api import apply as apply
 from cqos_core.api import check as check
 from cqos_core.api import diff as diff

@@ -20,12 +20,12 @@ from cqos_core.matching.pipeline import Context, context, with_options
 from cqos_core.model.exact_places import exact_places
 from cqos_core.model.finding import Edit
 from cqos_core.model.system import System
-from cqos_core.plugins import Plugins
+from cqos_core.plugins import Plugins, function
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from cqos_core.analysis.planning.plan import RepairPlan
+    from cqos_core.analysis.plan import RepairPlan
     from cqos_core.files.applying import Edited
     from cqos_core.model.difference import Diff
     from cqos_core.model.finding import Remedy
@@ -123,10 +123,9 @@ def repair(
 
     Raises:
         InputError: an input cannot be read.
-        CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
+        CqosError: the distribution ``cqos-planning`` is not installed, or its solver found no answer in time.
     """
-    from cqos_core.analysis.planning.search import find_repair
-
+    find_repair: Callable[..., RepairPlan] = function("repair")
     sources, again, where = _texts_of(inputs, importer, protocol, options or {}, list(packs))
     return find_repair(sources, again, where, keep=keep, decide=decide, importer=importer)
 
@@ -143,10 +142,9 @@ def suggest(
 
     Raises:
         InputError: an input cannot be read.
-        CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
+        CqosError: the distribution ``cqos-planning`` is not installed, or its solver found no answer in time.
     """
-    from cqos_core.analysis.planning.suggestion import find_suggestion
-
+    find_suggestion: Callable[..., RepairPlan] = function("suggest")
     sources, again, where = _texts_of(inputs, importer, protocol, options or {}, list(packs))
     return find_suggestion(sources, again, where, importer=importer)
 

@@ -231,12 +231,29 @@ class TranslatorInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class FunctionInfo:
+    """A function that other parts call by its name, where it is installed; ``function`` is its ``"module:object"``."""
+
+    name: str
+    summary: str
+    function: str
+
+    def load(self) -> Callable[..., Any]:
+        """Import the function."""
+        return named(self.function)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, slots=True)
 class CommandInfo:
-    """A subcommand of ``cqos``; ``command`` names a `click.Command`. A name of two words is in the group of the first word."""
+    """A subcommand of ``cqos``; ``command`` names a `click.Command`. A name of two words is in the group of the first word.
+
+    Lists have it behind the command ``after``, where that is installed, else at the end.
+    """
 
     name: str
     summary: str
     command: str
+    after: str = ""
 
     def load(self) -> click.Command:
         """Import the command."""
@@ -267,6 +284,10 @@ class Hooks:
         """Register languages into which rule packs are translated."""
 
     @hookspec
+    def register_functions(self, register: Callable[[FunctionInfo], None]) -> None:
+        """Register functions that other parts call by name."""
+
+    @hookspec
     def register_commands(self, register: Callable[[CommandInfo], None]) -> None:
         """Register subcommands."""
 
@@ -293,6 +314,7 @@ KINDS: Final = {
         _Kind("exporters", "exporter", "register_exporters", ExporterInfo, ("writer",), ("settings",)),
         _Kind("formatters", "formatter", "register_formatters", FormatterInfo, ("renderer",)),
         _Kind("translators", "translator", "register_translators", TranslatorInfo, ("translate",)),
+        _Kind("functions", "function", "register_functions", FunctionInfo, ("function",)),
         _Kind("commands", "command", "register_commands", CommandInfo, ("command",)),
     )
 }
@@ -340,6 +362,7 @@ class Plugins:
     exporters: dict[str, ExporterInfo] = field(default_factory=dict)
     formatters: dict[str, FormatterInfo] = field(default_factory=dict)
     translators: dict[str, TranslatorInfo] = field(default_factory=dict)
+    functions: dict[str, FunctionInfo] = field(default_factory=dict)
     commands: dict[str, CommandInfo] = field(default_factory=dict)
     broken: list[BrokenPlugin] = field(default_factory=list)
     owners: dict[tuple[str, str], Origin] = field(default_factory=dict)
@@ -408,6 +431,21 @@ def load_plugins() -> Plugins:
     return plugins
 
 
+def function(name: str) -> Callable[..., Any]:
+    """Import and return the function that a plugin registers under a name.
+
+    Raises:
+        MissingError: the distribution that has it is not installed, with the line that installs it.
+    """
+    info = load_plugins().functions.get(name)
+    if info is None:
+        from cqos_core.model.features import features, missing
+
+        row = next(each for each in features().values() if name in each.brings.get("functions", ()))
+        raise missing(row.name, f"`{row.distribution}` is not installed")
+    return info.load()
+
+
 @cache
 def _read_pack_file(path: str) -> RulePack:
     from pathlib import Path
@@ -429,11 +467,21 @@ def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins
         name = _normalised(origin.distribution.partition(" ")[0])
         if origin.shipped or wanted is None or name in wanted:
             _load(plugins, origin, entry)
+    plugins.commands = _in_order(plugins.commands.values())
     present = {_normalised(origin.distribution.partition(" ")[0]) for origin, _ in found}
     for name in sorted(set(wanted or ()) - present):
         reason = f"{LOAD_VARIABLE} names it, but there is no installed distribution of that name with a plugin"
         plugins.broken.append(BrokenPlugin((wanted or {})[name], "", reason))
     return plugins
+
+
+def _in_order(commands: Iterable[CommandInfo]) -> dict[str, CommandInfo]:
+    """Return commands by name, in the order of lists."""
+    ordered: list[CommandInfo] = []
+    for info in commands:
+        before = next((at for at, each in enumerate(ordered, 1) if each.name == info.after), len(ordered))
+        ordered.insert(before, info)
+    return {info.name: info for info in ordered}
 
 
 def _normalised(distribution: str) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from cqos_ros2.nodes.form import DIRECTIONS
-from cqos_ros2.nodes.library import SHIPPED
+from cqos_ros2_workspace.nodes.form import DIRECTIONS
+from cqos_ros2_workspace.nodes.library import SHIPPED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,7 +12,11 @@ from pathlib import Path
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
-OURS = ("cqos", "cqos-bulk", "cqos-core", "cqos-dds", "cqos-lsp", "cqos-mqtt", "cqos-pictures", "cqos-ros2")
+OURS = (
+    "cqos",
+    *(f"cqos-{name}" for name in ("core", "dds", "fleet", "live", "lsp", "mqtt", "pictures", "planning")),
+    *(f"cqos-ros2{name}" for name in ("", "-sources", "-workspace")),
+)
 
 
 def run(*command, **settings):
@@ -48,7 +52,7 @@ def test_what_is_built_can_be_installed_without_network_and_used(tmp_path):
     lend(Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'), end='')")))
     pip = (sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-compile")
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PIP_", "PYTHON"))}
-    run(*pip, "--no-index", "--find-links", dist, "cqos[web,metrics,otel,lsp]", env=environment)
+    run(*pip, "--no-index", "--find-links", dist, "cqos[web,metrics,otel]", env=environment)
 
     cqos = python.with_name("cqos.exe" if os.name == "nt" else "cqos")
     assert "smart-agriculture: compatible" in run(cqos, "check", ROOT / "examples/smart_agriculture.yaml", cwd=tmp_path)

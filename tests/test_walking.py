@@ -102,7 +102,7 @@ def test_an_editor_checks_a_document_in_such_a_folder(hostile):
 
 def test_a_workspace_of_such_a_folder_says_what_it_skipped(hostile):
     pytest.importorskip("cqos_ros2")
-    from cqos_ros2.launch.workspace import find_packages
+    from cqos_ros2_workspace.launch.workspace import find_packages
 
     package = hostile / "dd" / "dd" / "p"
     package.mkdir()
@@ -120,8 +120,8 @@ def test_a_workspace_of_such_a_folder_says_what_it_skipped(hostile):
 
 def test_learning_from_such_a_folder_says_what_it_skipped(hostile):
     pytest.importorskip("cqos_ros2")
-    from cqos_ros2.learn.clients import learn_clients
-    from cqos_ros2.learn.table import protocols, tables
+    from cqos_ros2_sources.clients import learn_clients
+    from cqos_ros2_sources.table import protocols, tables
 
     for protocol in protocols():
         gaps = learn_clients(str(hostile), tables((), protocol), protocol).gaps
@@ -130,7 +130,7 @@ def test_learning_from_such_a_folder_says_what_it_skipped(hostile):
 
 
 def test_an_audit_of_such_a_folder_ends(hostile):
-    from tests.bulk.needed import needed
+    from plugins.fleet.tests.needed import needed
     from tests.command import run
 
     for name in ("narwhals", "duckdb", "pyarrow"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from functools import partial
 from itertools import chain, groupby
@@ -15,7 +14,6 @@ from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.code_info import CodeInfo
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.finding import Finding, Severity, Side, Verdict, plural
 from cqos_core.model.later import later
@@ -23,6 +21,7 @@ from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding
 from cqos_core.model.report import Group, Report
 from cqos_core.model.system import Part
+from cqos_core.packs.unread import totals_of, unread_parts
 from cqos_core.resolving.starts import unknown_starts
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
-    from cqos_core.model.system import ImportNote, System
+    from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
@@ -154,12 +153,8 @@ def covered(system: System, resolved: ResolvedSystem, context: Context) -> Cover
     """Return how much of its inputs a system was made from."""
     endpoints = resolved.endpoints
     unclear = later(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))
-    of_notes = (part for note in system.notes for part in note.parts or _left_out(note, context))
-    unread = (*of_notes, *_packless(resolved))
-    totals: Counter[str] = Counter()
-    for note in system.notes:
-        totals.update({part.kind: note.total for part in note.parts[:1] if note.total})
-    return Coverage(len(endpoints), unclear, unread, totals)
+    unread = (*unread_parts(system.notes, context.find_rule), *_packless(resolved))
+    return Coverage(len(endpoints), unclear, unread, totals_of(system.notes))
 
 
 def _packless(resolved: ResolvedSystem) -> Iterator[Part]:
@@ -168,13 +163,6 @@ def _packless(resolved: ResolvedSystem) -> Iterator[Part]:
         cause = f"no installed pack judges protocol `{protocol}`" if protocol else "no protocol is stated"
         for endpoint in sorted(endpoints, key=attrgetter("id")):
             yield Part("endpoint", endpoint.id, cause, endpoint.place)
-
-
-def _left_out(note: ImportNote, context: Context) -> Iterator[Part]:
-    """Yield the part of an input that a note stands for, if its code is about one."""
-    info = context.find_rule(note.code)
-    if isinstance(info, CodeInfo) and info.leaves_out:
-        yield Part(info.leaves_out, cause=note.message, place=note.place, endpoints=info.missing)
 
 
 def as_said(made: Sequence[Made], system: System, context: Context, again: Again = anew) -> Sequence[Made]:

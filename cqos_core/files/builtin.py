@@ -75,10 +75,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     for name, summary in (
         ("check", "Check designs, and report each pair as compatible, incompatible or unknown."),
         ("explain", "Explain one publisher and one subscriber: whether they fit, why, and what to write."),
-        ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
-        ("repair", "Find the smallest set of changes after which nothing is incompatible."),
-        ("suggest", "Find the weakest settings that meet the requirements of endpoints without settings."),
         ("diff", "List the differences of two systems on the same topics and endpoints."),
         ("breaking", "Find pairs that get worse while a system is updated, and a safe order of updates."),
         ("rule", "Explain a rule or code: its condition, its reason, and what to do."),

@@ -154,6 +154,8 @@ class _Designer:
         self.system = system
         judgement = judged(system, context)
         self.endpoints = judgement.endpoints
+        parts = [part.participant for each in self.endpoints for part in each.parts]
+        self.participants = grouped((each.participant.id, each) for each in {id(each): each for each in parts}.values())
         self.idle = judgement.idle
         self.profiles = _Profiles(system)
         self.names: dict[str, str] = {}
@@ -224,7 +226,24 @@ class _Designer:
     def _participant(self, participant: Participant) -> Participant:
         protocol = None if participant.protocol == self.system.protocol else participant.protocol
         label = None if participant.label == participant.id else participant.label
-        return replace(participant, template=None, protocol=protocol, label=label)
+        settings = {**participant.settings, **self._laid_over_participant(participant.id)}
+        return replace(participant, template=None, protocol=protocol, label=label, settings=settings)
+
+    def _laid_over_participant(self, participant: str) -> Settings:
+        """Return what overlays set of a participant, as each pack that judges an endpoint of it reads them."""
+        found: Settings = {}
+        for resolved in self.participants.get(participant, ()):
+            for layer in resolved.layers:
+                if layer.overlay == "no":
+                    continue
+                for index, stated in layer.settings.items():
+                    policy, value = resolved.pack.policies[index], resolved.values[index]
+                    found[policy.name] = (
+                        Setting(policy.domain.format(value), stated.setting.place)
+                        if isinstance(value, (int, str, tuple))
+                        else Setting("", stated.setting.place, unknown=f"{layer.origin} may set it")
+                    )
+        return found
 
     def _lay_over(self, each: Judged, spelling: _Spelling, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""

@@ -55,7 +55,13 @@ def judged(system: System, context: ExportContext) -> Judgement:
         parts = tuple(resolver.result.endpoints[before:])
         alone = parts[0].id if len(parts) == 1 else endpoint.id
         found.append(Judged(endpoint, unique(alone, ids), parts))
-    idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays.used)
+    participants = [part.participant for each in found for part in each.parts]
+    of_participants = {layer.origin for each in participants for layer in each.layers if layer.overlay != "no"}
+    idle = tuple(
+        each
+        for index, each in enumerate(system.overlays)
+        if index not in resolver.overlays.used and each.name not in of_participants
+    )
     return Judgement(tuple(found), idle)
 
 

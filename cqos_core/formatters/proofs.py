@@ -14,7 +14,7 @@ from cqos_core.packs.proving import Event
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.analysis.proving.runs import Trial
+    from cqos_core.analysis.run_plan import Trial
     from cqos_core.model.finding import Remedy
     from cqos_core.packs.proving import Outcome
 

@@ -18,6 +18,7 @@ from cqos_core.importers.tree import (
     is_null,
     part_text,
     quoted_where_needed,
+    whole_number,
 )
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.settings import Place, Setting
@@ -124,6 +125,11 @@ def _expression(node: ScalarNode) -> str | None:
     return text
 
 
+def _count(node: ScalarNode) -> int | None:
+    number = whole_number(node)
+    return number if number is not None and number >= 0 else None
+
+
 def _date(node: ScalarNode) -> str | None:
     if not re.fullmatch(r"\d{4}-\d\d-\d\d", node.text, re.ASCII):
         return None
@@ -167,6 +173,8 @@ FLAG: Final = Scalar("true or false", {"type": "boolean"}, flag, advice=_meant_f
 """What YAML 1.2 takes for a flag: ``yes`` is a text."""
 EXPRESSION: Final = Scalar("a text", _TEXT, _expression)
 """A regular expression over names."""
+COUNT: Final = Scalar("a whole number", {"type": "integer", "minimum": 0}, _count)
+"""A number of things, 0 or more."""
 DATE: Final = Scalar("a date such as 2027-01-31", _DATE, _date, code="CQ011")
 """A day that exists, as ISO 8601 writes it."""
 

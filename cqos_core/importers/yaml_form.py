@@ -15,6 +15,7 @@ from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, 
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
 from cqos_core.importers.timing import CHAINS, LINKS
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, part_text, whole_number
+from cqos_core.importers.unread_parts import UNREAD_PART
 
 if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
@@ -142,7 +143,7 @@ PARTICIPANT_OPTIONS: Final = Key(
 )
 _OF_THE_FILE: Final = (
     *("system", "observed", "part", "include", "profiles", "topics", "instances", "participants"),
-    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities"),
+    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities", "unread"),
 )
 
 
@@ -390,6 +391,11 @@ SEVERITIES: Final = Key(
     MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
 )
+UNREAD: Final = Key(
+    "unread",
+    ListOf(UNREAD_PART, "a list of parts that are not described"),
+    "Parts of the system that the file does not describe and that may decide a verdict.",
+)
 
 
 def _guess_in_document(name: str, value: Node, around: MappingNode) -> str:
@@ -442,7 +448,7 @@ DOCUMENT: Final = Form(
     "a system file",
     (
         *(CQOS, SYSTEM, DEFAULT_PROTOCOL, ALL_OBSERVED, PART, OPTIONS, INCLUDE, PROFILES, TOPICS, INSTANCES),
-        *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
+        *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES, UNREAD),
     ),
     elsewhere={
         **{

@@ -11,6 +11,7 @@ from cqos_core.importers.instances import Multiplier, TooManyError, variables
 from cqos_core.importers.reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.timing import chains_and_links
+from cqos_core.importers.unread_parts import unread_note
 from cqos_core.importers.yaml_documents import Loader
 from cqos_core.importers.yaml_endpoints import DIRECTIONS, PUBLISHES, SUBSCRIBES, Direction, Maker, profiles, texts_of
 from cqos_core.model.memory import uncollected
@@ -137,6 +138,7 @@ class _Builder:
                 self.named(document)
                 self.participants(document)
                 self.team(document)
+                self.system.notes += map(unread_note, document.get(form.UNREAD) or ())
             except TooManyError as error:
                 advice = "list fewer instances, or mention fewer variables together"
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)

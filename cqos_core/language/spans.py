@@ -1,7 +1,7 @@
 """A condition as two spans of values: where it surely holds, and where it surely fails. Between them it is unknown.
 
 What a value may be has bounds, its least and its largest; a known value has both alike. A condition is walked once, here. Where its
-values stand is told by a `Reading`. `cqos_core.language.compiled` writes spans as functions over profiles, `cqos_bulk` writes them for
+values stand is told by a `Reading`. `cqos_core.language.compiled` writes spans as functions over profiles, `cqos_fleet` writes them for
 columns. `BoundCondition.open` stays the meaning.
 """
 

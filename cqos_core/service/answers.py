@@ -254,7 +254,9 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
         raise unfit(wrong)
     where, system = read_input(request, most)
     settings = {name: values[0] for name, values in choices.items()} | dict(request.settings)
-    exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings))
+    exported = info.load()(
+        system, ExportContext(where.find_pack, where.default_protocol, settings, find_rule=where.find_rule)
+    )
     return check_pb2.ConvertResponse(
         revision=request.revision, text=exported.text, expressed=exported.expressed, notes=exported.notes
     )

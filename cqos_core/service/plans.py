@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
 from cqos_core.checking.trial import tried_out
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import CqosError, InputError, MissingError
+from cqos_core.plugins import function
 from cqos_core.remote.documents import read_documents
 from cqos_core.remote.messages import to_message
 from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
-    from cqos_core.analysis.planning.plan import RepairPlan
+    from cqos_core.analysis.plan import RepairPlan
     from cqos_core.model.system import System
 
 
@@ -27,9 +27,7 @@ def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.Suggest
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    from cqos_core.analysis.planning.suggestion import find_suggestion
-
-    plan = _planned(request.documents, most, find_suggestion)
+    plan = _planned(request.documents, most, "suggest")
     return check_pb2.SuggestResponse(revision=request.revision, plan=plan)
 
 
@@ -39,20 +37,16 @@ def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairRes
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    from cqos_core.analysis.planning.search import find_repair
-
-    make = partial(find_repair, keep=tuple(request.keep), decide=request.decide)
-    return check_pb2.RepairResponse(revision=request.revision, plan=_planned(request.documents, most, make))
+    plan = _planned(request.documents, most, "repair", keep=tuple(request.keep), decide=request.decide)
+    return check_pb2.RepairResponse(revision=request.revision, plan=plan)
 
 
-def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., RepairPlan]) -> plan_pb2.Plan:
-    """Read documents and make a plan for them.
+def _planned(documents: check_pb2.Documents, most: int, name: str, **wishes: Any) -> plan_pb2.Plan:
+    """Read documents and make a plan for them, with the function that has a name.
 
     Raises:
-        Refused: ``FAILED_PRECONDITION`` if the solver is not installed.
+        Refused: ``FAILED_PRECONDITION`` if what plans is not installed.
     """
-    from cqos_core.language.solver import load
-
     _refuse_unnamed(documents)
     where, system = read_documents(documents, most, "documents.")
 
@@ -68,12 +62,14 @@ def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., Repa
 
     importer = documents.reading.importer if documents.reading.HasField("importer") else None
     try:
-        load()
-        return plan_message(make(system.sources, again, where, importer=importer))
+        make = function(name)
+        return plan_message(make(system.sources, again, where, importer=importer, **wishes))
     except InputError:
         raise
     except MissingError as error:  # the line that installs it is for the machine of the service, not for callers
-        raise Refused("FAILED_PRECONDITION", f"{error.what}: the service lacks the extra `repair`") from None
+        raise Refused(
+            "FAILED_PRECONDITION", f"{error.what}: the service lacks the distribution `cqos-planning`"
+        ) from None
     except CqosError as error:
         raise Refused("FAILED_PRECONDITION", str(error)) from None
 

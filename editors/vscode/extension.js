@@ -37,7 +37,7 @@ async function start() {
   } catch (error) {
     client = undefined;
     const reason = error instanceof Error ? error.message : String(error);
-    void window.showErrorMessage(`C-QoS: \`${given.join(" ")}\` does not start: ${reason}. pip install 'cqos[lsp]'`);
+    void window.showErrorMessage(`C-QoS: \`${given.join(" ")}\` does not start: ${reason}. pip install cqos-lsp`);
   }
 }
 

@@ -25,13 +25,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import duckdb
 
-from cqos_bulk.fleet import WantedAudit, run_audit
 from cqos_core.api import context
+from cqos_fleet.fleet import WantedAudit, run_audit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_bulk.fleet_report import FleetResult
+    from cqos_fleet.fleet_report import FleetResult
 
 FLEET = """
 COPY (

@@ -24,7 +24,7 @@ else:
 
 ROOT = Path(__file__).resolve().parents[2]
 DEVELOPING = {"test", "lint"}
-KINDS = ("commands", "formatters", "exporters", "importers", "translators", "packs")
+KINDS = ("commands", "formatters", "exporters", "functions", "importers", "translators", "packs")
 
 
 def project(folder):
@@ -74,16 +74,7 @@ def test_nothing_that_is_installed_is_absent():
 
 # README and the page about installing
 
-EXTRAS = {
-    "audit": "bulk",
-    "learn": "source",
-    "modeler": "web",
-    "prove": "prove",
-    "repair": "repair",
-    "serve": "web",
-    "snapshot dds": "snapshot",
-    "suggest": "repair",
-}
+EXTRAS = {"modeler": "web", "prove": "cyclonedds", "serve": "web", "snapshot dds": "cyclonedds"}
 """The extras that commands need, or features of them that the pages show."""
 
 
@@ -128,8 +119,8 @@ FOLDERS = {
 
 # The line, by where C-QoS was installed from
 
-BULK, WEB, LSP = (
-    Feature("bulk", "cqos-bulk", "plugins/bulk", "bulk"),
+SPARK, WEB, LSP = (
+    Feature("spark", "cqos-fleet", "plugins/fleet", "spark"),
     Feature("web", "cqos-core", ".", "web"),
     Feature("lsp", "cqos-lsp", "plugins/editor"),
 )
@@ -143,23 +134,23 @@ def line(feature, place):
 
 @pytest.fixture
 def clone(tmp_path):
-    for feature in (BULK, WEB, LSP):
+    for feature in (SPARK, WEB, LSP):
         (tmp_path / "my clone" / feature.folder).mkdir(parents=True, exist_ok=True)
         (tmp_path / "my clone" / feature.folder / "pyproject.toml").touch()
     return tmp_path / "my clone"
 
 
 def test_from_an_index():
-    assert [line(each, {}) for each in (BULK, WEB, LSP)] == [["cqos[bulk]"], ["cqos[web]"], ["cqos-lsp"]]
+    assert [line(each, {}) for each in (SPARK, WEB, LSP)] == [["cqos[spark]"], ["cqos[web]"], ["cqos-lsp"]]
 
 
 def test_from_a_clone(clone, monkeypatch):
     place = {"url": clone.as_uri(), "dir_info": {}}
-    found = [line(each, place) for each in (BULK, WEB, LSP)]
-    assert found == [[f"{clone}/plugins/bulk[bulk]"], [f"{clone}[web]"], [f"{clone}/plugins/editor"]]
+    found = [line(each, place) for each in (SPARK, WEB, LSP)]
+    assert found == [[f"{clone}/plugins/fleet[spark]"], [f"{clone}[web]"], [f"{clone}/plugins/editor"]]
     monkeypatch.chdir(clone)
-    assert [line(each, place) for each in (BULK, WEB, LSP)] == [
-        ["./plugins/bulk[bulk]"],
+    assert [line(each, place) for each in (SPARK, WEB, LSP)] == [
+        ["./plugins/fleet[spark]"],
         [".[web]"],
         ["./plugins/editor"],
     ]
@@ -168,25 +159,28 @@ def test_from_a_clone(clone, monkeypatch):
 def test_from_a_clone_that_is_edited_in_place(clone, monkeypatch):
     monkeypatch.chdir(clone)
     place = {"url": clone.as_uri(), "dir_info": {"editable": True}}
-    assert [line(each, place) for each in (BULK, LSP)] == [["-e", "./plugins/bulk[bulk]"], ["-e", "./plugins/editor"]]
+    assert [line(each, place) for each in (SPARK, LSP)] == [
+        ["-e", "./plugins/fleet[spark]"],
+        ["-e", "./plugins/editor"],
+    ]
 
 
 def test_from_a_clone_that_is_gone(clone):
     shutil.rmtree(clone)
-    text = install_line(BULK, {"url": clone.as_uri(), "dir_info": {}})
+    text = install_line(SPARK, {"url": clone.as_uri(), "dir_info": {}})
     assert text.startswith(f"in a clone of C-QoS ({clone} is none any more): ")
-    assert text.endswith("install './plugins/bulk[bulk]'")
+    assert text.endswith("install './plugins/fleet[spark]'")
 
 
 def test_from_a_wheel_in_a_folder(tmp_path):
     place = {"url": (tmp_path / "cqos_core-0.1.0-py3-none-any.whl").as_uri(), "archive_info": {}}
-    assert line(BULK, place) == ["--find-links", str(tmp_path), "cqos[bulk]"]
+    assert line(SPARK, place) == ["--find-links", str(tmp_path), "cqos[spark]"]
 
 
 def test_from_a_git_address():
     place = {"url": "https://example.org/cqos.git", "vcs_info": {"vcs": "git", "commit_id": "abc"}}
     at = "git+https://example.org/cqos.git@abc"
-    assert line(BULK, place) == [f"cqos-bulk[bulk] @ {at}#subdirectory=plugins/bulk"]
+    assert line(SPARK, place) == [f"cqos-fleet[spark] @ {at}#subdirectory=plugins/fleet"]
     assert line(WEB, place) == [f"cqos-core[web] @ {at}"]
 
 
@@ -194,7 +188,7 @@ def test_on_a_python_that_a_feature_does_not_run_on(monkeypatch):
     monkeypatch.setattr(sys, "version_info", (3, 10, 1))
     assert advice("web") == "use Python 3.11 or newer; this is Python 3.10"
     monkeypatch.setattr(sys, "version_info", (3, 14, 0))
-    assert advice("prove") == "use Python 3.13 or older; this is Python 3.14"
+    assert advice("cyclonedds") == "use Python 3.13 or older; this is Python 3.14"
     assert "install" in advice("web")
 
 
@@ -225,8 +219,8 @@ def lacking(tmp_path, monkeypatch):
             wanted = mine[1] in ours if mine else each.name not in without and each.suffix != ".pth"
             if wanted:
                 (site / each.name).symlink_to(each)
-        folders = {"cqos_core": [ROOT, ROOT / "proto/python"], "cqos_bulk": [ROOT / "plugins/bulk"]}
-        folders |= {"cqos_ros2": [ROOT / "plugins/ros2"], "cqos_dds": [ROOT / "plugins/dds_full"]}
+        folders = {package.name: [package.parent] for package in ROOT.glob("plugins/*/cqos_*")}
+        folders["cqos_core"] = [ROOT, ROOT / "proto/python"]
         path = [str(site), *(str(folder) for name in ours for folder in folders[name])]
         script = f"import sys; sys.path += {path!r}; from cqos_core.cli import main; sys.exit(main(sys.argv[1:]))"
         return subprocess.run(
@@ -274,7 +268,7 @@ def test_a_command_of_a_distribution_that_is_not_installed(lacking, command):
 def test_the_first_word_of_several_commands(lacking):
     what, lines = check_advice(lacking("snapshot"))
     assert what == "error: `cqos snapshot dds` and `cqos snapshot mqtt` are not installed"
-    assert len(lines) == 2
+    assert len(lines) == 1
 
 
 @pytest.mark.parametrize(
@@ -301,18 +295,19 @@ def test_an_unknown_option_of_another_command_is_only_unknown(lacking):
     assert (done.returncode, "install" in done.stderr) == (2, False)
 
 
+LIVE = ("cqos_core", "cqos_dds", "cqos_live", "cqos_mqtt")
 ENGINES = ("duckdb", "narwhals", "polars", "pyarrow")
 
 
 @pytest.mark.parametrize(
     ("arguments", "ours", "without", "named"),
     [
-        (("audit", SYSTEM), ("cqos_core", "cqos_bulk"), ENGINES, "`cqos audit`"),
-        (("audit", SYSTEM, "--engine", "polars"), ("cqos_core", "cqos_bulk"), ("polars",), "`cqos audit`"),
-        (("audit", SYSTEM, "--spark", "spark://x:1"), ("cqos_core", "cqos_bulk"), ("pyspark",), "--spark"),
-        (("repair", SYSTEM), ("cqos_core", "cqos_ros2"), ("ortools",), "OR-tools"),
-        (("suggest", SYSTEM), ("cqos_core", "cqos_ros2"), ("ortools",), "OR-tools"),
-        (("snapshot", "dds"), ("cqos_core", "cqos_dds"), ("cyclonedds",), "`cqos snapshot dds`"),
+        (("audit", SYSTEM), ("cqos_core", "cqos_fleet"), ENGINES, "`cqos audit`"),
+        (("audit", SYSTEM, "--engine", "polars"), ("cqos_core", "cqos_fleet"), ("polars",), "`cqos audit`"),
+        (("audit", SYSTEM, "--spark", "spark://x:1"), ("cqos_core", "cqos_fleet"), ("pyspark",), "--spark"),
+        (("repair", SYSTEM), ("cqos_core", "cqos_planning", "cqos_ros2"), ("ortools",), "OR-tools"),
+        (("suggest", SYSTEM), ("cqos_core", "cqos_planning", "cqos_ros2"), ("ortools",), "OR-tools"),
+        (("snapshot", "dds"), LIVE, ("cyclonedds",), "`cqos snapshot dds`"),
         (("serve", "--listen", "127.0.0.1:0", "--web", "127.0.0.1:0"), ("cqos_core",), ("starlette",), "--web"),
         (
             ("serve", "--listen", "127.0.0.1:0", "--metrics", "127.0.0.1:0"),
@@ -331,13 +326,16 @@ def test_an_extra_that_is_not_installed(lacking, arguments, ours, without, named
     assert options == set(), "names an option that was not given"
 
 
+SOURCES = ("cqos_core", "cqos_ros2", "cqos_ros2_sources", "cqos_ros2_workspace")
+
+
 def test_sources_in_cpp_without_their_parser(lacking, tmp_path):
     package = tmp_path / "talker"
     package.mkdir()
     (package / "package.xml").write_text("<package format='3'><name>talker</name></package>")
     (package / "a.cpp").write_text("int main() {}\n")
     without = ("tree_sitter", "tree_sitter_cpp")
-    check_advice(lacking("learn", package, ours=("cqos_core", "cqos_ros2"), without=without), "C++")
+    check_advice(lacking("learn", package, ours=SOURCES, without=without), "C++")
 
 
 def test_a_pair_without_the_middleware_to_run_it_on(lacking, tmp_path):
@@ -345,8 +343,7 @@ def test_a_pair_without_the_middleware_to_run_it_on(lacking, tmp_path):
     ends = {"a": {"publishes": {"t": {"durability": "volatile"}}}}
     ends["b"] = {"subscribes": {"t": {"durability": "transient_local"}}}
     system.write_text(json.dumps({"cqos": 1, "protocol": "dds", "participants": ends}))
-    ours = ("cqos_core", "cqos_dds")
-    done = lacking("prove", system, "--on", "cyclonedds", ours=ours, without=("cyclonedds", DIST_INFO))
+    done = lacking("prove", system, "--on", "cyclonedds", ours=LIVE, without=("cyclonedds", DIST_INFO))
     check_advice(done, "Cyclone DDS is not installed")
 
 

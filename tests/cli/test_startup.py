@@ -52,7 +52,7 @@ def test_checking_a_small_file_imports_nothing_that_it_does_not_use(files):
         "cqos_core.analysis.baseline",
         "cqos_core.cli.fixing",
         "cqos_core.cli.watching",
-        "cqos_ros2.launch",
+        "cqos_ros2_workspace.launch",
         "html",
         "tomllib",
         "cqos_core.matching.routes",

@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 from cqos_core.api import context, read
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.matching.pipeline import Pipeline
-from cqos_dds.prove.fast import PROVER, compile_program
+from cqos_live.dds.prove.fast import PROVER, compile_program
 from tests.conformance.origin import build_of, origin
 
 ROOT: Final = Path(__file__).resolve().parents[2]

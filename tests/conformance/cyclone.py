@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
-from cqos_dds.prove.settings import parsed
+from cqos_live.dds.prove.settings import parsed
 
 LOOPBACK = """<CycloneDDS><Domain>
   <General>
@@ -27,8 +27,8 @@ from cyclonedds.pub import DataWriter, Publisher  # noqa: E402
 from cyclonedds.sub import DataReader, Subscriber  # noqa: E402
 from cyclonedds.topic import Topic  # noqa: E402
 
-from cqos_dds.prove.cyclone_qos import NAMED, group, qos  # noqa: E402
-from cqos_dds.prove.dds import free_domain  # noqa: E402
+from cqos_live.dds.prove.cyclone_qos import NAMED, group, qos  # noqa: E402
+from cqos_live.dds.prove.dds import free_domain  # noqa: E402
 
 Settings = Mapping[str, str]
 

@@ -19,13 +19,14 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import check
-from cqos_core.analysis.proving import NotRunnableError, Outcome
-from cqos_core.analysis.proving.runs import disagreements, fixed, named, prepare, summary
+from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context
 from cqos_core.files.applying import read_texts
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.proving import NotRunnableError, Outcome
+from cqos_live.prove.outcomes import disagreements, fixed, summary
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
 from tests.worlds import pair_system
@@ -33,9 +34,9 @@ from tests.worlds import pair_system
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.analysis.proving import Plan
-    from cqos_core.analysis.proving.runs import Trial
+    from cqos_core.analysis.run_plan import Trial
     from cqos_core.model.system import System
+    from cqos_core.packs.proving import Plan
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 RECORDED: Final = Path(__file__).with_name("proofs.json")

@@ -18,13 +18,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core import check, explain, read
-from cqos_core.analysis.proving import Fault
-from cqos_core.analysis.proving.runs import disagreements, kept_by, named, prepare
+from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context
+from cqos_core.packs.proving import Fault
+from cqos_live.mqtt.prove.client import Client, Connection, Publication, Subscription
+from cqos_live.mqtt.prove.mosquitto import Link, Mosquitto, program, version
+from cqos_live.mqtt.prove.packets import Message, Will
+from cqos_live.prove.outcomes import disagreements, kept_by
 from cqos_mqtt.pack import PACK
-from cqos_mqtt.prove.client import Client, Connection, Publication, Subscription
-from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program, version
-from cqos_mqtt.prove.packets import Message, Will
 from tests.conformance.guarantees import paused
 from tests.effort import EXPLORE
 

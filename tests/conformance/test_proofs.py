@@ -9,9 +9,9 @@ import pytest
 if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
-from cqos_core.analysis.proving.runs import disagreements
 from cqos_core.api import context
-from cqos_dds.prove import cyclone, fast
+from cqos_live.dds.prove import cyclone, fast
+from cqos_live.prove.outcomes import disagreements
 from tests.conformance.proofs import (
     EXAMPLES,
     IMPLEMENTATIONS,

@@ -11,7 +11,7 @@ from cqos_core.plugins import FormatterInfo
 INFOS: list[FormatterInfo] = []
 register_formatters(INFOS.append)
 FORMATTERS = {info.name: info for info in INFOS if info.name != "html"}
-"""A page is more than its text: `tests/pictures` opens it in a browser."""
+"""A page is more than its text: `plugins/pictures/tests` opens it in a browser."""
 
 
 @pytest.mark.parametrize("report", ["realistic", "clean", "nothing", "diagram", "hostile"])

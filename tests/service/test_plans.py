@@ -8,6 +8,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2
+from cqos_core.plugins import load_plugins
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
 from cqos_core.service.answers import answer
@@ -15,7 +16,7 @@ from tests.service.test_contract import ask_web
 
 needs_solver = pytest.mark.skipif(
     importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true",
-    reason="OR-tools is not installed: pip install 'cqos-core[repair]'",
+    reason="OR-tools is not installed: pip install ./plugins/planning",
 )
 OPEN = b"""\
 cqos: 1
@@ -84,9 +85,15 @@ def test_systems_that_are_too_large_are_refused(narrow):
     assert (refused.value.code, refused.value.reason) == ("RESOURCE_EXHAUSTED", "TOO_LARGE")
 
 
-def test_without_the_solver_the_refusal_names_the_extra_and_no_path(monkeypatch):
-    monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
+@pytest.mark.parametrize("lacking", ["the solver", "the distribution"])
+def test_without_what_plans_the_refusal_names_the_distribution_and_no_path(monkeypatch, lacking):
+    if lacking == "the solver":
+        monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
+    else:
+        monkeypatch.delitem(load_plugins().functions, "suggest")
     request = check_pb2.SuggestRequest(documents=documents(OPEN)).SerializeToString()
-    with pytest.raises(Refused, match=r"the service lacks the extra `repair`$") as refused:
+    with pytest.raises(
+        Refused, match=r"not installed.*: the service lacks the distribution `cqos-planning`$"
+    ) as refused:
         answer("/cqos.v1.CheckService/Suggest", request, 100)
     assert refused.value.code == "FAILED_PRECONDITION"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 
 @hookimpl
@@ -12,12 +12,6 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
     """Register ``dds``."""
     summary = "every QoS policy of DDS 1.4 and DDS-XTypes 1.3, as the standard and as implementations judge them"
     register(RulePackInfo("dds", summary, "cqos_dds.pack:PACK"))
-
-
-@hookimpl
-def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """Register ``cqos snapshot dds``."""
-    register(CommandInfo("snapshot dds", "Write what runs in a DDS domain.", "cqos_dds.snapshot.command:dds"))
 
 
 @hookimpl

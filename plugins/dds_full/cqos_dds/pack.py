@@ -92,7 +92,7 @@ PACK: Final = RulePack(
     implementations=Implementations(
         "implementation",
         PROOFS,
-        provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},
+        provers={"cyclonedds": "cqos_live.dds.prove.cyclone:PROVER", "fastdds": "cqos_live.dds.prove.fast:PROVER"},
     ),
     slips=SLIPS,
     groups=("publishers", "subscribers"),

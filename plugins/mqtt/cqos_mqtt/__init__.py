@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 
 @hookimpl
@@ -12,12 +12,6 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
     """Register ``mqtt``."""
     summary = "MQTT 3.1.1 and 5.0: publication, broker and subscription judged together"
     register(RulePackInfo("mqtt", summary, "cqos_mqtt.pack:PACK"))
-
-
-@hookimpl
-def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """Register ``cqos snapshot mqtt``."""
-    register(CommandInfo("snapshot mqtt", "Write what a broker of MQTT knows.", "cqos_mqtt.snapshot.command:mqtt"))
 
 
 @hookimpl

@@ -132,7 +132,7 @@ PACK: Final = RulePack(
     implementations=Implementations(
         IMPLEMENTATION.name,
         PROOFS,
-        provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
+        provers={"mosquitto": "cqos_live.mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     ),
     slips=SLIPS,
     codes=CODES,

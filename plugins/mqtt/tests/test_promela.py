@@ -8,11 +8,12 @@ import subprocess
 
 import pytest
 
-from cqos_core.analysis.proving import Fault, Outcome
-from cqos_core.analysis.proving.runs import disagreements, named, prepare, summary
+from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context, read
 from cqos_core.formatters.proofs import timeline
 from cqos_core.packs.export import ExportContext
+from cqos_core.packs.proving import Fault, Outcome
+from cqos_live.prove.outcomes import disagreements, summary
 from cqos_mqtt.exporters.promela import write
 from cqos_mqtt.promela.spin import SPIN, Spin
 from tests.effort import EXPLORE

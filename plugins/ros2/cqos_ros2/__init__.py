@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, ImporterOption, RulePackInfo, hookimpl
+from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 
 @hookimpl
@@ -24,18 +24,6 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             reader = f"cqos_ros2.importers.{module}:read"
             declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
             register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=declines, inserter=inserter))
-    module, summary = "cqos_ros2.workspace.importer", "Workspaces of ROS 2: a folder with --launch FILE"
-    register(
-        ImporterInfo(
-            "workspace",
-            summary,
-            (),
-            "cqos_ros2.importers.detect_config:claims_workspace",
-            f"{module}:read",
-            options=_LAUNCH,
-            entrances="cqos_ros2.workspace.entrances:find",
-        )
-    )
 
 
 @hookimpl
@@ -45,23 +33,6 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
         register(ExporterInfo(name, summary, suffix, f"cqos_ros2.exporters.{name}:write", settings))
 
 
-@hookimpl
-def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """Register what reads workspaces of ROS 2."""
-    register(CommandInfo("launch", "Print what a ROS 2 launch file would start.", "cqos_ros2.launch.command:launch"))
-    register(CommandInfo("learn", "Write node files from sources in C++ and Python.", "cqos_ros2.learn.command:learn"))
-    register(CommandInfo("why", "Find the cause of a silent topic of ROS 2.", "cqos_ros2.why.command:why"))
-
-
-_LAUNCH = (
-    ImporterOption(
-        "--launch",
-        "launch",
-        "FILE",
-        "Check what this launch file starts, a path or PACKAGE:FILE. Folders are read as ROS 2 workspaces. Several start together.",
-    ),
-    ImporterOption("--launch-arg", "launch_arg", "NAME:=VALUE", "The value of a launch argument. Can be repeated."),
-)
 _DECLINED = {
     "rosbag2": "cqos_ros2.importers.declined:recording",
     "qos_overrides": "cqos_ros2.importers.declined:parameters",

@@ -38,9 +38,8 @@ def context(
         ("{node}/ping", "/my_ns", "/my_ns/driver/ping"),
         ("{ns}/ping", "/my_ns", "/my_ns/ping"),
         ("/other/{node}", "/my_ns", "/other/driver"),
-        # a namespace is taken with or without its slashes
+        # rclcpp puts the first slash before a namespace
         ("ping", "my_ns", "/my_ns/ping"),
-        ("ping", "/my_ns/", "/my_ns/ping"),
         ("ping", "", "/ping"),
         ("ping", "/a/b", "/a/b/ping"),
         # blanks around a name are stripped
@@ -49,6 +48,12 @@ def context(
 )
 def test_names_are_expanded_as_rcl_does_it(written: str, namespace: str, full: str):
     assert names.resolve(written, context(namespace)) == (full, full, ())
+
+
+def test_a_namespace_with_a_slash_at_its_end_is_refused():
+    key, shown, (problem,) = names.resolve("ping", context("/my_ns/"))
+    assert (key, shown, problem.code, problem.severity) == ("/my_ns/ping", "/my_ns/ping", "ROS405", "error")
+    assert problem.message == "`/my_ns/` is no namespace of ROS 2: it ends with a slash, so the node does not start"
 
 
 @pytest.mark.parametrize(

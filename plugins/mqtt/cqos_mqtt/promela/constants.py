@@ -13,13 +13,13 @@ from cqos_mqtt import connection_policies as of_connection
 from cqos_mqtt import endpoint_policies as of
 from cqos_mqtt import policies as of_deployment
 from cqos_mqtt.names import hears
-from cqos_mqtt.prove.runner import known
+from cqos_mqtt.runnable import known
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.analysis.proving import End, Plan
     from cqos_core.packs import Plain, Policy
+    from cqos_core.packs.proving import End, Plan
 
 MESSAGES: Final = 2
 """How many messages the model sends."""

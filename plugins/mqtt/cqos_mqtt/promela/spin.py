@@ -1,4 +1,4 @@
-"""Asks SPIN about the model of a pair, and reads its counterexamples back; see `cqos_core.analysis.proving.Prover`."""
+"""Asks SPIN about the model of a pair, and reads its counterexamples back; see `cqos_core.packs.proving.Prover`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from cqos_core.analysis.proving import FAULTS, Event, NotRunnableError, Outcome, Plan
+from cqos_core.packs.proving import FAULTS, Event, NotRunnableError, Outcome, Plan
 from cqos_mqtt.promela.constants import MESSAGES, Scene, model, needs_of, scenes
-from cqos_mqtt.prove.runner import ensure_runnable
+from cqos_mqtt.runnable import ensure_runnable
 
 _DEPTHS: Final = (80, 120, 160, 220, 300)
 """Bounds of the search for a shorter counterexample, once there is one."""

@@ -401,7 +401,7 @@ def test_each_claims_its_own(name, data, claimed):
 
 def test_every_code_has_its_page_and_its_use():
     pack = Path(detect.__file__).parents[1]
-    files = (*(pack / "importers").glob("*.py"), *(pack / "snapshot").glob("*.py"))
+    files = (*(pack / "importers").glob("*.py"), *(ROOT / "plugins/live/cqos_live/mqtt/snapshot").glob("*.py"))
     sources = "\n".join(path.read_text(encoding="utf-8") for path in files)
     for info in CODES:
         assert sources.count(info.code) > 1, info.code

@@ -134,9 +134,3 @@ def _yaml(name: str, head: bytes) -> str:
     if claims_yaml(name, head):
         return ""
     return head_text(head)
-
-
-def claims_workspace(name: str, head: bytes) -> bool:
-    """Claim nothing: a workspace is a folder, which `--launch` names."""
-    del name, head
-    return False

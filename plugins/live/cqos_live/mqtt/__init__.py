@@ -1,0 +1,1 @@
+"""What is MQTT about running middleware: pairs on Mosquitto, and brokers that say what they know."""
