@@ -10,8 +10,9 @@ from cqos_core.api import read as read_system
 from cqos_core.packs.proving import End, NotRunnableError, Outcome, Plan
 from cqos_live.mqtt.prove import packets
 from cqos_live.mqtt.prove.mosquitto import program
-from cqos_live.mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection, ensure_runnable
+from cqos_live.mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection
 from cqos_live.prove.outcomes import not_seen
+from cqos_mqtt.runnable import ensure_runnable
 
 
 @pytest.mark.parametrize("value", [0, 1, 127, 128, 16_383, 16_384, 2_097_151, 2_097_152, 268_435_455])
