@@ -84,6 +84,12 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Return two more workers than there are cores: many tests wait for a service, a browser or the middleware."""
+    return (os.cpu_count() or 1) + 2
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add our options."""
     seconds = 10.0 if os.environ.get("CQOS_HYPOTHESIS") == "explore" else 0.0

@@ -5,155 +5,27 @@
 >>> str(pair.verdict)
 'incompatible'
 
-Names are loaded on first use, so that importing the package costs nothing.
+`__init__.pyi` lists the public names. Each is loaded on first use, so importing the package costs next to nothing.
 """
 
-from __future__ import annotations
+from importlib import import_module
+from pathlib import Path
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+_LINES = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8").splitlines()
+_MODULES = {line.split()[3]: line.split()[1] for line in _LINES if line.startswith("from ")}
+"""By public name, the module that has it."""
 
-if TYPE_CHECKING:
-    from cqos_core.analysis.pair_judge import PairJudge, PairProfile, check_pair
-    from cqos_core.analysis.plan import PlannedChange, RepairPlan
-    from cqos_core.api import apply, check, diff, explain, read, repair, suggest
-    from cqos_core.checking.session import Session
-    from cqos_core.files.applying import Edited
-    from cqos_core.language.values import INFINITE
-    from cqos_core.model.changes import Changes, Counts
-    from cqos_core.model.coverage import Coverage
-    from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
-    from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
-    from cqos_core.model.report import (
-        Assumption,
-        Group,
-        Guarantee,
-        GuaranteeCell,
-        HopReport,
-        Pair,
-        PairReport,
-        PolicyComparison,
-        Report,
-    )
-    from cqos_core.model.settings import Cases, Place, Setting
-    from cqos_core.model.system import (
-        Acceptance,
-        Bound,
-        Bridge,
-        Broker,
-        Endpoint,
-        ImportNote,
-        Overlay,
-        Part,
-        Participant,
-        Profile,
-        ProfileRef,
-        Room,
-        Route,
-        Scope,
-        System,
-        TeamRule,
-        Topic,
-    )
-    from cqos_core.model.system_diff import Diff, Different, Missing, Named
-
-_HOMES: Final = (
-    "model.problems",
-    "model.finding",
-    "model.report",
-    "model.coverage",
-    "model.settings",
-    "model.system",
-    "model.system_diff",
-    "model.changes",
-    "language.values",
-    "analysis.plan",
-    "analysis.pair_judge",
-    "checking.session",
-    "api",
-    "files.applying",
-)
-"""The modules that have the public names. A name is looked for in one after another, so what loads fast stands first."""
-
-__all__ = [
-    "INFINITE",
-    "Acceptance",
-    "Assumption",
-    "Bound",
-    "Bridge",
-    "Broker",
-    "Cases",
-    "Changes",
-    "ConditionError",
-    "Counts",
-    "Coverage",
-    "CqosError",
-    "Diff",
-    "Different",
-    "Edit",
-    "Edited",
-    "Endpoint",
-    "Fact",
-    "Finding",
-    "Group",
-    "Guarantee",
-    "GuaranteeCell",
-    "HopReport",
-    "ImportNote",
-    "InputError",
-    "Missing",
-    "Named",
-    "Overlay",
-    "PackError",
-    "Pair",
-    "PairJudge",
-    "PairProfile",
-    "PairReport",
-    "Part",
-    "Participant",
-    "Place",
-    "PlannedChange",
-    "PolicyComparison",
-    "Problem",
-    "Profile",
-    "ProfileRef",
-    "Remedy",
-    "RepairPlan",
-    "Report",
-    "Room",
-    "Route",
-    "Scope",
-    "SentenceError",
-    "Session",
-    "Setting",
-    "Severity",
-    "Side",
-    "System",
-    "TeamRule",
-    "Topic",
-    "Verdict",
-    "apply",
-    "check",
-    "check_pair",
-    "diff",
-    "explain",
-    "read",
-    "repair",
-    "suggest",
-]
+__all__ = sorted(_MODULES)  # noqa: PLE0605 - type checkers read the names in `__init__.pyi`
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Load a public name from its module on first use."""
-    if name in __all__:
-        for home in _HOMES:
-            module = importlib.import_module(f"cqos_core.{home}")
-            if hasattr(module, name):
-                value = globals()[name] = getattr(module, name)
-                return value
-    raise AttributeError(f"module `cqos_core` has no attribute `{name}`")
+    if name not in _MODULES:
+        raise AttributeError(f"module `cqos_core` has no attribute `{name}`")
+    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:
-    """List the public names."""
-    return sorted({*globals(), *__all__})
+    """Return the public names."""
+    return __all__

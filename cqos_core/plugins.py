@@ -122,11 +122,10 @@ class ImporterInfo:
         drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none. The reader of a drawing has the switch
             ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
-        options: those that it adds to the command line.
-        folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
-            The reader then has the folder as the name of a source without bytes.
-        folder_suggestions: ``"module:function"``, a `FolderSuggester`: suggests values of ``folders_with`` for paths that no importer
-            reads as they are named; the module must be light.
+        options: what it adds to the command line.
+        folder_suggestions: ``"module:function"``, a `FolderSuggester`: says how what no importer reads as it is named is read with the first
+            of `options`; the module must be light. With that option it reads a folder as one system, in place of the files in
+            it; the reader then has the folder as the name of a source without bytes.
     """
 
     name: str
@@ -141,8 +140,12 @@ class ImporterInfo:
     shares_names: bool = False
     drawn: str = ""
     options: tuple[ImporterOption, ...] = ()
-    folders_with: str = ""
     folder_suggestions: str = ""
+
+    @property
+    def folder_option(self) -> ImporterOption | None:
+        """The option with which it reads a folder as one system, or None."""
+        return self.options[0] if self.folder_suggestions else None
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -561,3 +564,5 @@ def _refuse_malformed(kind: _Kind, info: Any) -> None:
     for part in kind.lists:
         if not (isinstance(texts := getattr(info, part), tuple) and all(isinstance(text, str) for text in texts)):
             raise CqosError(f"{what} has the {part} {texts!r}, where a tuple of texts is expected")
+    if isinstance(info, ImporterInfo) and info.folder_suggestions and not info.options:
+        raise CqosError(f"{what} has `folder_suggestions`, but `options` lacks the option with which it reads folders")

@@ -36,7 +36,7 @@ else:
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
 

@@ -31,7 +31,6 @@ SHORT_NAME = '''"""C-QoS by its short name: all that `cqos_core` has, loaded on 
 from typing import TYPE_CHECKING
 
 import cqos_core
-from cqos_core import __all__ as __all__
 
 if TYPE_CHECKING:
     from cqos_core import *
@@ -44,7 +43,7 @@ else:
 
 def __dir__() -> list[str]:
     """List the public names."""
-    return [*__all__, "v1"]
+    return [*dir(cqos_core), "v1"]
 '''
 PACKAGES = {
     "cqos/__init__.py": SHORT_NAME,

@@ -44,7 +44,7 @@ def lend(site):
 
 def test_what_is_built_can_be_installed_without_network_and_used(tmp_path):
     dist, place = tmp_path / "dist", tmp_path / "venv"
-    sums = run(sys.executable, "deploy/build.py", "--output", dist)
+    sums = run(sys.executable, "scripts/build_distributions.py", "--output", dist)
     assert len(sums.splitlines()) == 2 * len(OURS)
 
     venv.create(place, symlinks=os.name != "nt")

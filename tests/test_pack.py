@@ -11,14 +11,14 @@ import pytest
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Text
 from cqos_core.language.expression import define
 from cqos_core.language.parser import parse
-from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.policy import Derived, PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.problems import PackError
 from cqos_core.packs.catalogue import column_form, describe_pack, rule_table
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.presets import Convention, Dialect, Preset
-from cqos_core.packs.rule import forbids, meets, requires
+from cqos_core.packs.rule import forbids, matched_if, requires
 from cqos_core.packs.validation import KEPT
 from cqos_core.plugins import load_plugins
 from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
@@ -134,7 +134,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         "rule POST101: `says` has {offerd care}, which stands for nothing here",
     ),
     "a meeting condition over one endpoint": (
-        {"rules": [meets(parse("care == 'plain'"), code="POST401", name="a", because="b")]},
+        {"rules": [matched_if(parse("care == 'plain'"), code="POST401", name="a", because="b")]},
         "rule POST401: a meeting condition compares a publisher with a subscriber",
     ),
     "a role that there is not": (
@@ -193,7 +193,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         "higher, lower or empty",
     ),
     "a direction without order": ({"policies": [*POLICIES, Policy("a", Text(), stronger="higher")]}, "have an order"),
-    "a derived fact": ({"policies": [*POLICIES, Policy("a", Flag(), derived=True)]}, "needs the default"),
+    "a derived fact": ({"policies": [*POLICIES, Policy("a", Flag(), derived=Derived())]}, "needs the default"),
     "a role of a policy": ({"policies": [*POLICIES, Policy("a", Flag(), roles=("writer",))]}, "roles must be of"),
     "a word that is a value": (
         {"policies": [*POLICIES, Policy("a", Choice("b", "c"), words={"b": "c"})]},

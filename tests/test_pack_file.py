@@ -13,7 +13,7 @@ from cqos_core import check, check_pair
 from cqos_core.files.opening import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parser import parse
-from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.policy import Derived, PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Setting
@@ -143,7 +143,7 @@ TWIN = RulePack(
             enforced={"carrier": {"pigeon": "no"}},
         ),
         Policy("copies", Count(1, 9, unlimited=("all",), unit="letters"), {"publisher": "2", "subscriber": "3"}),
-        Policy("sealed", Flag(), "false", derived=True),
+        Policy("sealed", Flag(), "false", derived=Derived()),
         Policy("streets", Names(), "[]"),
         Policy("stamp", Text()),
         Policy("pause", Duration(bare_unit="ms"), level="topic"),

@@ -192,6 +192,10 @@ def test_a_requested_distribution_that_is_missing_is_reported(site):
             "its importer `a` has the suffixes '.csv', where a tuple of texts is expected",
         ),
         (
+            plugin('ImporterInfo("a", "s", (), "m:c", "m:r", folder_suggestions="m:e")', "register_importers"),
+            "its importer `a` has `entrances`, but `options` lacks the option with which it reads folders",
+        ),
+        (
             plugin('RulePackInfo("a", "x", "m:P", default_for=["bpmn"])', "register_rule_packs"),
             "its rule pack `a` has the default_for ['bpmn'], where a tuple of texts is expected",
         ),

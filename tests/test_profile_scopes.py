@@ -6,8 +6,8 @@ import pytest
 
 from cqos_core import Place, Profile, ProfileRef, Scope, Session
 from cqos_core.files.design import design_of
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.merging import merge
+from cqos_core.packs.export import ExportContext
 from tests.worlds import CONTEXT, POST, checked, facts, reader, settings, world, writer
 
 SENDER, BOX = "sender", "box"

@@ -15,6 +15,7 @@ from cqos_core.packs import (
     KnownEntity,
     Policy,
     Preset,
+    SystemFacts,
     Text,
     as_condition,
     broker,
@@ -67,7 +68,7 @@ PACK = replace(
     ),
     presets={**POST.presets, "small": Preset({"limit": "1"}, "A small office.", level="broker")},
     topic_matching=replace(POST.topic_matching, match=along_the_street, overlapping="twice"),
-    complete=complete,
+    system_facts=SystemFacts(complete),
 )
 
 

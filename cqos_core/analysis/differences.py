@@ -11,13 +11,14 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.exporting import judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.matching.topic_groups import endpoints_by_topic
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system_diff import ComparedSide, Diff, Different, Missing, Named
+from cqos_core.packs.export import ExportContext
 from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.system_fixes import with_setting
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.exporting import judged
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.packs.export import ExportContext
 from cqos_core.packs.guarantee import FAULTS, OUTAGE, SURVIVES
 from cqos_core.packs.prover import End, Fault, NotRunnableError, Plan
 from cqos_core.resolving.wire_copies import certain_texts, wire_copy
@@ -145,11 +146,11 @@ def _on_the_wire(
     topic, resolver = settled_pair(system, publisher, subscriber, where)
     ends = _as_settled(topic.publishers[0]), _as_settled(topic.subscribers[0])
     pack = topic.pack
-    if pack.provers:
+    if pack.implementations.provers:
         return pack, ends
     wire = pack.wire
     below = None if wire is None else where.find_pack(wire.protocol)
-    if wire is None or below is None or not below.provers:
+    if wire is None or below is None or not below.implementations.provers:
         lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
         raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
     names = [wire.topic(end.key or "", certain_texts(end)) for end in ends]
@@ -166,27 +167,29 @@ def _as_settled(members: EndpointGroup) -> Resolved:
 
 
 def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Prover]:
-    if on and on not in pack.provers:
-        raise NotRunnableError(f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.provers)}")
+    if on and on not in pack.implementations.provers:
+        raise NotRunnableError(
+            f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.implementations.provers)}"
+        )
     if on:
         return on, _load(pack, on)
-    for name in pack.provers:
+    for name in pack.implementations.provers:
         prover = _load(pack, name)
         if all(_fits(end, prover.assumes) for end in ends):
             return name, prover
     stated = {
         f"{option} {certain_texts(end).get(option, 'unknown')}"
-        for name in pack.provers
+        for name in pack.implementations.provers
         for end in ends
         for option in _load(pack, name).assumes
     }
     raise NotRunnableError(
-        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.provers)} runs it there"
+        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.implementations.provers)} runs it there"
     )
 
 
 def _load(pack: RulePack, name: str) -> Prover:
-    prover: Prover = resolve_name(pack.provers[name])
+    prover: Prover = resolve_name(pack.implementations.provers[name])
     return prover
 
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.checking.checker import check_system
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.exporting import judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity
 from cqos_core.model.settings import Place, Setting
+from cqos_core.packs.export import ExportContext
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable

@@ -22,9 +22,9 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.files.exporting import ExportContext, Exported
 from cqos_core.files.folders import write_folder
 from cqos_core.model.finding import plural
+from cqos_core.packs.export import ExportContext, Exported
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

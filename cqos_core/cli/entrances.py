@@ -121,7 +121,7 @@ def _named(file: File, info: ImporterInfo) -> str:
 
 
 def _option(way: Way) -> str:
-    return next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
+    return way.importer.options[0].option  # with which it reads folders
 
 
 def _command(ways: Sequence[Way], paths: Sequence[str]) -> str:

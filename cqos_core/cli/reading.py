@@ -239,7 +239,7 @@ class InputReader:
         """Refuse the option of an importer that reads folders, where none is named."""
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
-            first = next((each for each in info.options if each.switch == info.folders_with), None)
+            first = info.folder_option
             if first is not None and first.switch in own and not any(map(os.path.isdir, paths)):
                 from cqos_core.cli.entrances import with_folder
 
@@ -252,7 +252,7 @@ class InputReader:
         ways = [*loaded.ways.open, *(way for same in loaded.ways.taken.values() for way in same)]
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
-            first = next((each for each in info.options if each.switch == info.folders_with), None)
+            first = info.folder_option
             if first is not None and first.switch not in own and info not in [way.importer for way in ways]:
                 other = next(each.option for each in info.options if each.switch in own)
                 raise RefusedError(

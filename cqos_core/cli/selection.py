@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.matching.pipeline import CheckContext
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.packs.rule import Rule

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.bpmn.names import POLICY_NAMES
 from cqos_core.bpmn.rewriting import Diagram
-from cqos_core.files.exporting import Exported, judged
+from cqos_core.files.exporting import judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Cases
+from cqos_core.packs.export import Exported
 from cqos_core.resolving.dialect_spelling import dialect_text
 from cqos_core.resolving.reader import spelled
 
@@ -17,10 +18,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.bpmn.rewriting import Tag
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Setting
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.presets import Dialect
 

@@ -23,10 +23,11 @@ from cqos_core.resolving.reader import spelled
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic
+    from cqos_core.packs.export import ExportContext
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.presets import Dialect
     from cqos_core.resolving.resolved_endpoint import Resolved

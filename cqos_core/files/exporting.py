@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from cqos_core.matching.pipeline import CheckContext, Pipeline, resolver_of
 from cqos_core.model.dataclass import dataclass
-from cqos_core.packs.export import ExportContext, Exported, Writer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.system import Endpoint, Overlay, System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 
@@ -82,6 +82,3 @@ def unique(wanted: str, taken: set[str]) -> str:
         name, number = f"{wanted}~{number}", number + 1
     taken.add(name)
     return name
-
-
-__all__ = ["ExportContext", "Exported", "Judged", "Judgement", "Writer", "judged", "judged_by", "unique"]

@@ -392,8 +392,8 @@ def with_texts(texts: Mapping[str, bytes]) -> Opener:
 
 def folder_reader(plugins: Plugins, switches: Mapping[str, Mapping[str, str]]) -> str:
     """Return the importer that reads folders as one system, as its switch asks for; empty where none does."""
-    asked = (info.name for info in plugins.importers.values() if info.folders_with in switches.get(info.name, ()))
-    return next(asked, "")
+    able = ((info.name, info.folder_option) for info in plugins.importers.values())
+    return next((name for name, option in able if option is not None and option.switch in switches.get(name, ())), "")
 
 
 def load_paths(
@@ -500,8 +500,9 @@ def _refused(path: str, entrance: FolderSuggestion) -> InputError:
 
 def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
     info = ways[0].importer
+    switch = info.options[0].switch  # with which it reads folders
     value = "\n".join(dict.fromkeys(way.entrance.value for way in ways))
-    return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {info.folders_with: value}})
+    return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {switch: value}})
 
 
 def _part(file: File, plugins: Plugins) -> ImporterInfo | None:

@@ -7,18 +7,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
-from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
+from cqos_core.packs.export import Exported
 from cqos_core.packs.unread import totals_of, unread_parts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.files.design import Design
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
     from cqos_core.importers.document_form import Form
     from cqos_core.model.chains import Chain, StatedLink
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
+    from cqos_core.packs.export import ExportContext
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10

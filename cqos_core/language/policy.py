@@ -70,6 +70,19 @@ Stronger: TypeAlias = Literal["higher", "lower", ""]
 DIRECTIONS: Final[tuple[Stronger, ...]] = ("higher", "lower", "")
 
 
+@dataclass(frozen=True, slots=True)
+class Derived:
+    """From what a derived policy follows.
+
+    Attributes:
+        follows: names of policies that a fix may change.
+        together: it follows from several endpoints, also from those on other topics.
+    """
+
+    follows: tuple[str, ...] = ()
+    together: bool = False
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Policy(Term):
     """One named QoS setting. In a sentence it stands for the endpoint's own value; comparisons build sentences.
@@ -96,12 +109,10 @@ class Policy(Term):
         changeable: whether it may change while the endpoint lives; None where the standard does not say.
         stronger: which of its values promise or demand more: ``higher``, ``lower``, or empty where neither does. A fix that
             moves the other way weakens the design, and says so.
-        derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
-        follows: names of the policies that a derived one follows from, where a fix may change them.
-        together: it follows from several endpoints, also from those on other topics.
-        unseen: no tool shows it of running programs, because programs do not set it. Observed endpoints have its default, or the
-            value of an overlay.
-        raised: an overlay that fills open values also raises it: the larger of both counts.
+        derived: from what a fact follows, as ``doc`` says: a system cannot state it, and no fix sets it. None: it is stated.
+        unseen: nothing that shows what runs shows it, because programs do not set it. What was observed has its default, or what
+            an overlay sets.
+        raised: an overlay that fills in what is left open also raises it: the larger of both counts.
     """
 
     name: str
@@ -121,9 +132,7 @@ class Policy(Term):
     entities: tuple[str, ...] = ()
     changeable: bool | None = None
     stronger: Stronger = ""
-    derived: bool = False
-    follows: tuple[str, ...] = ()
-    together: bool = False
+    derived: Derived | None = None
     unseen: bool = False
     raised: bool = False
 
@@ -162,6 +171,16 @@ class Policy(Term):
         if not self.stronger or not isinstance(before, int) or not isinstance(after, int):
             return False
         return after < before if self.stronger == "higher" else after > before
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """The names of the policies that a derived one follows from; empty for others."""
+        return () if self.derived is None else self.derived.follows
+
+    @property
+    def together(self) -> bool:
+        """Whether it follows from several endpoints."""
+        return self.derived is not None and self.derived.together
 
     @property
     def unbounded(self) -> tuple[Value, ...]:

@@ -275,7 +275,7 @@ def _evidence(
 
 def _implementation(pack: RulePack) -> int | None:
     """Return where the implementation stands on which an end runs."""
-    found = (pack.find(level, pack.implementation_option) for level in ("option", "broker"))
+    found = (pack.find(level, pack.implementations.option) for level in ("option", "broker"))
     return next((at for at in found if at is not None), None)
 
 
@@ -283,9 +283,12 @@ def _implementation(pack: RulePack) -> int | None:
 def _evidence_on(
     pack: RulePack, word: str, faults: tuple[str, ...], implementations: tuple[str, ...]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    by_fault = [{each for each in pack.proofs if (each.guarantee, each.fault) == (word, fault)} for fault in faults]
+    by_fault = [
+        {each for each in pack.implementations.proofs if (each.guarantee, each.fault) == (word, fault)}
+        for fault in faults
+    ]
     seen = set.intersection(*({each.value for each in proofs} for proofs in by_fault))
-    proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
+    proofs = [each for each in pack.implementations.proofs if each in by_fault[0] and each.value in seen]
     proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
     return tuple(proven), tuple(name for name in dict.fromkeys(implementations) if name not in seen)
 

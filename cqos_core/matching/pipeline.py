@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.domains import SettingValue
     from cqos_core.matching.hops import Hop, Topics
     from cqos_core.matching.routes import Link
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule

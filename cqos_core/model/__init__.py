@@ -1,1 +1,1 @@
-"""Data that the rooms exchange: systems, reports, problems, codes, places and texts; nothing here decides."""
+"""Systems, reports and their parts: what the other sub-packages exchange, with problems, codes, places and texts; nothing here decides."""

@@ -26,6 +26,3 @@ _SPELLINGS: Final = {spelling: info for info in CODES.values() for spelling in i
 def find_code(name: str) -> CodeInfo | None:
     """Return the core's code with that code, name or alias, or None."""
     return _SPELLINGS.get(name.lower())
-
-
-__all__ = ["CODES", "CodeInfo", "find_code"]

@@ -18,7 +18,7 @@ class FolderSuggestion:
     Attributes:
         folder: what the importer reads.
         message: what is there, and what is missing for a check.
-        value: of the switch ``folders_with``, if it is certain.
+        value: of the option with which the importer reads folders, if it is certain.
         reason: why it is certain.
         choices: values among which a person chooses, the most likely first.
         details: lines about the choices.

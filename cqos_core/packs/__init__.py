@@ -36,11 +36,12 @@ from cqos_core.language.expression import (
     total,
 )
 from cqos_core.language.parser import parse
-from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
+from cqos_core.language.policy import ENDPOINT, ByOption, Derived, Meaning, PerRole, Policy, by_option
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
-from cqos_core.packs.completion import Completion, Folding, KnownEntity
+from cqos_core.packs.completion import Completion, Folding, KnownEntity, SystemFacts
 from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
+from cqos_core.packs.export import ExportContext, Exported
 from cqos_core.packs.guarantee import (
     LINK,
     NEEDS,
@@ -55,16 +56,13 @@ from cqos_core.packs.guarantee import (
     gives,
 )
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.pack_definition import Derivation, PackDefinition
+from cqos_core.packs.pack_definition import Derivation, Implementations, PackDefinition
 from cqos_core.packs.presets import CommonMistake, Convention, Dialect, Preset
 from cqos_core.packs.property_panel import Panel
-from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
+from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 from cqos_core.packs.timing import Timing
 from cqos_core.packs.topic_matching import NameContext, NameProblem, Naming, TopicMatching
 from cqos_core.packs.wire import Wire
-
-Sentence = Condition  # former names
-as_sentence = as_condition
 
 __all__ = [
     "ENDPOINT",
@@ -88,13 +86,17 @@ __all__ = [
     "Count",
     "Depends",
     "Derivation",
+    "Derived",
     "Dialect",
     "Duration",
+    "ExportContext",
+    "Exported",
     "Flag",
     "Folding",
     "Framing",
     "FromPeers",
     "Function",
+    "Implementations",
     "KnownEntity",
     "Literal",
     "Meaning",
@@ -114,8 +116,8 @@ __all__ = [
     "Proof",
     "Rule",
     "RulePack",
-    "Sentence",
     "Store",
+    "SystemFacts",
     "Term",
     "Text",
     "Timing",
@@ -126,7 +128,6 @@ __all__ = [
     "all_equal",
     "any_of",
     "as_condition",
-    "as_sentence",
     "broker",
     "by_option",
     "call",
@@ -143,7 +144,6 @@ __all__ = [
     "least",
     "matched_if",
     "matches",
-    "meets",
     "normalise",
     "offered",
     "option",

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
     from cqos_core.language.vocabulary import Use
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
 
@@ -60,7 +60,7 @@ def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
         "entities": list(policy.entities),
         "changeable": policy.changeable,
         "stronger": policy.stronger,
-        "derived": policy.derived,
+        "derived": policy.derived is not None,
         "doc": policy.doc,
         "clause": policy.clause,
         **describe_panel(panel, policy),

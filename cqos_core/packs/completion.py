@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownEntity:
-    """A participant, an endpoint or a broker with resolved values, as `RulePack.complete` takes it.
+    """A participant, an endpoint or a broker with resolved values, as `SystemFacts.complete` takes it.
 
     Attributes:
         id, place, template, external: as stated.
@@ -81,7 +81,7 @@ class Completion:
 class Folding:
     """Tells which participants a pack treats alike, so that each kind is completed once in a fleet of millions.
 
-    Beside the listed data, `RulePack.complete` reads of a participant only its own settings and endpoints, and which of these have
+    Beside the listed data, `SystemFacts.complete` reads of a participant only its own settings and endpoints, and which of these have
     the same topic. Without the facts of a broker, texts in ``texts`` and ``topics`` decide no rule.
 
     Attributes:
@@ -92,7 +92,7 @@ class Folding:
         shared: settings of participants that count by whether another participant has the same text.
         texts: settings of participants, each with a function that returns one text for all equivalent texts.
         own: policies of participants whose value is the participant's own name, or the default.
-        heard: the values, as of `RulePack.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
+        heard: the values, as of `SystemFacts.sum_up`, of all subscribers of a participant: for each of them its profile, and how many topics
             it hears from which publishers (profiles, with their number).
     """
 
@@ -118,3 +118,21 @@ def nothing_follows(
 def nothing_summed(endpoints: Sequence[Any]) -> Mapping[int, Mapping[str, Value]]:  # noqa: ARG001 - as above
     """Add nothing to the values of endpoints."""
     return {}
+
+
+@dataclass(frozen=True, slots=True)
+class SystemFacts:
+    """What follows from all that a system has of the protocol, and nothing in it states alone.
+
+    Attributes:
+        complete: from participants, endpoints and brokers by name, settings that follow, and endpoints that are implied.
+        sum_up: from all endpoints (`cqos_core.resolving.resolved_endpoint.Resolved`), by position of an endpoint the values of its derived
+            policies that follow from the others, such as what all topics of a client bring together.
+        folding: which participants these two treat alike; None: a fleet has each of its systems checked whole.
+    """
+
+    complete: Callable[[Sequence[KnownEntity], Sequence[KnownEntity], Mapping[str, KnownEntity]], Completion] = (
+        nothing_follows
+    )
+    sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
+    folding: Folding | None = None

@@ -18,7 +18,7 @@ class Framing:
     """The framing of a sample by one implementation; all sizes in bytes.
 
     Attributes:
-        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        value: of `RulePack.implementations`: ``cyclonedds``.
         packet: headers of each packet, those of IP and transport with them.
         sample: sent once with every sample.
         whole: sent with a sample that one packet carries.

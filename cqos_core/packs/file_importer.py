@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.tree import Node
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Part, Room

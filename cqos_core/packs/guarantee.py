@@ -16,7 +16,7 @@ from typing import Any, Final, Literal
 from cqos_core.language.domains import Count, Domain, Duration, Flag, Names
 from cqos_core.language.expression import Condition, Operand, as_condition, define, in_, offered, overlaps, requested
 from cqos_core.language.expression import Literal as Constant
-from cqos_core.language.policy import NEED, Policy
+from cqos_core.language.policy import NEED, Derived, Policy
 from cqos_core.language.values import INFINITE, Plain, normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
@@ -174,7 +174,7 @@ RESTARTS_IN: Final = Policy(
     "In which faults this end starts again: an end of a bridge does when what stands between publisher and subscriber is restarted.",
     _SOURCE,
     level=NEED,
-    derived=True,
+    derived=Derived(),
 )
 OUTAGE: Final = Policy(
     "outage",
@@ -235,7 +235,7 @@ class Proof:
     Attributes:
         guarantee: the word.
         fault: of `FAULTS`, or ``link`` for connected ends.
-        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        value: of `RulePack.implementations`: ``cyclonedds``.
         product: for people: ``Cyclone DDS``.
         version: which one ran, and how if not as the pair itself: ``11.0.1``, ``11.0.1 as plain DDS``.
     """

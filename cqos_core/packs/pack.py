@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.model.system import Broker
     from cqos_core.packs.pack_definition import Derivation
     from cqos_core.packs.rule import Rule

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import LEVELS, Policy
 from cqos_core.language.values import normalise
 from cqos_core.language.vocabulary import Function, Vocabulary
 from cqos_core.model.dataclass import dataclass
-from cqos_core.packs.completion import Completion, Folding, KnownEntity, nothing_follows, nothing_summed
+from cqos_core.packs.completion import SystemFacts
 from cqos_core.packs.costs import Costs
 from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.timing import Timing
 from cqos_core.packs.topic_matching import TopicMatching
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from typing_extensions import Self
 
     from cqos_core.language.expression import Operand
-    from cqos_core.language.values import Value
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.guarantee import Proof, Unaffected
     from cqos_core.packs.logs import ListTopic, LogMismatch
     from cqos_core.packs.presets import CommonMistake, Convention, Dialect, Preset
@@ -48,6 +47,22 @@ class Derivation:
     doc: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Implementations:
+    """What is known of programs that implement the protocol.
+
+    Attributes:
+        option: the option, or the policy of brokers, whose value names one: ``rmw``.
+        proofs: which guarantees were seen under which faults on one that ran.
+        provers: by name, the ``"module:object"`` of what runs pairs on it, a `cqos_core.packs.prover.Prover`; the first is used
+            where the system names none.
+    """
+
+    option: str = ""
+    proofs: tuple[Proof, ...] = ()
+    provers: Mapping[str, str] = field(default_factory=dict)
+
+
 def no_mismatches(line: str) -> tuple[LogMismatch, ...]:  # noqa: ARG001 - the signature of all that read output
     """Read nothing from the output of programs."""
     return ()
@@ -68,21 +83,15 @@ class PackDefinition:
         conventions: facts about well-known topics.
         functions: named functions its sentences use.
         topic_matching: how names are resolved and endpoints expanded.
-        complete: adds what follows from all participants, endpoints and brokers of the protocol together.
-        sum_up: from all endpoints of the protocol (`cqos_core.resolving.resolved_endpoint.Resolved`), by position of an endpoint the values of its derived
-            policies that follow from the others, such as what all topics of a client bring together.
-        folding: which participants `complete` and `sum_up` cannot tell apart; None: a fleet has each of its systems checked whole.
+        system_facts: what follows from all participants, endpoints and brokers of the protocol together.
         wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
-        codes: codes of the importers that come with the pack.
-        read_log: yields the mismatches of endpoints in one line of a program's output.
-        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.packs.prover.Prover`; the
-            first is used where the system names none.
+        codes: what the importers that come with the pack report.
+        read_log: yields what one line of a program's output says of endpoints that do not fit.
+        implementations: what is known of programs that implement the protocol: proofs, and what runs pairs.
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
         derivations: values of a pair that no end states; `cqos explain` shows them.
-        proofs: which guarantees were seen under which faults on a running implementation.
-        implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
         timing: which policies say something about time.
         costs: bytes of samples, on the wire and in histories.
         panel: how people see the settings.
@@ -103,21 +112,15 @@ class PackDefinition:
     conventions: tuple[Convention, ...] = ()
     functions: tuple[Function, ...] = ()
     topic_matching: TopicMatching = field(default_factory=TopicMatching)
-    complete: Callable[[Sequence[KnownEntity], Sequence[KnownEntity], Mapping[str, KnownEntity]], Completion] = (
-        nothing_follows
-    )
-    sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
-    folding: Folding | None = None
+    system_facts: SystemFacts = field(default_factory=SystemFacts)
     wire: Wire | None = None
     variants: Mapping[tuple[str, str], Self] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()
     codes: tuple[CodeInfo, ...] = ()
     read_log: Callable[[str], Iterable[LogMismatch | ListTopic]] = no_mismatches
-    provers: Mapping[str, str] = field(default_factory=dict)
+    implementations: Implementations = field(default_factory=Implementations)
     unaffected: tuple[Unaffected, ...] = ()
     derivations: tuple[Derivation, ...] = ()
-    proofs: tuple[Proof, ...] = ()
-    implementation_option: str = ""
     timing: Timing = field(default_factory=Timing)
     costs: Costs = field(default_factory=Costs)
     panel: Panel = field(default_factory=Panel)

@@ -27,7 +27,7 @@ from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.expression import define
 from cqos_core.language.parser import parse, parse_value
-from cqos_core.language.policy import ByOption, PerRole, Policy, Stronger
+from cqos_core.language.policy import ByOption, Derived, PerRole, Policy, Stronger
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
 from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
@@ -220,7 +220,8 @@ _OF_GUARANTEES: Final = frozenset(
     ("gives", "what", "survives", "code", "name", "because", "clause", "doubt", "fixes", "help", "aliases")
 )
 _OF_POLICIES: Final[dict[str, Any]] = {
-    **dict.fromkeys(("name", "domain", "entities", "changeable", "follows", "together", "unseen", "raised")),
+    **dict.fromkeys(("name", "domain", "entities", "changeable", "unseen", "raised")),
+    "derived": Annotated[bool, AfterValidator(lambda derived: Derived() if derived else None)],
     "default": DefaultModel | None,
     "level": Literal["endpoint", "topic", "participant", "broker", "option"],
     "roles": tuple[RoleName, ...],

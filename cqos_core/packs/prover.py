@@ -160,7 +160,7 @@ class Outcome:
 
 
 class Prover(Protocol):
-    """Runs pairs on one implementation. A pack names it by ``"module:object"`` in `RulePack.provers`.
+    """Runs pairs on one implementation. A pack names it by ``"module:object"`` in `RulePack.implementations`.
 
     Attributes:
         title: ``Cyclone DDS``.

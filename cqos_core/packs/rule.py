@@ -79,11 +79,6 @@ class Rule:
         if isinstance(self.severity, str) and self.severity not in SEVERITIES:
             raise PackError(f"rule {self.code}: severity `{self.severity}` must be error, warning or note")
 
-    @property
-    def sentence(self) -> Condition:
-        """The condition, by its former name."""
-        return self.condition
-
 
 requires: Final = partial(Rule, kind="requires")
 """Makes a rule that reports when its condition is false; see `Rule` for the parts."""
@@ -93,5 +88,3 @@ forbids: Final = partial(Rule, kind="forbids", severity="warning")
 
 matched_if: Final = partial(Rule, kind="meets", severity="warning")
 """Makes a condition for matching: where it is false two endpoints on one topic form no pair."""
-
-meets: Final = matched_if  # the former name

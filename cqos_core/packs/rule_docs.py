@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.expression import definitions
 from cqos_core.language.solutions import may_change
-from cqos_core.model.codes import CODES, CodeInfo, find_code
+from cqos_core.model.codes import CODES, find_code
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.suggestions import listed
 from cqos_core.packs.catalogue import assumed_options, rule_table
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.expression import Condition
     from cqos_core.language.vocabulary import Use
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule

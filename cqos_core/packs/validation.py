@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.language.expression import Node
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.language.vocabulary import Vocabulary
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack_definition import PackDefinition
     from cqos_core.packs.presets import Dialect, Preset

@@ -75,7 +75,7 @@ def sum_up(pack: RulePack, endpoints: Iterable[Resolved]) -> None:
         if each.like.needs:
             each.participant.requiring.add(each.key)
     layers: dict[tuple[tuple[int, Value], ...], Layer] = {}
-    for position, values in pack.sum_up(own).items():
+    for position, values in pack.system_facts.sum_up(own).items():
         found = tuple((pack.vocabulary.indices[ENDPOINT, name], value) for name, value in values.items())
         if found not in layers:
             texts = {index: pack.policies[index].format(value) for index, value in found}

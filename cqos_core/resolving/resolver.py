@@ -126,7 +126,7 @@ class Resolver:
                 self.participants.resolved(participant, pack)
             self._joint = self._joint or bool(participant.starts_after)
         for pack in self.result.packs.values():
-            if pack.sum_up is not nothing_summed:
+            if pack.system_facts.sum_up is not nothing_summed:
                 from cqos_core.resolving.completion import sum_up
 
                 sum_up(pack, self.result.endpoints)
@@ -137,7 +137,9 @@ class Resolver:
         """Let the packs in use complete the system."""
         for protocol in protocols_in_use(self.system, self.default):
             pack = self._pack_of(protocol)
-            if pack is None or (pack.complete is nothing_follows and pack.sum_up is nothing_summed):
+            if pack is None or (
+                pack.system_facts.complete is nothing_follows and pack.system_facts.sum_up is nothing_summed
+            ):
                 continue
             from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant
 
@@ -152,7 +154,7 @@ class Resolver:
             # Mistakes in the settings are reported when they are resolved with the completion.
             draft = self._draft()
             brokers = self.participants.brokers(pack)
-            completion = pack.complete(
+            completion = pack.system_facts.complete(
                 [known_participant(each, pack, draft.participants) for each in participants],
                 [known_endpoint(each, pack, partial(draft.alone, each, pack)) for each in stated],
                 {name: known_broker(each, pack, draft.participants) for name, each in brokers.items()},

@@ -32,7 +32,7 @@ GROUPS: Final[dict[str, Callable[[float], Iterator[Row]]]] = {
     "processes": library.processes,
     "growth": library.growth,
 }
-HEAD: Final = "| measured | beside | cost | ratio | target | |\n| -------- | ------ | ---- | ----- | ------ | - |"
+HEAD: Final = "| measured | beside | cost | ratio | goal | |\n| -------- | ------ | ---- | ----- | ------ | - |"
 
 
 def line(row: Row) -> str:
@@ -41,7 +41,7 @@ def line(row: Row) -> str:
     target = f"≥ {row.target:.0%}" if row.least else f"≤ {row.target:g}"
     if row.target in {0, math.inf}:
         target = ""
-    return f"| {row.what} | {row.beside} | {row.took} | {ratio} | {target} | {'' if row.met else 'missed'} |"
+    return f"| {row.what} | {row.beside} | {row.took} | {ratio} | {target} | {'' if row.met else 'not reached'} |"
 
 
 def machine() -> str:

@@ -52,12 +52,12 @@ def none(subject, context):
     return None
 
 def octets(subject, context):
-    from cqos_core.files.exporting import Exported
+    from cqos_core.packs import Exported
     from cqos_core.model.system import System
     return Exported(b"x", 1) if isinstance(subject, System) else b"x"
 
 def names(system, context):
-    from cqos_core.files.exporting import Exported
+    from cqos_core.packs import Exported
     return Exported("".join(f"{name}\\n" for name in system.participants), len(system.participants))
 
 def claims(name, head):
@@ -117,8 +117,8 @@ from cqos_core.plugins import ImporterInfo, ImporterOption, hookimpl
 @hookimpl
 def register_importers(register):
     option = ImporterOption("--plan", "plan", "FILE", "the plan of a depot")
-    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folders_with="plan", folder_suggestions="depot_plugin:find"))
-    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", folders_with="plan", folder_suggestions="no_such_module:find"))
+    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folder_suggestions="depot_plugin:find"))
+    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", options=(ImporterOption("--ruin", "plan", "FILE", "a ruin"),), folder_suggestions="no_such_module:find"))
 
 def claims(name, head):
     return False

@@ -250,7 +250,7 @@ SCENARIOS: Final = (
 
 def prover(name: str) -> Any:
     """Load what runs pairs on an implementation."""
-    module, _, attribute = PACK.provers[name].partition(":")
+    module, _, attribute = PACK.implementations.provers[name].partition(":")
     return getattr(importlib.import_module(module), attribute)
 
 

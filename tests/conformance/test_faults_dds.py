@@ -35,7 +35,7 @@ def test_what_each_run_tries_is_there():
 
 
 @pytest.mark.explored
-@pytest.mark.parametrize("name", PACK.provers)
+@pytest.mark.parametrize("name", PACK.implementations.provers)
 def test_what_is_claimed_of_pairs_under_faults_is_seen(name):
     """All in one test, because the runs mostly wait, so that many of them go at the same time."""
     on = prover(name)
@@ -61,5 +61,5 @@ def test_what_is_claimed_of_pairs_under_faults_is_seen(name):
 def test_every_proof_has_its_run_and_every_run_its_proof(pack):
     runs = {(word, scenario.column) for scenario in SCENARIOS for word in scenario.seen}
     runs |= seen_in(json.loads(RECORDED.read_text(encoding="utf-8"))["cyclonedds"]["runs"])
-    for value in {proof.value for proof in pack.proofs}:
-        assert {(proof.guarantee, proof.fault) for proof in pack.proofs if proof.value == value} == runs
+    for value in {proof.value for proof in pack.implementations.proofs}:
+        assert {(proof.guarantee, proof.fault) for proof in pack.implementations.proofs if proof.value == value} == runs

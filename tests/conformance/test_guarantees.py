@@ -38,7 +38,7 @@ def test_every_guarantee_was_kept(recorded, name):
 @pytest.mark.parametrize("name", PRODUCTS)
 def test_every_cell_that_a_pack_calls_proven_was_seen(recorded, name):
     one = recorded[name]
-    proofs = [each for each in PRODUCTS[name].proofs if f"{each.product} {each.version}" == one["by"]]
+    proofs = [each for each in PRODUCTS[name].implementations.proofs if f"{each.product} {each.version}" == one["by"]]
     proven = {(each.guarantee, each.fault) for each in proofs if each.guarantee in SHOWN}
     assert proven
     assert seen_in(one["runs"]) == proven

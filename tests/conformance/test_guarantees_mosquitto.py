@@ -156,9 +156,9 @@ def test_what_is_promised_holds_under_every_fault():
     }
     assert LOSSES <= lossy
     seen = {cell for _, kept, _ in results for cell in kept}
-    proven = {(proof.guarantee, proof.fault) for proof in PACK.proofs} - ELSEWHERE
+    proven = {(proof.guarantee, proof.fault) for proof in PACK.implementations.proofs} - ELSEWHERE
     assert seen == proven if EXPLORE else {fault for _, fault in seen} == {fault for _, fault in proven}
-    assert {proof.version for proof in PACK.proofs} == {"2.0.11"}
+    assert {proof.version for proof in PACK.implementations.proofs} == {"2.0.11"}
 
 
 ELSEWHERE = {

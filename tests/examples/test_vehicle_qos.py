@@ -6,8 +6,8 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
+from cqos_core.packs.export import ExportContext
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "examples" / "vehicle_qos.xml"

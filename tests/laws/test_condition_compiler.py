@@ -261,7 +261,7 @@ def test_guarantees_of_pairs_whose_rules_answer_alike_are_equal(pack, seed, monk
     found = []
     random = Random(seed)  # noqa: S311 - no secrets
     may_change = [at for at, each in enumerate(pack.policies) if each.level != "option"]
-    beside_rules = [pack.vocabulary.indices["need", RESTARTS_IN.name], pack.find("broker", pack.implementation_option)]
+    beside_rules = [pack.vocabulary.indices["need", RESTARTS_IN.name], pack.find("broker", pack.implementations.option)]
     beside_rules = [at for at in beside_rules if at is not None]
     for opened in (0.0, 0.1):
         _, others = with_much_in_common(random, pack, opened)

@@ -1,4 +1,4 @@
-"""The laws of DESIGN 10, over the ROS 2 pack: what must hold for any system, whatever its rules say."""
+"""The laws of verdicts, over the ROS 2 pack: what must hold for any system, whatever its rules say."""
 
 from dataclasses import replace
 

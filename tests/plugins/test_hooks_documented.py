@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from cqos_core.files.exporting import ExportContext, Writer
 from cqos_core.model.source import Claim, ReadContext, Reader, Source
 from cqos_core.model.style import Style
+from cqos_core.packs.export import ExportContext, Writer
 from cqos_core.plugins import KINDS, LOAD_VARIABLE, Hooks
 
+EXAMPLES = (Path(__file__).resolve().parents[2] / "docs" / "plugin-examples.md").read_text(encoding="utf-8")
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text(encoding="utf-8")
 HOOKS: dict[str, Callable[..., Any]] = {name: hook for name, hook in vars(Hooks).items() if not name.startswith("_")}
 SECTIONS = dict(re.findall(r"^### (\w+)\n(.*?)(?=^##)", PAGE, re.MULTILINE | re.DOTALL))
@@ -37,6 +38,14 @@ def test_every_hook_has_a_section_and_no_other():
     assert list(SECTIONS) == list(HOOKS) == [kind.hook for kind in KINDS.values()]
     for name in HOOKS:
         assert f"| [`{name}`](#{name})" in PAGE
+
+
+@pytest.mark.parametrize("name", HOOKS)
+def test_every_hook_has_a_short_example(name):
+    """`tests/test_docs.py` installs and uses them."""
+    examples = re.findall(r'^```python title="[^"]+"\n(.*?)^```', EXAMPLES, re.MULTILINE | re.DOTALL)
+    shown = [example for example in examples if f"def {name}(register):" in example]
+    assert [len(example.splitlines()) <= 35 for example in shown] == [True]
 
 
 @pytest.mark.parametrize("name", HOOKS)

@@ -16,10 +16,10 @@ import pytest
 import yaml
 
 import cqos_core as cqos
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
+from cqos_core.packs.export import ExportContext
 from tests.command import run_here
 from tests.effort import EXPLORE
 

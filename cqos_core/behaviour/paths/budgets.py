@@ -291,7 +291,7 @@ def _is_single(profile: QosProfile) -> bool:
 def _framing(profile: QosProfile) -> Framing | None:
     """Return how the implementation of an endpoint sends, where that is known."""
     pack = profile.pack
-    index = pack.find("option", pack.implementation_option) if pack.implementation_option else None
+    index = pack.find("option", pack.implementations.option) if pack.implementations.option else None
     if index is None or not is_plain(profile.values[index]):
         return None
     name = pack.policies[index].format(profile.values[index])

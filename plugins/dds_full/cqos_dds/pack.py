@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, CommonMistake, Convention, Function, RulePack, Timing, TopicMatching
+from cqos_core.packs import NEEDS, CommonMistake, Convention, Function, Implementations, RulePack, Timing, TopicMatching
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.costs import COSTS
@@ -89,12 +89,14 @@ PACK: Final = RulePack(
     panel=PANEL,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
-    proofs=PROOFS,
-    implementation_option="implementation",
+    implementations=Implementations(
+        "implementation",
+        PROOFS,
+        provers={"cyclonedds": "cqos_live.dds.prove.cyclone:PROVER", "fastdds": "cqos_live.dds.prove.fast:PROVER"},
+    ),
     common_mistakes=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
-    provers={"cyclonedds": "cqos_live.dds.prove.cyclone:PROVER", "fastdds": "cqos_live.dds.prove.fast:PROVER"},
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
     validated=True,
 )

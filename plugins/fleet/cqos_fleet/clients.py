@@ -87,7 +87,7 @@ class FoldedColumns(NamedTuple):
 def folded_columns(pack: RulePack, columns: Iterable[str]) -> FoldedColumns:
     """Return which columns of a table are folded; they may have other names of policies."""
     found = FoldedColumns({}, {}, {})
-    folding = pack.folding
+    folding = pack.system_facts.folding
     assert folding is not None  # noqa: S101 - asked by the caller
     for column in columns:
         index = pack.find("participant", setting_name(column)) if column.startswith(DOT) else None
@@ -127,8 +127,8 @@ class Clients:
     ) -> None:
         """Begin without any; ``texts`` are the distinct rows of all other columns."""
         self.pack, self.where, self.options, self.texts, self.columns = pack, where, options, texts, columns
-        assert pack.folding is not None  # noqa: S101 - asked by the caller
-        self.folding: Folding = pack.folding
+        assert pack.system_facts.folding is not None  # noqa: S101 - asked by the caller
+        self.folding: Folding = pack.system_facts.folding
         self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
         self.known = Numbered[KnownEnd]()
         self.nameless = Counter[tuple[str, str, int]]()

@@ -161,7 +161,7 @@ def _audited(
     _refuse_without_topic(source, wanted, store)
     crossing = crossing_topics(source, packs, wanted.options, where, store)
     in_columns = [name for name, pack in packs.items() if _has_column_form(pack)]
-    folded = [name for name, pack in packs.items() if name not in in_columns and pack.folding is not None]
+    folded = [name for name, pack in packs.items() if name not in in_columns and pack.system_facts.folding is not None]
     rest = [name for name in packs if name not in {*in_columns, *folded}]
     stages = len(STAGES) * len(in_columns) + len(FOLDED_STAGES) * len(folded) + bool(rest or crossing is not None)
     for name in [*folded, *rest] if "participant" not in stated else ():
@@ -398,7 +398,11 @@ def _pack(name: str, where: CheckContext) -> RulePack:
 
 def _has_column_form(pack: RulePack) -> bool:
     """Whether nothing follows from all endpoints of a participant together, and only equal names match."""
-    return pack.complete is nothing_follows and pack.sum_up is nothing_summed and pack.topic_matching.match is None
+    return (
+        pack.system_facts.complete is nothing_follows
+        and pack.system_facts.sum_up is nothing_summed
+        and pack.topic_matching.match is None
+    )
 
 
 # Stages

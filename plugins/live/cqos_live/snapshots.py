@@ -11,9 +11,9 @@ from cqos_core.cli.parameters import output_option, watch_option
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.matching.pipeline import context
+from cqos_core.packs.export import ExportContext
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import Count, Flag, Names, Policy, Text
+from cqos_core.packs import Count, Derived, Flag, Names, Policy, Text
 from cqos_mqtt.endpoint_policies import LEFT_OPEN
 from cqos_mqtt.kinds import Seconds, quality, unlimited
 
@@ -180,7 +180,7 @@ WILL_ALLOWED: Final = Policy(
     "Whether the access control of the broker lets the client publish its Will; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     level="participant",
-    derived=True,
+    derived=Derived(),
 )
 BRINGS_BACK: Final = Policy(
     "brings_back",
@@ -199,7 +199,7 @@ SAME_ID: Final = Policy(
     "Whether another client of the same broker has the same id; derived from all `client_id`.",
     "MQTT 3.1.1, 3.1.4; MQTT 5.0, 3.1.4",
     level="participant",
-    derived=True,
+    derived=Derived(),
 )
 SESSION: Final = Policy(
     "session",
@@ -208,7 +208,7 @@ SESSION: Final = Policy(
     "The client itself, where one of its subscriptions is not to see its own publications; derived from `no_local`.",
     "MQTT 5.0, 3.8.3.1",
     level="participant",
-    derived=True,
+    derived=Derived(),
 )
 SUBSCRIBED: Final = Policy(
     "subscribed",
@@ -216,5 +216,5 @@ SUBSCRIBED: Final = Policy(
     "[]",
     "The filters of the client, where one client has to notice the loss of another; derived from the client's subscriptions.",
     level="participant",
-    derived=True,
+    derived=Derived(),
 )

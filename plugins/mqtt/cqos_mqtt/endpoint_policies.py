@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import Anything, Choice, Count, Duration, Flag, FromPeers, Names, Policy, Text
+from cqos_core.packs import Anything, Choice, Count, Derived, Duration, Flag, FromPeers, Names, Policy, Text
 from cqos_mqtt.kinds import Seconds, quality, unlimited
 
 PUBLICATION: Final = ("publisher",)
@@ -70,8 +70,7 @@ ENVELOPE: Final = Policy(
     "What a packet has at least around the largest payload: fixed header and topic; derived from the topic and the payload.",
     "MQTT 3.1.1, 2.2 and 3.3; MQTT 5.0, 2.1 and 3.3",
     roles=PUBLICATION,
-    derived=True,
-    follows=("max_payload",),
+    derived=Derived(("max_payload",)),
 )
 ENVELOPE_TO_BROKER: Final = Policy(
     "envelope_to_broker",
@@ -80,8 +79,7 @@ ENVELOPE_TO_BROKER: Final = Policy(
     "The same on the way to the broker, with a topic alias and the packet identifier that a QoS above 0 needs; derived.",
     "MQTT 3.1.1, 3.3.2.2; MQTT 5.0, 3.3.2.2",
     roles=PUBLICATION,
-    derived=True,
-    follows=("max_payload", "qos", "topic_alias"),
+    derived=Derived(("max_payload", "qos", "topic_alias")),
 )
 PROPERTIES: Final = Policy(
     "property_bytes",
@@ -90,8 +88,7 @@ PROPERTIES: Final = Policy(
     "What the properties of a publication of 5.0 add, both to the broker and from it; derived from the expiry.",
     "MQTT 5.0, 3.3.2.3",
     roles=PUBLICATION,
-    derived=True,
-    follows=("message_expiry_interval", "protocol_version"),
+    derived=Derived(("message_expiry_interval", "protocol_version")),
 )
 TOPIC_ALIAS: Final = Policy(
     "topic_alias",
@@ -161,7 +158,7 @@ SHARED: Final = Policy(
     "Whether the subscription is a share of a group, `$share/group/filter`; derived from the filter.",
     "MQTT 5.0, 4.8.2",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 WILDCARDS: Final = Policy(
     "wildcards",
@@ -170,7 +167,7 @@ WILDCARDS: Final = Policy(
     "Whether the filter has wildcards; derived from the filter.",
     "MQTT 3.1.1, 4.7.1; MQTT 5.0, 4.7.1",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 OVERLAPPING: Final = Policy(
     "overlapping",
@@ -179,7 +176,7 @@ OVERLAPPING: Final = Policy(
     "Whether another filter of the same client matches the topic too; derived from the client's subscriptions.",
     "MQTT 3.1.1, 3.3.5; MQTT 5.0, 3.3.4",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 REPEATED: Final = Policy(
     "repeated",
@@ -188,7 +185,7 @@ REPEATED: Final = Policy(
     "Whether the same client states the same filter again with other settings; derived from the client's subscriptions.",
     "MQTT 5.0, 3.8.4",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 MIXED_QOS: Final = Policy(
     "mixed_qos",
@@ -197,7 +194,7 @@ MIXED_QOS: Final = Policy(
     "Whether the same client publishes to the topic with another QoS too; derived from the client's publications.",
     "MQTT 3.1.1, 4.6",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 IS_WILL: Final = Policy(
     "will",
@@ -206,7 +203,7 @@ IS_WILL: Final = Policy(
     "Whether this is the Will of a connection, which the broker publishes when the client is lost; derived from the client's `will`.",
     "MQTT 3.1.1, 3.1.2.5; MQTT 5.0, 3.1.2.5",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 CLOSING: Final = Policy(
     "closing_message",
@@ -215,7 +212,7 @@ CLOSING: Final = Policy(
     "Whether the client itself publishes to the topic of its Will, as it must where it ends in good order; derived from the client's publications.",
     "MQTT 3.1.1, 3.14.4; MQTT 5.0, 3.14.4",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 
 BROUGHT_BACK: Final = Policy(
@@ -225,7 +222,7 @@ BROUGHT_BACK: Final = Policy(
     "Whether a bridge publishes the message here once more; derived from the clients' `brings_back`.",
     "Mosquitto, mosquitto.conf(5), try_private",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 RESERVED: Final = Policy(
     "reserved_topic",
@@ -234,7 +231,7 @@ RESERVED: Final = Policy(
     "Whether the topic is one on which only the broker itself publishes, `$SYS/…`; derived from the topic.",
     "MQTT 3.1.1, 4.7.2; MQTT 5.0, 4.7.2",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 MAY_PUBLISH: Final = Policy(
     "may_publish",
@@ -243,7 +240,7 @@ MAY_PUBLISH: Final = Policy(
     "Whether the access control of the broker lets the client publish here; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 CONTROLLED: Final = Policy(
     "controlled_topic",
@@ -252,7 +249,7 @@ CONTROLLED: Final = Policy(
     "The topic, where the broker controls who reads it; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=PUBLICATION,
-    derived=True,
+    derived=Derived(),
 )
 READABLE: Final = Policy(
     "readable",
@@ -261,7 +258,7 @@ READABLE: Final = Policy(
     "What the access control of the broker lets the client read, empty where that is not known; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 UNREADABLE: Final = Policy(
     "unreadable",
@@ -270,7 +267,7 @@ UNREADABLE: Final = Policy(
     "What the access control of the broker keeps from the client; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=SUBSCRIPTION,
-    derived=True,
+    derived=Derived(),
 )
 _FILLS: Final = (
     *("qos", "max_payload", "taken_every", "granted_qos", "maximum_qos"),
@@ -287,9 +284,7 @@ QUEUE_LASTS: Final = Policy(
     "messages and in bytes.",
     "Mosquitto, mosquitto.conf(5), max_queued_messages and max_queued_bytes",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=_FILLS,
-    together=True,
+    derived=Derived(_FILLS, together=True),
 )
 PACED: Final = Policy(
     "paced",
@@ -297,9 +292,7 @@ PACED: Final = Policy(
     "false",
     "Whether `taken_every` is stated for a topic of the client; else nobody knows whether its program keeps up; derived.",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=("taken_every",),
-    together=True,
+    derived=Derived(("taken_every",), together=True),
 )
 BURSTS: Final = Policy(
     "client_burst",
@@ -308,9 +301,7 @@ BURSTS: Final = Policy(
     "How many messages may come to the client at once on all its topics, where a `burst` is stated; derived.",
     "Mosquitto, mosquitto.conf(5), max_queued_messages",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=_FILLS,
-    together=True,
+    derived=Derived(_FILLS, together=True),
 )
 BURST_BYTES: Final = Policy(
     "client_burst_bytes",
@@ -319,9 +310,7 @@ BURST_BYTES: Final = Policy(
     "How many bytes of such a burst wait when its last message comes, where the broker bounds them; derived.",
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=_FILLS_BYTES,
-    together=True,
+    derived=Derived(_FILLS_BYTES, together=True),
 )
 WAITING: Final = Policy(
     "waiting",
@@ -330,9 +319,7 @@ WAITING: Final = Policy(
     "How many messages of all topics of the client wait from one take to the next, where `taken_every` is stated; derived.",
     "Mosquitto, mosquitto.conf(5), max_queued_messages",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=_FILLS,
-    together=True,
+    derived=Derived(_FILLS, together=True),
 )
 WAITING_BYTES: Final = Policy(
     "waiting_bytes",
@@ -341,7 +328,5 @@ WAITING_BYTES: Final = Policy(
     "How many bytes of these wait when the last of them comes, where the broker bounds them; derived.",
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
-    derived=True,
-    follows=_FILLS_BYTES,
-    together=True,
+    derived=Derived(_FILLS_BYTES, together=True),
 )

@@ -67,7 +67,7 @@ def test_every_rule_names_its_clause_for_each_version_it_holds_for():
 
 
 def test_every_cell_that_may_be_given_is_proven_or_has_a_clause_of_a_standard_or_manual():
-    proven = {(proof.guarantee, proof.fault) for proof in PACK.proofs}
+    proven = {(proof.guarantee, proof.fault) for proof in PACK.implementations.proofs}
     clauses = {(each.guarantee, fault): each.clause for each in PACK.unaffected for fault in each.faults}
     for rule in PACK.rules:
         for fault in (

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.lazy_tuple import lazy_tuple
-from cqos_core.packs import NEEDS, CommonMistake, RulePack, Timing, TopicMatching
+from cqos_core.packs import NEEDS, CommonMistake, Implementations, RulePack, Timing, TopicMatching
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.costs import COSTS
@@ -112,8 +112,7 @@ _RAW: Final = RulePack(
     wire=WIRE,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
-    proofs=PROOFS,
-    implementation_option="rmw",
+    implementations=Implementations("rmw", PROOFS),
     common_mistakes=SLIPS,
     codes=lazy_tuple(_codes),
     read_log=_read_line,

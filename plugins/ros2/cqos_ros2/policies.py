@@ -15,6 +15,7 @@ from cqos_core.packs import (
     Anything,
     Choice,
     Count,
+    Derived,
     Duration,
     Flag,
     FromPeers,
@@ -299,7 +300,7 @@ INTERFACE: Final = Policy(
     Choice("topic", "service", "action", ordered=False),
     "topic",
     "What the endpoint is a part of; derived where a service or an action is taken apart into its topics.",
-    derived=True,
+    derived=Derived(),
 )
 
 RECORDED_FORM: Final = Policy(

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit, replace_files, write_new_file
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.opening import read_path
 from cqos_core.files.yaml_writer import write
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.packs.export import ExportContext
 from cqos_core.plugins import load_plugins
 from cqos_ros2_sources.clients import LearnedClients, learn_clients
 from cqos_ros2_sources.command import no_package, say_gaps

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from cqos_core import Endpoint, Participant, Setting, System, Topic
 from cqos_core.api import context
 from cqos_core.cli.app import run as command
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.exporting import judged
 from cqos_core.model.source import OPTIONS, ReadContext, Source
+from cqos_core.packs.export import ExportContext
 from cqos_ros2.exporters.ros2_package import write
 from cqos_ros2.exporters.values import QOS, effective, is_rmw_default
 from cqos_ros2_workspace.importer import read

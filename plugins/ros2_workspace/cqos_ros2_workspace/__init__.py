@@ -22,7 +22,6 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             "cqos_ros2_workspace:claims_workspace",
             "cqos_ros2_workspace.importer:read",
             options=_LAUNCH,
-            folders_with="launch",
             folder_suggestions="cqos_ros2_workspace.entrances:find",
         )
     )

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 import cqos_core
-from cqos_core import __all__ as __all__
 
 if TYPE_CHECKING:
     from cqos_core import *
@@ -16,4 +15,4 @@ else:
 
 def __dir__() -> list[str]:
     """List the public names."""
-    return [*__all__, "v1"]
+    return [*dir(cqos_core), "v1"]

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.exporting import Exported, unique
+from cqos_core.files.exporting import unique
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.export import Exported
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
@@ -26,10 +27,10 @@ from cqos_dds.policies import DOMAIN
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_dds.exporters.xml_form import Stated
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.exporting import Exported, unique
+from cqos_core.files.exporting import unique
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.export import Exported
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
@@ -24,9 +25,9 @@ from cqos_dds.policies import KEYED
 from cqos_dds.requested_policies import DURABILITY
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_dds.exporters.xml_form import Stated
 

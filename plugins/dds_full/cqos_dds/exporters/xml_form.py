@@ -17,10 +17,11 @@ from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTE
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Endpoint, Participant, System, Topic
     from cqos_core.packs import Policy, Value
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 PROTOCOL: Final = "dds"

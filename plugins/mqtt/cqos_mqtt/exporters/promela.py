@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.checking.checker import check_system
-from cqos_core.files.exporting import Exported
 from cqos_core.matching.pipeline import CheckContext
+from cqos_core.packs.export import Exported
 from cqos_core.packs.prover import NotRunnableError
 from cqos_mqtt.promela.constants import body, of_pair, words
 from cqos_mqtt.runnable import ensure_runnable
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
 
 _HEAD: Final = """\
 /* Written by C-QoS: pairs of MQTT and their guarantees as a model for SPIN.

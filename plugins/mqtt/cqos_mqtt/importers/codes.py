@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.model.codes import CodeInfo
+from cqos_core.model.code_info import CodeInfo
 
 CODES: Final = (
     CodeInfo(

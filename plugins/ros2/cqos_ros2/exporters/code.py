@@ -14,8 +14,9 @@ from cqos_ros2.policies import LIFESPAN
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PLAIN = {"message", "service_server", "service_client"}

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import POLICY_NAMES, fold
 from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
-from cqos_core.files.exporting import Exported, judged_by
+from cqos_core.files.exporting import judged_by
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
+from cqos_core.packs.export import Exported
 from cqos_core.resolving.dialect_spelling import dialect_text
 from cqos_ros2.exporters.values import PROTOCOL, NoValueError, effective
 from cqos_ros2.names import is_legal
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.rewriting import Diagram, Tag
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _A_CODE: Final = "0"  # words in its manner are integers; FaMe also writes it for a number that is not set

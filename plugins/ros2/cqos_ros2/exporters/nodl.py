@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar
 from cqos_core.packs import INFINITE
+from cqos_core.packs.export import Exported
 from cqos_ros2.exporters.values import DURATIONS, NoValueError, effective, ros_endpoints
 from cqos_ros2.importers.nodl import FIELDS, SECTIONS, VERSION
 from cqos_ros2.policies import DEADLINE, DEPTH, DURABILITY, HISTORY, LEASE, LIFESPAN, LIVELINESS, RELIABILITY
@@ -15,9 +15,10 @@ from cqos_ros2.types import full_type_name
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _KEYS: Final = {field.policy: key for key, field in FIELDS.items()}

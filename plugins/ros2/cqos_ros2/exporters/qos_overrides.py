@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.files.exporting import ExportContext, Exported, Judged
 from cqos_core.files.yaml_text import Block, Node, Raw, document
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
+from cqos_core.packs.export import ExportContext, Exported
 from cqos_ros2.exporters.values import QOS, NoValueError, Value, kind_of, ros_endpoints, stated
 from cqos_ros2.importers.qos_overrides import BY_DEFAULT, OVERRIDES, PARAMETERS
 from cqos_ros2.importers.rviz import NODE as RVIZ
 from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
 from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
+
+if TYPE_CHECKING:
+    from cqos_core.files.exporting import Judged
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
 _TRANSFORMS: Final = frozenset(("/tf", "/tf_static"))  # tf2's listener lets them be overridden, in RViz as anywhere

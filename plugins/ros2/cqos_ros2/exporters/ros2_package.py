@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 from xml.sax.saxutils import escape, quoteattr
 
-from cqos_core.files.exporting import ExportContext, Exported, Judged
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, System
+from cqos_core.packs.export import ExportContext, Exported
 from cqos_ros2.exporters.code import comment_text, identifier, values_of
 from cqos_ros2.exporters.order import followers
 from cqos_ros2.exporters.rclpy import imports, profile_arguments
@@ -18,6 +18,7 @@ from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
 from cqos_ros2.policies import DEADLINE, RMW
 
 if TYPE_CHECKING:
+    from cqos_core.files.exporting import Judged
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)/(msg|srv|action)/([A-Za-z]\w*)")

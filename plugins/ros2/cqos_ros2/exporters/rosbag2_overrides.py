@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import Exported
 from cqos_core.files.yaml_text import Block, Raw, document
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT, INFINITE, is_plain
+from cqos_core.packs.export import Exported
 from cqos_ros2.exporters.values import NoValueError, Value, effective, kind_of, ros_endpoints
 from cqos_ros2.importers.rosbag2 import NODES
 from cqos_ros2.names import is_legal
@@ -27,10 +27,10 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 PLAYER: Final = "player"

@@ -25,9 +25,10 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.exporting import Judged
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
+    from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.layers import Layer
     from cqos_core.resolving.resolved_endpoint import Resolved
 

